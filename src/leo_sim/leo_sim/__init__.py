@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Robots, motor law, effects, engines, the model and the robot node."""
