@@ -1,11 +1,52 @@
 # SPDX-License-Identifier: Apache-2.0
+"""Package leo_diffmodel, for pip and for colcon."""
+from glob import glob
+import sys
+
 from setuptools import find_packages, setup
 
+PACKAGE = 'leo_diffmodel'
+NODES = {'diffmodel': 'leo_diffmodel.nodes.diffmodel:main'}
+# Only colcon calls `setup.py install` or `develop`, and puts scripts into lib/leo_diffmodel (setup.cfg).
+# pip would put them into bin/: there `leo run` finds them in the group leo.executables.
+UNDER_COLCON = bool({'install', 'develop'} & set(sys.argv))
+
 setup(
-    name='leo_diffmodel',
+    name=PACKAGE,
     version='0.1.0',
-    packages=find_packages(),
-    package_data={'': ['py.typed']},
+    description='Bags, compare, explain, add, the difference model and its node',
+    author='The LEO developers',
     license='Apache-2.0',
+    python_requires='>=3.11',
+    packages=find_packages(),
+    package_data={PACKAGE: ['py.typed', 'report/templates/*']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
+        (f'share/{PACKAGE}/config', glob('config/*.yaml')),
+    ],
+    install_requires=[
+        'leo_msgs_py',
+        'leo_sim',
+        'bokeh>=3.4',
+        'jinja2>=3.1',
+        'joblib>=1.3',
+        'mcap>=1.2',
+        'numpy>=1.26.4',
+        'pydantic>=2',
+        'pyyaml',
+        'rich',
+        'rosbags>=0.11',
+        'safetensors',
+        'scipy>=1.11',
+        'torch>=2.5,<2.14',
+    ],
+    extras_require={'test': ['pytest', 'hypothesis']},
+    entry_points={
+        'console_scripts': [f'{n} = {t}' for n, t in NODES.items() if UNDER_COLCON],
+        'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
+        'leo.verbs': [],
+    },
     zip_safe=False,
 )

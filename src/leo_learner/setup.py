@@ -1,11 +1,48 @@
 # SPDX-License-Identifier: Apache-2.0
+"""Package leo_learner, for pip and for colcon."""
+from glob import glob
+import sys
+
 from setuptools import find_packages, setup
 
+PACKAGE = 'leo_learner'
+NODES = {'learner': 'leo_learner.nodes.learner:main'}
+# Only colcon calls `setup.py install` or `develop`, and puts scripts into lib/leo_learner (setup.cfg).
+# pip would put them into bin/: there `leo run` finds them in the group leo.executables.
+UNDER_COLCON = bool({'install', 'develop'} & set(sys.argv))
+
 setup(
-    name='leo_learner',
+    name=PACKAGE,
     version='0.1.0',
-    packages=find_packages(),
-    package_data={'': ['py.typed']},
+    description='Environment, DDPG, Algorithm 5, policies, experiments and the learner node',
+    author='The LEO developers',
     license='Apache-2.0',
+    python_requires='>=3.11',
+    packages=find_packages(),
+    package_data={PACKAGE: ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
+        (f'share/{PACKAGE}/config', glob('config/*.yaml')),
+    ],
+    install_requires=[
+        'leo_diffmodel',
+        'leo_msgs_py',
+        'leo_sim',
+        'gymnasium>=1.0',
+        'joblib>=1.3',
+        'numpy>=1.26.4',
+        'rich',
+        'safetensors',
+        'tensorboard',
+        'torch>=2.5,<2.14',
+    ],
+    extras_require={'test': ['pytest', 'hypothesis']},
+    entry_points={
+        'console_scripts': [f'{n} = {t}' for n, t in NODES.items() if UNDER_COLCON],
+        'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
+        'leo.verbs': [],
+    },
     zip_safe=False,
 )

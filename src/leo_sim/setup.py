@@ -1,11 +1,47 @@
 # SPDX-License-Identifier: Apache-2.0
+"""Package leo_sim, for pip and for colcon."""
+from glob import glob
+import sys
+
 from setuptools import find_packages, setup
 
+PACKAGE = 'leo_sim'
+NODES = {'robot': 'leo_sim.nodes.robot:main'}
+# Only colcon calls `setup.py install` or `develop`, and puts scripts into lib/leo_sim (setup.cfg).
+# pip would put them into bin/: there `leo run` finds them in the group leo.executables.
+UNDER_COLCON = bool({'install', 'develop'} & set(sys.argv))
+
 setup(
-    name='leo_sim',
+    name=PACKAGE,
     version='0.1.0',
-    packages=find_packages(),
-    package_data={'': ['py.typed']},
+    description='Robots, motor law, effects, engines, the model and the robot node',
+    author='The LEO developers',
     license='Apache-2.0',
+    python_requires='>=3.11',
+    packages=find_packages(),
+    package_data={PACKAGE: ['py.typed', 'robots/*/*']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
+        (f'share/{PACKAGE}/config', glob('config/*.yaml')),
+    ],
+    install_requires=[
+        'leo_msgs_py',
+        'numpy>=1.26.4',
+        'pybullet>=3.2.7',
+        'pydantic>=2',
+        'pyyaml',
+        'scipy>=1.11',
+    ],
+    extras_require={'test': ['pytest', 'hypothesis']},
+    entry_points={
+        'console_scripts': [f'{n} = {t}' for n, t in NODES.items() if UNDER_COLCON],
+        'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
+        'leo.verbs': [],
+        'leo.robots': [],
+        'leo.drivers': [],
+        'leo.effects': [],
+    },
     zip_safe=False,
 )
