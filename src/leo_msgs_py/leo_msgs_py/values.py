@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Typed values of the graph and their messages: joint states, applied inputs, commands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from leo_msgs_py import messages as m
+from leo_msgs_py.errors import UserError
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class JointStates:
+    """One measurement of all joints.
+
+    Attributes:
+        stamp_ns: time of measurement [ns].
+        names: joint names, length J.
+        position: joint angles [rad] (slides: m), continuous, shape (J,).
+        velocity: joint rates [rad/s] (m/s), shape (J,).
+        effort: measured torques [N m] (N), shape (J,), or None where nothing measures them.
+    """
+
+    stamp_ns: int
+    names: tuple[str, ...]
+    position: Array
+    velocity: Array
+    effort: Array | None = None
+
+    @property
+    def stamp(self) -> float:
+        """Time of measurement [s]."""
+        return self.stamp_ns * 1e-9
+
+    def to_message(self) -> Any:
+        """As sensor_msgs/JointState."""
+        return m.JointState(
+            header=m.Header(stamp=time_message(self.stamp_ns)),
+            name=list(self.names),
+            position=_floats(self.position),
+            velocity=_floats(self.velocity),
+            effort=[] if self.effort is None else _floats(self.effort),
+        )
+
+    @classmethod
+    def from_message(cls, message: Any) -> JointStates:
+        """From sensor_msgs/JointState; arrays of a wrong length raise UserError."""
+        names = tuple(message.name)
+        return cls(
+            stamp_ns=nanoseconds(message.header.stamp),
+            names=names,
+            position=_sized(message.position, names, 'position'),
+            velocity=_sized(message.velocity, names, 'velocity'),
+            effort=_sized(message.effort, names, 'effort') if len(message.effort) else None,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Applied:
+    """What the driver really sent to the actuators from `stamp_ns` on.
+
+    Attributes:
+        stamp_ns: start of the period the input holds for [ns].
+        names: actuated joints, length A.
+        values: applied voltage [V] or torque [N m], after clip, slew limit, time-out and e-stop,
+            shape (A,).
+        interface: 'voltage' or 'effort', the unit of `values`.
+        enabled: False where torque is off (a free joint, not a braking one), shape (A,).
+        extra: further interfaces such as 'current' [A], each of shape (A,), NaN where a joint
+            lacks one.
+    """
+
+    stamp_ns: int
+    names: tuple[str, ...]
+    values: Array
+    interface: str = 'voltage'
+    enabled: Array | None = None
+    extra: dict[str, Array] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.enabled is None:
+            object.__setattr__(self, 'enabled', np.ones(len(self.names), bool))
+
+    @property
+    def stamp(self) -> float:
+        """Start of the period [s]."""
+        return self.stamp_ns * 1e-9
+
+    def to_message(self) -> Any:
+        """As control_msgs/DynamicJointState with one interface list per joint."""
+        columns = {
+            self.interface: np.asarray(self.values, float),
+            'enabled': np.asarray(self.enabled, float),
+            **self.extra,
+        }
+        return m.DynamicJointState(
+            header=m.Header(stamp=time_message(self.stamp_ns)),
+            joint_names=list(self.names),
+            interface_values=[_interfaces(columns, j) for j in range(len(self.names))],
+        )
+
+    @classmethod
+    def from_message(cls, message: Any, interface: str | None = None) -> Applied:
+        """From control_msgs/DynamicJointState: the joints that have the input interface.
+
+        Args:
+            message: the message; joints without the interface (passive ones) are left out.
+            interface: 'voltage' or 'effort'; None takes voltage where any joint has it.
+
+        Raises:
+            UserError: no joint has the interface.
+        """
+        tables = [
+            dict(zip(v.interface_names, v.values, strict=False)) for v in message.interface_values
+        ]
+        interface = interface or _input_interface(tables)
+        rows = {
+            n: t for n, t in zip(message.joint_names, tables, strict=False) if interface in t
+        }
+        if not rows:
+            raise UserError(
+                f'no joint of {list(message.joint_names)} has the interface {interface!r}'
+            )
+        extra = sorted({key for t in rows.values() for key in t} - {interface, 'enabled'})
+        return cls(
+            stamp_ns=nanoseconds(message.header.stamp),
+            names=tuple(rows),
+            values=_column(rows, interface),
+            interface=interface,
+            enabled=_column(rows, 'enabled', 1.0) > 0.5,
+            extra={key: _column(rows, key) for key in extra},
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Command:
+    """A command: volts (N m for torque-driven robots) in actuator order, shape (A,)."""
+
+    values: Array
+
+    def to_message(self) -> Any:
+        """As std_msgs/Float64MultiArray."""
+        return m.Float64MultiArray(data=_floats(self.values))
+
+    @classmethod
+    def from_message(cls, message: Any) -> Command:
+        """From std_msgs/Float64MultiArray (its layout is not looked at)."""
+        return cls(np.array(message.data, float))
+
+
+def nanoseconds(stamp: Any) -> int:
+    """Nanoseconds of a builtin_interfaces/Time."""
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+
+
+def time_message(stamp_ns: int) -> Any:
+    """builtin_interfaces/Time of a time [ns]."""
+    seconds, rest = divmod(int(stamp_ns), 1_000_000_000)
+    return m.Time(sec=seconds, nanosec=rest)
+
+
+def _floats(values: Any) -> list[float]:
+    result: list[float] = np.asarray(values, float).tolist()
+    return result
+
+
+def _sized(values: Any, names: tuple[str, ...], what: str) -> Array:
+    array = np.array(values, float)
+    if array.size != len(names):
+        raise UserError(
+            f'joint state has {array.size} {what} values for {len(names)} joints {list(names)}'
+        )
+    return array
+
+
+def _interfaces(columns: dict[str, Array], joint: int) -> Any:
+    return m.InterfaceValue(
+        interface_names=list(columns), values=[float(c[joint]) for c in columns.values()]
+    )
+
+
+def _input_interface(tables: list[dict[str, float]]) -> str:
+    return 'voltage' if any('voltage' in table for table in tables) else 'effort'
+
+
+def _column(rows: dict[str, dict[str, float]], key: str, missing: float = np.nan) -> Array:
+    return np.array([row.get(key, missing) for row in rows.values()], float)
