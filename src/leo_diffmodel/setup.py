@@ -7,8 +7,8 @@ from setuptools import find_packages, setup
 
 PACKAGE = 'leo_diffmodel'
 NODES = {'diffmodel': 'leo_diffmodel.nodes.diffmodel:main'}
-# Only colcon calls `setup.py install` or `develop`, and puts scripts into lib/leo_diffmodel (setup.cfg).
-# pip would put them into bin/: there `leo run` finds them in the group leo.executables.
+# Only colcon calls `setup.py install` or `develop`; it puts scripts into lib/leo_diffmodel (setup.cfg).
+# pip would put them into bin/; with pip `leo run` finds them in the group leo.executables.
 UNDER_COLCON = bool({'install', 'develop'} & set(sys.argv))
 
 setup(

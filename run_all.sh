@@ -1,0 +1,112 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+#
+# ./run_all.sh [OPTION…]   set up, then the main job: leo demo [OPTION…]
+# ./run_all.sh test [ARG…] set up, then ruff, mypy and pytest [ARG…] (which builds with colcon too)
+# ./run_all.sh setup       only set up: .venv with the leo command
+#
+# PYTHON=/path/to/python chooses the interpreter (3.11 or 3.12). A second run starts at once.
+
+set -euo pipefail
+cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")"
+trap 'echo "run_all.sh: interrupted; the next run goes on from here" >&2; exit 130' INT TERM
+
+readonly VENV=.venv
+readonly LOG=$VENV/setup.log
+
+die() {
+  echo "run_all.sh: error: $*" >&2
+  exit 2
+}
+
+usable() { # PYTHON: is it 3.11 or 3.12, and can it make environments? (a pyenv shim may not even start)
+  "$1" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info[:2] not in {(3, 11), (3, 12)})' \
+    > /dev/null 2>&1
+}
+
+find_python() {
+  local name candidate
+  # With ROS sourced its own python3 comes first: rclpy is built for that one.
+  for name in ${PYTHON:-${ROS_DISTRO:+python3} python3.11 python3.12 python3}; do
+    for candidate in $(type -ap "$name"); do
+      if usable "$candidate"; then
+        echo "$candidate"
+        return
+      fi
+    done
+  done
+  for candidate in "${PYENV_ROOT:-$HOME/.pyenv}"/versions/3.1[12].*/bin/python3; do
+    if [[ -z ${PYTHON:-} ]] && usable "$candidate"; then
+      echo "$candidate"
+      return
+    fi
+  done
+  die "no ${PYTHON:-Python 3.11 or 3.12} with the venv module found; install one" \
+    "(Debian, Ubuntu: apt install python3-venv) or set PYTHON=/path/to/python3.11"
+}
+
+need_compiler() { # PyBullet ships a wheel for Python 3.11 on x86_64 and is compiled elsewhere.
+  [[ "$("$VENV/bin/python" -c 'import sys; print(*sys.version_info[:2], sep=".")') $(uname -m)" \
+    == '3.11 x86_64' ]] && return
+  type -p "${CXX:-c++}" g++ clang++ > /dev/null ||
+    die "no C++ compiler found, and PyBullet has to be compiled for this Python; install one" \
+      "(Debian, Ubuntu: apt install g++ python3-dev) or use Python 3.11 on x86_64"
+}
+
+pip_install() {
+  "$VENV/bin/python" -m pip install --disable-pip-version-check --no-input "$@" >> "$LOG" 2>&1 ||
+    die "pip install failed; the reason is at the end of $PWD/$LOG: $(tail -n 1 "$LOG")"
+}
+
+fingerprint() { # what an installed environment depends on
+  { pwd; "$VENV/bin/python" -VV; cat constraints.txt "$@" src/*/setup.{py,cfg}; } | cksum
+}
+
+setup() { # REQUIREMENTS…: install them and the four packages, unless that is done already
+  local stamp=$VENV/.ready-${*: -1} packages
+  if ! usable "$VENV/bin/python"; then
+    local python
+    python=$(find_python)
+    echo "setting up $PWD/$VENV with $python (some minutes, once)"
+    "$python" -m venv --clear "$VENV"
+    touch "$VENV/COLCON_IGNORE"
+  fi
+  [[ -f $stamp && "$(cat "$stamp")" == "$(fingerprint "$@")" ]] && return
+  need_compiler
+  echo "installing ${*} (log: $LOG)"
+  : > "$LOG"
+  pip_install --constraint constraints.txt setuptools
+  pip_install --constraint constraints.txt "${@/#/--requirement=}"
+  packages=(src/leo_msgs_py src/leo_sim src/leo_diffmodel src/leo_learner)
+  pip_install --no-build-isolation --no-deps "${packages[@]/#/--editable=}"
+  fingerprint "$@" > "$stamp"
+}
+
+run_tests() {
+  local python=$VENV/bin/python
+  echo 'ruff' && "$python" -m ruff check .
+  echo 'mypy' && "$python" -m mypy
+  exec "$python" -m pytest "$@"
+}
+
+export PATH="$PWD/$VENV/bin:$PATH"
+case ${1:-} in
+  setup)
+    setup requirements.txt
+    echo "ready: source $PWD/$VENV/bin/activate, then: leo --help"
+    ;;
+  test)
+    setup requirements.txt requirements-test.txt
+    run_tests "${@:2}"
+    ;;
+  -h | --help)
+    sed -n '4,8s/^# //p' run_all.sh
+    ;;
+  '' | -*)
+    setup requirements.txt
+    exec leo demo "$@"
+    ;;
+  *)
+    die "no such command: $1; there are: setup, test, and none for the main job"
+    ;;
+esac

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Both installs of the workspace, colcon's and pip's, hold what ros2 run and leo run look for."""
+from importlib.metadata import distribution, entry_points
+import os
+from pathlib import Path
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ('leo_msgs_py', 'leo_sim', 'leo_diffmodel', 'leo_learner')
+EXECUTABLES = {'leo_sim': 'robot', 'leo_diffmodel': 'diffmodel', 'leo_learner': 'learner'}
+
+
+@pytest.fixture(scope='session')
+def colcon_install(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build the workspace with colcon, outside the tree, and return its install folder."""
+    base = tmp_path_factory.mktemp('colcon')
+    command = [
+        *(sys.executable, '-m', 'colcon', '--log-base', 'log', 'build'),
+        *('--base-paths', str(ROOT / 'src'), '--build-base', 'build', '--install-base', 'install'),
+    ]
+    done = subprocess.run(command, cwd=base, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert '4 packages finished' in done.stdout + done.stderr
+    return base / 'install'
+
+
+def in_colcon(install: Path, command: str) -> subprocess.CompletedProcess[str]:
+    """Run a shell command as a user does who has sourced the workspace, this Python first."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ['PATH']])
+    return subprocess.run(
+        ['bash', '-c', f'. {install}/local_setup.bash && {command}'],
+        env={**os.environ, 'PATH': path},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+
+
+@pytest.mark.parametrize(('package', 'executable'), EXECUTABLES.items())
+def test_colcon_puts_nodes_where_ros2_run_looks(
+    colcon_install: Path, package: str, executable: str
+) -> None:
+    prefix = colcon_install / package
+    assert os.access(prefix / 'lib' / package / executable, os.X_OK)
+    assert not (prefix / 'bin').exists()
+
+
+def test_colcon_puts_leo_on_the_path(colcon_install: Path) -> None:
+    done = in_colcon(colcon_install, 'command -v leo && leo --help')
+    assert done.returncode == 0, done.stderr
+    assert str(colcon_install / 'leo_msgs_py' / 'bin' / 'leo') in done.stdout
+
+
+@pytest.mark.parametrize(('package', 'executable'), EXECUTABLES.items())
+def test_installed_node_starts(colcon_install: Path, package: str, executable: str) -> None:
+    node = colcon_install / package / 'lib' / package / executable
+    done = in_colcon(colcon_install, f'{node} --help')
+    assert done.returncode == 0, done.stderr
+    assert '--ros-args' in done.stdout
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_colcon_installs_what_ros_reads(colcon_install: Path, package: str) -> None:
+    share = colcon_install / package / 'share'
+    assert (share / 'ament_index' / 'resource_index' / 'packages' / package).is_file()
+    assert (share / package / 'package.xml').is_file()
+    for files in ('launch/*.launch.py', 'config/*.yaml'):
+        source = {p.name for p in (ROOT / 'src' / package).glob(files)}
+        assert {p.name for p in (share / package).glob(files)} == source
+        assert source or package == 'leo_msgs_py'
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_colcon_installs_every_module_and_data_file(colcon_install: Path, package: str) -> None:
+    [installed] = colcon_install.glob(f'{package}/lib/python*/site-packages/{package}')
+    source = ROOT / 'src' / package / package
+    files = [p.relative_to(source) for p in source.rglob('*') if p.is_file()]
+    missing = [str(f) for f in files if f.suffix != '.pyc' and not (installed / f).exists()]
+    assert missing == []
+
+
+def test_pip_installs_leo_and_no_node_into_bin() -> None:
+    scripts = {p.name for p in Path(sys.executable).parent.iterdir()}
+    assert 'leo' in scripts
+    assert scripts.isdisjoint(EXECUTABLES.values())
+
+
+def test_every_node_is_known_to_leo_run() -> None:
+    known = {e.name for e in entry_points(group='leo.executables')}
+    assert {f'{package}.{node}' for package, node in EXECUTABLES.items()} <= known
+
+
+@pytest.mark.parametrize(
+    'group', ['leo.verbs', 'leo.executables', 'leo.robots', 'leo.drivers', 'leo.effects']
+)
+def test_every_entry_point_leads_somewhere(group: str) -> None:
+    found = [e for e in entry_points(group=group) if e.dist and e.dist.name in PACKAGES]
+    loaded = {e.name: e.load() for e in found}
+    assert None not in loaded.values()
+    if group in ('leo.verbs', 'leo.executables'):
+        assert loaded
+        assert [name for name, target in loaded.items() if not callable(target)] == []
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_the_two_manifests_agree(package: str) -> None:
+    manifest = ElementTree.parse(ROOT / 'src' / package / 'package.xml').getroot()
+    installed = distribution(package).metadata
+    assert manifest.get('format') == '3'
+    assert manifest.findtext('export/build_type') == 'ament_python'
+    assert manifest.findtext('version') == installed['Version']
+    assert manifest.findtext('license') == installed['License']
+    ours = {d.text for d in manifest.findall('exec_depend')} & set(PACKAGES)
+    required = {r.split()[0] for r in distribution(package).requires or ()}
+    assert ours == required & set(PACKAGES)

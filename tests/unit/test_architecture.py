@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Who may import whom (the table in README, How it works), read from the source."""
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+import re
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+# Each may import those before it.
+OURS = ('leo_msgs_py', 'leo_sim', 'leo_diffmodel', 'leo_learner')
+MODULES = {
+    '.'.join(path.relative_to(ROOT / 'src' / package).with_suffix('').parts).removesuffix(
+        '.__init__'
+    ): path
+    for package in OURS
+    for path in sorted((ROOT / 'src' / package / package).rglob('*.py'))
+}
+SOURCES = [
+    path
+    for pattern in ('src/**/*.py', 'tests/**/*.py', 'benchmarks/**/*.py')
+    for path in sorted(ROOT.glob(pattern))
+]
+TRUTH = 'leo_sim.hidden'
+MAY_SEE_THE_TRUTH = {'leo_sim.drivers.simulated', 'leo_sim.reveal'}
+MAX_FUNCTION_LINES = 60
+
+
+def imports(source: str, module: str, top_level_only: bool = False) -> Iterator[str]:
+    """Yield every module `source` imports, as absolute names (`from a import b`: a and a.b)."""
+    tree = ast.parse(source)
+    is_package = module in MODULES and MODULES[module].name == '__init__.py'
+    for node in _on_import(tree) if top_level_only else ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            parents = module.split('.')[: None if is_package and node.level == 1 else -node.level]
+            base = '.'.join([*(parents if node.level else []), *filter(None, [node.module])])
+            yield base
+            yield from (f'{base}.{alias.name}' for alias in node.names)
+
+
+def _on_import(node: ast.AST) -> Iterator[ast.AST]:
+    """Walk the statements that run when the module is imported."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            continue
+        if isinstance(child, ast.If) and 'TYPE_CHECKING' in ast.dump(child.test):
+            continue
+        yield child
+        yield from _on_import(child)
+
+
+def within(name: str, package: str) -> bool:
+    """Tell whether dotted `name` is `package` or lies in it."""
+    return name == package or name.startswith(f'{package}.')
+
+
+def forbidden(module: str, source: str) -> list[str]:
+    """Name every import of `source` that the rules do not allow it."""
+    package = module.split('.')[0]
+    later = OURS[OURS.index(package) + 1 :]
+    found = []
+    for name in imports(source, module):
+        if any(within(name, other) for other in later):
+            found.append(f'{name}: {package} comes before it')
+        if name.split('.')[0] in ('pybullet', 'pybullet_data', 'pybullet_utils') and (
+            module != 'leo_sim.engines.pybullet'
+        ):
+            found.append(f'{name}: leo_sim/engines/pybullet.py alone imports PyBullet')
+        if within(name, TRUTH) and module not in MAY_SEE_THE_TRUTH | {TRUTH}:
+            found.append(f'{name}: the truth stays with the simulated driver and leo reveal')
+        if within(name, 'rclpy') and not module.startswith('leo_msgs_py.'):
+            found.append(f'{name}: nodes use leo_msgs_py.node')
+    return found
+
+
+def reached_from(start: str) -> dict[str, str]:
+    """Map every module loaded when `start` is imported to the one of ours that loads it."""
+    reached, queue = {start: ''}, [start]
+    while queue:
+        module = queue.pop()
+        if module not in MODULES:
+            continue
+        for name in imports(MODULES[module].read_text(), module, top_level_only=True):
+            parts = name.split('.')
+            for parent in ('.'.join(parts[:n]) for n in range(1, len(parts) + 1)):
+                if parent not in reached:
+                    reached[parent] = module
+                    queue.append(parent)
+    return reached
+
+
+@pytest.mark.parametrize('module', MODULES)
+def test_imports_are_allowed(module: str) -> None:
+    assert forbidden(module, MODULES[module].read_text()) == []
+
+
+@pytest.mark.parametrize(
+    ('module', 'source'),
+    [
+        ('leo_msgs_py.topics', 'import leo_sim'),
+        ('leo_sim.model', 'from leo_diffmodel.bags import recording'),
+        ('leo_diffmodel.explain.main', 'def f():\n    import leo_learner.ddpg'),
+        ('leo_sim.model', 'import pybullet as p'),
+        ('leo_sim.nodes.robot', 'from leo_sim import hidden'),
+        ('leo_sim.nodes.robot', 'from .. import hidden'),
+        ('leo_diffmodel.explain.main', 'from leo_sim.hidden import draw'),
+        ('leo_learner.nodes.learner', 'import rclpy.node'),
+    ],
+)
+def test_a_forbidden_import_is_noticed(module: str, source: str) -> None:
+    assert len(forbidden(module, source)) >= 1
+
+
+def test_explain_never_loads_torch() -> None:
+    verbs = [m for m in MODULES if within(m, 'leo_diffmodel.explain')]
+    assert verbs, 'leo_diffmodel/explain is gone; name its successor here'
+    loaded = {m: reached_from(m) for m in verbs}
+    assert {m: r['torch'] for m, r in loaded.items() if 'torch' in r} == {}
+
+
+def test_torch_is_noticed_where_it_is_loaded() -> None:
+    assert 'torch' in reached_from('leo_learner.ddpg')
+
+
+@pytest.mark.parametrize('path', SOURCES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_file_starts_with_its_licence(path: Path) -> None:
+    assert re.match(r'(#!.*\n)?# SPDX-License-Identifier: Apache-2\.0\n', path.read_text())
+
+
+@pytest.mark.parametrize('path', SOURCES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_no_function_is_longer_than_a_page(path: Path) -> None:
+    long = [
+        f'{node.name} ({node.end_lineno - node.lineno + 1} lines)'
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        and node.end_lineno is not None
+        and node.end_lineno - node.lineno + 1 > MAX_FUNCTION_LINES
+    ]
+    assert long == []
