@@ -7,7 +7,7 @@ from setuptools import find_packages, setup
 
 PACKAGE = 'leo_diffmodel'
 NODES = {'diffmodel': 'leo_diffmodel.nodes.diffmodel:main'}
-# Only colcon calls `setup.py install` or `develop`; it puts scripts into lib/leo_diffmodel (setup.cfg).
+# Only colcon calls `setup.py install` or `develop`; it puts scripts into lib/PACKAGE (setup.cfg).
 # pip would put them into bin/; with pip `leo run` finds them in the group leo.executables.
 UNDER_COLCON = bool({'install', 'develop'} & set(sys.argv))
 
