@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The contract between the robot node and whatever moves: a simulator, a recording, hardware.
+
+A new driver is one module with one class of this shape and one line in the entry-point group
+`leo.drivers`. Safety, topics, services, recording and diagnostics come from the node around it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.values import Applied, JointStates
+from leo_sim.robot import Robot
+
+INTERFACES = {'voltage': 'voltage', 'torque': 'effort'}
+"""Unit of a robot's input -> name of the interface its applied values are published under."""
+
+
+@dataclass(frozen=True)
+class DriverInfo:
+    """What the node must know before it moves anything.
+
+    Attributes:
+        joints: names, length J, in the order of every state.
+        actuators: joint names, length A, in the order of every command.
+        interface: 'voltage' [V] or 'effort' [N m].
+        limits: largest absolute command per actuator [V or N m], shape (A,).
+        control_period: time one command holds [s].
+        state_rate: joint states per second [Hz].
+        urdf: the model's description, never the hidden truth.
+        own_clock: its time is not the wall's: it can wait (lockstep), and `/clock` is published.
+    """
+
+    joints: tuple[str, ...]
+    actuators: tuple[str, ...]
+    interface: str
+    limits: np.ndarray
+    control_period: float
+    state_rate: float
+    urdf: str
+    own_clock: bool
+
+
+class Driver(Protocol):
+    """One robot. Calls come from one thread, `connect` first and `stop` last.
+
+    Attributes:
+        info: known before `connect`.
+        starts: how often the robot began anew by itself or by `reset`; each is an episode.
+    """
+
+    info: DriverInfo
+    starts: int
+
+    def connect(self) -> None:
+        """Open the device with motors on at 0; UserError says what is missing."""
+
+    def read(self) -> JointStates:
+        """The newest measured state, stamped with the time of measurement."""
+
+    def write(self, values: np.ndarray) -> Applied:
+        """Send values [V or N m], shape (A,), and return what was really applied."""
+
+    def advance(self, seconds: float) -> float:
+        """Go to the next state, nominally `seconds` on; returns how much time that is [s].
+
+        A simulator integrates, hardware returns `seconds` at once: there time passes by itself.
+
+        Raises:
+            EndOfRun: there is no next state.
+        """
+
+    def set_torque(self, on: bool) -> None:
+        """Motors on, or free: no current, hence no braking (0 V with motors on does brake)."""
+
+    def reset(self) -> None:
+        """Go to the start pose; raises NotPossible where the robot cannot by itself."""
+
+    def stop(self) -> None:
+        """Leave the motors at 0 and close the device; safe to call twice."""
+
+
+class EndOfRun(Exception):
+    """The driver has no further states."""
+
+
+class NotPossible(Exception):
+    """The driver cannot do what was asked; the text says why."""
+
+
+@dataclass(frozen=True)
+class DriverOptions:
+    """What the node passes to every driver; each takes what it needs.
+
+    Attributes:
+        robot: the robot's model.
+        state_rate: joint states per second [Hz]; 0 takes the robot's own.
+        start: 'nominal', 'random' or the name of a start pose.
+        seed: of start poses and noise.
+        noise: standard deviation added to published position [rad] and velocity [rad/s].
+        engine: physics engine of a simulated robot.
+        integration_step: [s]; 0 takes the robot's own.
+        private: the settings that only the driver may know.
+        bag: recording to replay.
+    """
+
+    robot: Robot
+    state_rate: float = 0.0
+    start: str = 'nominal'
+    seed: int = 0
+    noise: tuple[float, float] = (0.0, 0.0)
+    engine: str = 'pybullet'
+    integration_step: float = 0.0
+    private: Mapping[str, Any] | None = None
+    bag: str = ''
+
+
+def robot_info(robot: Robot, state_rate: float = 0.0) -> DriverInfo:
+    """What the node must know about a robot of this model; state_rate [Hz] 0 takes its own.
+
+    Raises:
+        UserError: the control period does not hold a whole number of states.
+    """
+    rate = state_rate or robot.state_rate
+    states = rate * robot.control_period
+    if rate <= 0.0 or states < 0.999 or abs(states - round(states)) > 1e-6 * states:
+        raise UserError(
+            f'state_rate {rate:g} Hz does not fit {robot.name}: give a whole multiple '
+            f'of its control rate, {1.0 / robot.control_period:g} Hz'
+        )
+    return DriverInfo(
+        joints=tuple(robot.joint_names),
+        actuators=tuple(actuator.joint for actuator in robot.actuators),
+        interface=INTERFACES[robot.input],
+        limits=np.array([actuator.limit for actuator in robot.actuators]),
+        control_period=robot.control_period,
+        state_rate=rate,
+        urdf=robot.urdf,
+        own_clock=True,
+    )

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated robot: the model plus whatever is hidden in it, behind the driver contract."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from leo_msgs_py.values import Applied, JointStates
+from leo_sim.drivers.base import DriverOptions, robot_info
+from leo_sim.hidden import hidden_model
+
+
+class SimulatedDriver:
+    """A robot in a physics engine; its time starts at 0 and moves only in `advance`.
+
+    Hidden effects act after `write`: what it returns is what a real driver would have sent.
+    Noise is added to what is read, once per state, and never enters the simulation.
+    """
+
+    def __init__(self, options: DriverOptions) -> None:
+        robot = options.robot
+        self.info = robot_info(robot, options.state_rate)
+        self.starts = 0
+        self._start_pose = options.start
+        self._noise = np.array(options.noise)
+        start_seed, noise_seed = np.random.SeedSequence(options.seed).spawn(2)
+        self._start_rng = np.random.default_rng(start_seed)
+        self._noise_rng = np.random.default_rng(noise_seed)
+        self._model = hidden_model(robot, options)
+        self._ticks = 0
+        self._input = np.zeros(len(self.info.actuators))
+        self._enabled = np.ones(len(self.info.actuators), dtype=bool)
+        self._begin()
+
+    def connect(self) -> None:
+        """Nothing to open: the model is built with the driver."""
+
+    def read(self) -> JointStates:
+        """The state at this time with measurement noise; the same time reads the same."""
+        return self._measured
+
+    def write(self, values: np.ndarray) -> Applied:
+        """Hold values [V or N m], shape (A,), from now on; a free motor gets 0."""
+        limited = np.clip(values, -self.info.limits, self.info.limits)
+        self._input = np.where(self._enabled, limited, 0.0)
+        return Applied(
+            stamp_ns=self._stamp_ns(),
+            names=self.info.actuators,
+            values=self._input.copy(),
+            interface=self.info.interface,
+            enabled=self._enabled.copy(),
+            extra={},
+        )
+
+    def advance(self, seconds: float) -> float:
+        """Integrate one state period with the values written last."""
+        self._state = self._model.step(self._state, self._input, seconds, enabled=self._enabled)
+        self._ticks += 1
+        self._measured = self._measure()
+        return seconds
+
+    def set_torque(self, on: bool) -> None:
+        """Motors on or free, from now on."""
+        self._enabled[:] = on
+
+    def reset(self) -> None:
+        """Put the robot into its start pose; its clock goes on."""
+        self._begin()
+        self.starts += 1
+
+    def stop(self) -> None:
+        """Motors at 0."""
+        self._input = np.zeros_like(self._input)
+
+    def _begin(self) -> None:
+        self._state = self._model.start(self._start_pose, self._start_rng)
+        self._measured = self._measure()
+
+    def _measure(self) -> JointStates:
+        q, dq = self._model.sense(self._state)
+        noise = self._noise_rng.standard_normal((2, len(self.info.joints)))
+        position, velocity = np.stack([q, dq]) + self._noise[:, None] * noise
+        return JointStates(
+            stamp_ns=self._stamp_ns(),
+            names=self.info.joints,
+            position=position,
+            velocity=velocity,
+            effort=None,
+        )
+
+    def _stamp_ns(self) -> int:
+        return round(self._ticks * 1_000_000_000 / self.info.state_rate)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the robot node says about itself on /diagnostics once a second."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from leo_msgs_py.messages import DiagnosticArray, DiagnosticStatus, Header, KeyValue
+from leo_msgs_py.values import time_message
+from leo_sim.safety import Safety
+
+
+class Health:
+    """Counts of the loop: how long a state takes, how often it came a whole period late.
+
+    Args:
+        period: time between two states on the wall's clock [s]; 0 in lockstep, never late.
+    """
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self.missed = 0
+        self._loop_times: list[float] = []
+
+    def note(self, loop_time: float, lateness: float) -> None:
+        """Add one state that took `loop_time` [s] and was late by `lateness` [s]."""
+        self._loop_times.append(loop_time)
+        self.missed += bool(self._period and lateness > self._period)
+
+    def take_loop_times(self) -> tuple[int, float, float]:
+        """Number of states since the last call, mean and largest loop time [ms]."""
+        times, self._loop_times = self._loop_times, []
+        if not times:
+            return 0, 0.0, 0.0
+        return len(times), 1e3 * sum(times) / len(times), 1e3 * max(times)
+
+
+def robot_status(name: str, safety: Safety, health: Health, torque: bool, new_missed: int) -> Any:
+    """The DiagnosticStatus of a robot node; `new_missed` deadlines since the last one."""
+    count, mean, largest = health.take_loop_times()
+    status = DiagnosticStatus(name=name)
+    status.level, status.message = _level(safety, torque, new_missed)
+    status.values = [
+        KeyValue(key=key, value=str(value))
+        for key, value in (
+            ('states in the last second', count),
+            ('loop time mean ms', f'{mean:.3f}'),
+            ('loop time max ms', f'{largest:.3f}'),
+            ('missed deadlines', health.missed),
+            ('command timeouts', safety.timeouts),
+            ('rejected commands', safety.rejected),
+            ('e-stop', safety.e_stopped),
+            ('torque', torque),
+        )
+    ]
+    return status
+
+
+def diagnostic_array(status: Any, now_ns: int) -> Any:
+    """A DiagnosticArray of one status, stamped."""
+    return DiagnosticArray(header=Header(stamp=time_message(now_ns)), status=[status])
+
+
+def _level(safety: Safety, torque: bool, new_missed: int) -> tuple[Any, str]:
+    if safety.e_stopped:
+        return DiagnosticStatus.ERROR, 'e-stop: 0 until /robot/e_stop_reset'
+    if safety.timed_out:
+        return DiagnosticStatus.WARN, 'no command: timed out, 0 until the next one'
+    if new_missed:
+        return DiagnosticStatus.WARN, f'{new_missed} deadlines missed in the last second'
+    return DiagnosticStatus.OK, 'running' if torque else 'running, motors free'

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the robot node: declared, checked, and turned into a driver's options."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+from typing import Any
+
+from leo_msgs_py.errors import UserError
+from leo_sim.drivers.base import DriverOptions
+from leo_sim.robot import load_robot
+
+NOISE_FORM = 'noise takes two numbers, [position rad, velocity rad/s] standard deviations'
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the robot node runs.
+
+    Attributes:
+        driver: name of a driver.
+        options: for that driver.
+        realtime_factor: robot seconds per wall second; 0 is lockstep.
+        command_timeout: age at which a command is dropped for 0 [s]; 0 disables.
+        slew: largest change of a command [V/s or N m/s]; 0 disables.
+        episode: number of the first episode; negative takes the next one.
+    """
+
+    driver: str
+    options: DriverOptions
+    realtime_factor: float
+    command_timeout: float
+    slew: float
+    episode: int
+
+
+def read_settings(node: Any) -> Settings:
+    """Declare the parameters on `node` and check what was given.
+
+    Raises:
+        UserError: a value is out of range or of a wrong form; an unknown robot.
+    """
+
+    def given(name: str, default: Any) -> Any:
+        return node.declare_parameter(name, default).value
+
+    options = DriverOptions(
+        robot=load_robot(given('robot', 'pendulum')),
+        state_rate=_number('state_rate', given('state_rate', 0.0), 'Hz'),
+        start=given('start', 'nominal'),
+        seed=_seed('seed', given('seed', 0)),
+        noise=read_noise(
+            given('noise', [0.0, 0.0]), given('noise.position', 0.0), given('noise.velocity', 0.0)
+        ),
+        engine=given('engine', 'pybullet'),
+        integration_step=_number('integration_step', given('integration_step', 0.0), 's'),
+        bag=given('bag', ''),
+        private=_private(node, given('sealed', '')),
+    )
+    return Settings(
+        driver=given('driver', 'simulated'),
+        options=options,
+        realtime_factor=_number('realtime_factor', given('realtime_factor', 1.0), ''),
+        command_timeout=_number('command_timeout', given('command_timeout', 0.2), 's'),
+        slew=_number('slew', given('slew', 0.0), 'V/s or N m/s'),
+        episode=given('episode', -1),
+    )
+
+
+def read_noise(both: Sequence[float], position: float, velocity: float) -> tuple[float, float]:
+    """Standard deviations of position [rad] and velocity [rad/s] from either form.
+
+    Raises:
+        UserError: not two numbers, or a negative one.
+    """
+    if isinstance(both, str) or not isinstance(both, Sequence) or len(both) != 2:
+        raise UserError(f'noise is {both!r}: {NOISE_FORM}, as in -p noise:=[0.001,0.05]')
+    values = (position or both[0], velocity or both[1])
+    if not all(isinstance(v, (int, float)) and math.isfinite(v) and v >= 0 for v in values):
+        raise UserError(f'noise is {list(values)}: {NOISE_FORM}, none of them negative')
+    return float(values[0]), float(values[1])
+
+
+def _private(node: Any, sealed: str) -> dict[str, Any]:
+    private = {'sealed': sealed}
+    for name, default in (('hidden', ''), ('hidden_seed', -1)):
+        private[name] = node.declare_parameter(name, default, private=True).value
+    return private
+
+
+def _number(name: str, value: Any, unit: str) -> float:
+    if not isinstance(value, (int, float)) or not math.isfinite(value) or value < 0:
+        raise UserError(f'{name} is {value!r}; give 0 or a positive number {unit}'.rstrip())
+    return float(value)
+
+
+def _seed(name: str, value: Any) -> int:
+    if not isinstance(value, int) or value < 0:
+        raise UserError(f'{name} is {value!r}; give a whole number from 0 up')
+    return value

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What stands between a command and a motor: time-out, latched e-stop, clip and slew limit.
+
+The same for every driver, and a plain class: it knows no ROS and no clock, the caller brings the
+time. It is not a certified safety function; a real rig also needs a switch that cuts the supply.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import math
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+
+
+class BadCommand(ValueError):
+    """A command that cannot be carried out; the text names what was expected and what came."""
+
+
+class Safety:
+    """Turn commands into the values that may be written to the actuators now.
+
+    Args:
+        limits: largest absolute value per actuator [V or N m], shape (A,).
+        timeout: age [s] at which a command is dropped for 0; 0 disables.
+        slew: largest change per second [V/s or N m/s]; 0 disables. Stopping is never slowed.
+
+    Attributes:
+        e_stopped: latched until `e_stop_reset`.
+        timed_out: the last command grew too old; ends with the next command.
+        timeouts: how often a command grew too old.
+        rejected: how many commands were refused.
+    """
+
+    def __init__(
+        self, limits: Sequence[float] | np.ndarray, timeout: float = 0.2, slew: float = 0.0
+    ) -> None:
+        self._limits = np.array(limits, dtype=float)
+        self._timeout = _at_least_zero('command_timeout', timeout, 's')
+        self._slew = _at_least_zero('slew', slew, 'per s')
+        self.e_stopped = False
+        self.timed_out = False
+        self.timeouts = 0
+        self.rejected = 0
+        self.release()
+
+    def accept(self, values: Sequence[float] | np.ndarray, now: float) -> None:
+        """Latch a command, shape (A,), that arrived at robot time `now` [s].
+
+        Raises:
+            BadCommand: wrong length or a value that is not finite; the command before it holds.
+        """
+        command = np.array(values, dtype=float).ravel()
+        if command.size != self._limits.size:
+            self.rejected += 1
+            raise BadCommand(
+                f'command ignored: it has {command.size} values, the robot has '
+                f'{self._limits.size} actuators'
+            )
+        if not np.isfinite(command).all():
+            self.rejected += 1
+            raise BadCommand(f'command ignored: {command.tolist()} has values that are not finite')
+        self._command, self._since = command, now
+        self.timed_out = False
+
+    def output(self, now: float) -> np.ndarray:
+        """The values to write at robot time `now` [s], shape (A,); 0 when stopped or timed out."""
+        if self.e_stopped or self._is_too_old(now):
+            self._last = np.zeros_like(self._limits)
+        else:
+            wanted = np.clip(self._command, -self._limits, self._limits)
+            self._last = self._slewed(wanted, now)
+        self._last_time = now
+        return self._last.copy()
+
+    def e_stop(self) -> None:
+        """Hold 0 from now on, whatever is commanded."""
+        self.e_stopped = True
+
+    def e_stop_reset(self) -> None:
+        """End the e-stop; commands from before it are forgotten."""
+        self.e_stopped = False
+        self.release()
+
+    def release(self) -> None:
+        """Forget the command, as at the start: 0 until the next one."""
+        self._command = np.zeros_like(self._limits)
+        self._last = np.zeros_like(self._limits)
+        self._since = math.inf
+        self._last_time = math.inf
+        self.timed_out = False
+
+    def _is_too_old(self, now: float) -> bool:
+        if not self._timeout or self.timed_out or now - self._since <= self._timeout:
+            return self.timed_out
+        self.timed_out = True
+        self.timeouts += 1
+        return True
+
+    def _slewed(self, wanted: np.ndarray, now: float) -> np.ndarray:
+        if not self._slew:
+            return wanted
+        step = self._slew * max(0.0, now - self._last_time)
+        return self._last + np.clip(wanted - self._last, -step, step)
+
+
+def _at_least_zero(name: str, value: float, unit: str) -> float:
+    if not (math.isfinite(value) and value >= 0.0):
+        raise UserError(f'{name} is {value} {unit}; give 0 (off) or a positive number')
+    return float(value)

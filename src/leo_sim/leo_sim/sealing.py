@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sealed text files: nobody reads the truth by accident, and a changed file is noticed.
+
+A seal is no encryption. The first line says what the file is and how to open it, the second is
+the SHA-256 of the text, the rest is the text compressed in base64.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import os
+from pathlib import Path
+import textwrap
+import zlib
+
+from leo_msgs_py.errors import UserError
+
+FIRST_LINE = 'leo sealed 1 (open with: leo reveal FILE)'
+
+
+def seal(path: Path, text: str) -> None:
+    """Write `text` sealed to `path`, replacing a file there in one step."""
+    packed = base64.b64encode(zlib.compress(text.encode())).decode()
+    lines = [FIRST_LINE, _digest(text), *textwrap.wrap(packed, 76)]
+    partial = path.with_name(f'.{path.name}.{os.getpid()}')
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial.write_text('\n'.join(lines) + '\n')
+        partial.replace(path)
+    except OSError as error:
+        raise UserError(f'cannot write the sealed file {path}: {error.strerror}') from error
+
+
+def unseal(path: Path) -> str:
+    """The text sealed in `path`.
+
+    Raises:
+        UserError: no such file, not a sealed file, or one that was changed.
+    """
+    try:
+        first, digest, *packed = path.read_text().splitlines()
+    except OSError as error:
+        raise UserError(f'cannot read {path}: {error.strerror}') from error
+    except (ValueError, UnicodeDecodeError) as error:
+        raise UserError(_not_sealed(path)) from error
+    if first != FIRST_LINE:
+        raise UserError(_not_sealed(path))
+    return _unpack(path, digest, ''.join(packed))
+
+
+def _unpack(path: Path, digest: str, packed: str) -> str:
+    damaged = f'{path} was changed after it was sealed; let the robot write it again'
+    try:
+        text = zlib.decompress(base64.b64decode(packed, validate=True)).decode()
+    except (ValueError, zlib.error) as error:
+        raise UserError(damaged) from error
+    if _digest(text) != digest:
+        raise UserError(damaged)
+    return text
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _not_sealed(path: Path) -> str:
+    return f'{path} is not a sealed file; give the one that the robot printed as "sealed: FILE"'
