@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Everything in a bag: topics with their messages, metadata records, how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from mcap.records import Channel, Message, Metadata, Schema
+
+from .mcap_file import find_files, McapFile
+
+
+class Logged(NamedTuple):
+    """One message: when it was logged [ns] and its CDR bytes."""
+
+    log_ns: int
+    data: bytes
+
+
+@dataclass
+class TopicLog:
+    """All messages of one topic in log order."""
+
+    name: str
+    type: str
+    qos: str = ''
+    messages: list[Logged] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class BagContents:
+    """A bag in memory.
+
+    Attributes:
+        path: the folder or file that was asked for.
+        files: its MCAP files in order.
+        topics: by name.
+        metadata: metadata records by name; `leo` is ours.
+        finished: whether every file has its footer.
+    """
+
+    path: Path
+    files: tuple[Path, ...]
+    topics: Mapping[str, TopicLog]
+    metadata: Mapping[str, Mapping[str, str]]
+    finished: bool
+
+    @property
+    def message_count(self) -> int:
+        """Number of messages over all topics."""
+        return sum(len(topic.messages) for topic in self.topics.values())
+
+    def of_type(self, type_name: str) -> tuple[TopicLog, ...]:
+        """Return the topics of a message type."""
+        return tuple(topic for topic in self.topics.values() if topic.type == type_name)
+
+
+def load(path: Path) -> BagContents:
+    """Read a bag into memory, up to the cut where it is not finished.
+
+    Raises:
+        UserError: there is no MCAP bag at `path`.
+    """
+    files = find_files(path)
+    topics: dict[str, TopicLog] = {}
+    metadata: dict[str, Mapping[str, str]] = {}
+    finished = [_load_file(McapFile(file), topics, metadata) for file in files]
+    for topic in topics.values():
+        topic.messages.sort(key=lambda message: message.log_ns)
+    return BagContents(path, files, topics, metadata, all(finished))
+
+
+def _load_file(
+    file: McapFile, topics: dict[str, TopicLog], metadata: dict[str, Mapping[str, str]],
+) -> bool:
+    schemas: dict[int, str] = {}
+    channels: dict[int, list[Logged]] = {}
+    for record in file.records():
+        if isinstance(record, Message) and record.channel_id in channels:
+            channels[record.channel_id].append(Logged(record.log_time, record.data))
+        elif isinstance(record, Schema):
+            schemas[record.id] = record.name
+        elif isinstance(record, Channel):
+            log = topics.setdefault(record.topic, _topic(record, schemas))
+            channels[record.id] = log.messages
+        elif isinstance(record, Metadata):
+            metadata[record.name] = record.metadata
+    return file.finished
+
+
+def _topic(channel: Channel, schemas: Mapping[int, str]) -> TopicLog:
+    qos = channel.metadata.get('offered_qos_profiles', '')
+    return TopicLog(channel.topic, schemas.get(channel.schema_id, ''), qos)

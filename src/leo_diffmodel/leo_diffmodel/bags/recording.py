@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A bag as compare, explain and the difference model want it: episodes of states and inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+import statistics
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leo_msgs_py.errors import UserError
+
+from .contents import BagContents, load
+from .inputs import InputLog, read_inputs
+from .mcap_file import sha256
+from .runs import Held, split_runs
+from .split import Segments, split, unwrapped, velocity
+from .states import Floats, read_states, Stamps, StateLog
+from .topic_map import find_topic, list_topics, read_topic_map, TopicMap
+from .zoh import average
+
+if TYPE_CHECKING:
+    from leo_sim.robot import Robot
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One stretch of a recording without reset, restart or gap; steps may be uneven.
+
+    Attributes:
+        t: since the first state of the recording [s], shape (T,), increasing.
+        q: joint positions [rad, m], shape (T, J), columns in `Recording.joints` order.
+        dq: joint velocities [rad/s, m/s], shape (T, J).
+        inputs: [V or N m], shape (T, A), columns in `Recording.actuators` order; row k acts from
+            t[k] to t[k + 1] (mean of what was held meanwhile), the last row from t[-1] on.
+        enabled: False where the motor was free (torque off, or a passive log), shape (T, A).
+        effort: measured torques [N m], shape (T, J), NaN where not measured; None without any.
+    """
+
+    t: Floats
+    q: Floats
+    dq: Floats
+    inputs: Floats
+    enabled: NDArray[np.bool_]
+    effort: Floats | None = None
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A bag, read for one robot.
+
+    Attributes:
+        path: the folder or file.
+        sha256: of the bytes of its .mcap files.
+        joints: joint names, in the robot's order.
+        actuators: joints of the actuators, in actuator order.
+        input: `voltage`, `torque` or `none` (a passive log).
+        command_period: [s], one control period.
+        episodes: at least one, each of at least two samples.
+        metadata: the `leo` record: robot, start pose, held base, noise, seed; empty for foreign
+            bags.
+        warnings: what a user should know about the data, one line each.
+    """
+
+    path: Path
+    sha256: str
+    joints: tuple[str, ...]
+    actuators: tuple[str, ...]
+    input: str
+    command_period: float
+    episodes: tuple[Episode, ...]
+    metadata: Mapping[str, str]
+    warnings: tuple[str, ...] = ()
+
+
+def read_bag(
+    path: str | Path, robot: Robot | str | Path, topic_map: str | Path | TopicMap | None = None,
+) -> Recording:
+    """Read any robot's rosbag2 MCAP bag, finished or not, at any and at uneven rates.
+
+    Args:
+        path: a rosbag2 folder or one .mcap file.
+        robot: the robot whose joints and actuators are wanted, its name or its folder.
+        topic_map: a YAML file for other names, signs and timing (see `topic_map`).
+
+    Raises:
+        UserError: no such bag, topic or joint (listing those there are), or nothing usable.
+    """
+    path, mapping, robot = Path(path), read_topic_map(topic_map), _robot(robot)
+    contents = load(path)
+    topic = find_topic(contents, 'joint_states', mapping)
+    if topic is None:
+        raise UserError(
+            f'{path} has no topic /joint_states; it has {list_topics(contents)}. '
+            'Name the one to use in a topic map (topics: {joint_states: ...})'
+        )
+    states, turns = unwrapped(read_states(topic, robot.joint_names, mapping))
+    segments = split(states, find_topic(contents, 'episode', mapping))
+    inputs = read_inputs(contents, states, robot, mapping)
+    episodes = _episodes(states, segments, _held(states, inputs, mapping), len(robot.actuators))
+    if not episodes:
+        raise UserError(f'{path}: no joint states while inputs were recorded; record both')
+    metadata = contents.metadata.get('leo', {})
+    return Recording(
+        path=path, sha256=sha256(contents.files), joints=tuple(robot.joint_names),
+        actuators=tuple(a.joint for a in robot.actuators),
+        input=inputs.kind if inputs else 'none',
+        command_period=_command_period(metadata, robot, states, inputs),
+        episodes=episodes, metadata=metadata,
+        warnings=tuple(_warnings(contents, states, segments, inputs, turns, episodes)),
+    )
+
+
+def _robot(robot: Robot | str | Path) -> Robot:
+    if isinstance(robot, str | Path):
+        from leo_sim.robot import load_robot
+        return load_robot(robot)
+    return robot
+
+
+def _held(states: StateLog, inputs: InputLog | None, mapping: TopicMap) -> Held | None:
+    return split_runs(states, inputs, mapping.hold == 'previous') if inputs else None
+
+
+def _episodes(
+    states: StateLog, segments: Segments, held: Held | None, actuators: int,
+) -> tuple[Episode, ...]:
+    found = (_episode(states, part, held, actuators) for part in segments.slices)
+    return tuple(episode for episode in found if episode is not None)
+
+
+def _episode(
+    states: StateLog, part: slice, held: Held | None, actuators: int,
+) -> Episode | None:
+    """Cut one episode out, from the first known input on; None where nothing is left."""
+    if held is not None:
+        start = part.start + held.unknown(part, states.stamp_ns)
+        part = slice(start, part.stop)
+    if part.stop - part.start < 2:
+        return None
+    t, q = states.stamp_ns[part], states.q[part]
+    inputs, enabled = (
+        _passive(len(t), actuators) if held is None else _averaged(t, *held.near(part))
+    )
+    return Episode(
+        t=(t - states.stamp_ns[0]) * 1e-9,
+        q=q,
+        dq=velocity(t, q) if states.dq is None else states.dq[part],
+        inputs=inputs,
+        enabled=enabled,
+        effort=None if states.effort is None else states.effort[part],
+    )
+
+
+def _passive(count: int, actuators: int) -> tuple[Floats, NDArray[np.bool_]]:
+    return np.zeros((count, actuators)), np.zeros((count, actuators), dtype=bool)
+
+
+def _averaged(
+    t: Stamps, stamps: Stamps, values: Floats, enabled: Floats,
+) -> tuple[Floats, NDArray[np.bool_]]:
+    return average(t, stamps, values), average(t, stamps, enabled) > 0.5
+
+
+def _command_period(
+    metadata: Mapping[str, str], robot: Robot, states: StateLog, inputs: InputLog | None,
+) -> float:
+    """Return the control period [s]: the robot's own, for foreign bags the median one."""
+    if 'robot' in metadata:
+        return float(robot.control_period)
+    stamps = states.stamp_ns if inputs is None else inputs.stamp_ns
+    steps = [int(step) for step in np.diff(stamps) if step > 0]
+    return statistics.median(steps) * 1e-9 if steps else float(robot.control_period)
+
+
+def _warnings(
+    contents: BagContents, states: StateLog, segments: Segments, inputs: InputLog | None,
+    turns: int, episodes: tuple[Episode, ...],
+) -> list[str]:
+    used = sum(len(episode.t) for episode in episodes)
+    lost = len(states.q) - used
+    told = [
+        (not contents.finished, 'cut short (the recorder was killed?); read up to the cut'),
+        (states.dropped, f'{states.dropped} samples with NaN left out'),
+        (inputs and inputs.dropped, f'{inputs.dropped if inputs else 0} unusable inputs left out'),
+        (not states.stamped, 'joint states carry no stamps; log times taken instead'),
+        (states.dq is None, 'no velocities; differentiated from the positions'),
+        (turns, f'{turns} wraps by whole turns undone'),
+        (segments.breaks.get('gap'), f'{segments.breaks.get("gap")} gaps; split there'),
+        (segments.breaks.get('jump'),
+         f'{segments.breaks.get("jump")} jumps no model can make; split there'),
+        (lost > 0.02 * len(states.q), f'{lost} samples unused (lone, or before the first input)'),
+    ]
+    return [f'{contents.path}: {text}' for holds, text in told if holds]

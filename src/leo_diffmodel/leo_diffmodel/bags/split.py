@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where a recording must be cut so that no window crosses a reset, a restart or a gap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leo_msgs_py.errors import UserError
+
+from .contents import TopicLog
+from .states import deserialize, Floats, Stamps, StateLog
+from .types import UINT32
+
+GAP_PERIODS = 5.0
+GAP_SECONDS = 0.025
+JUMP_FLOOR = 0.02
+"""Smallest step [rad or m] taken for a jump: above any encoder's resolution."""
+_JUMP_SIGMAS = 10.0
+_NEAR = 3
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Stretches of states without a break, and how often each kind of break came."""
+
+    slices: tuple[slice, ...]
+    breaks: dict[str, int]
+
+
+def split(states: StateLog, episodes: TopicLog | None) -> Segments:
+    """Cut at new episodes, at stamps jumping back, at gaps, and at impossible jumps.
+
+    Jumps are looked for where the bag has no episode topic. A gap is a step longer than five
+    median periods (and 25 ms). A jump is a position change that the velocities at both ends do
+    not allow, by more than ten robust standard deviations of such mismatches and 0.02 rad.
+    """
+    step = np.diff(states.stamp_ns)
+    back = step < 0
+    forward = step[~back]
+    period = float(np.median(forward)) if forward.size else 0.0
+    gap = step > max(GAP_PERIODS * period, GAP_SECONDS * 1e9)
+    cuts = {'stamps jump back': back, 'gap': gap & ~back}
+    mismatch = jump_ratio(states)
+    if episodes is not None and episodes.messages:
+        cuts['new episode'] = _episode_cuts(states, episodes, mismatch)
+        cuts['gap'] &= ~cuts['new episode']
+    else:
+        cuts['jump'] = (mismatch > 1.0) & ~back & ~gap
+    return Segments(_slices(cuts, len(states.q)), {k: int(v.sum()) for k, v in cuts.items()})
+
+
+def unwrapped(states: StateLog) -> tuple[StateLog, int]:
+    """Undo angles wrapped by whole turns where the velocity goes on; also return how many."""
+    if len(states.q) < 2:
+        return states, 0
+    residual, tolerance, impulse = _mismatch(states)
+    turns = np.round(residual / (2.0 * np.pi))
+    wrapped = (turns != 0) & (np.abs(residual - 2.0 * np.pi * turns) <= tolerance)
+    wrapped &= impulse <= JUMP_FLOOR
+    if not wrapped.any():
+        return states, 0
+    shift = np.cumsum(np.where(wrapped, turns, 0.0), axis=0) * 2.0 * np.pi
+    q = states.q - np.vstack([np.zeros(states.q.shape[1]), shift])
+    return replace(states, q=q), int(wrapped.sum())
+
+
+def jump_ratio(states: StateLog) -> Floats:
+    """Return how far each step is from what its velocities allow, 1 = the limit; (T - 1,)."""
+    if len(states.q) < 2:
+        return np.zeros(0)
+    residual, tolerance, _ = _mismatch(states)
+    return np.asarray((np.abs(residual) / tolerance).max(axis=1))
+
+
+def velocity(stamp_ns: Stamps, q: Floats) -> Floats:
+    """Differentiate positions over uneven stamps; shape (T, J), rad/s."""
+    if len(q) < 2:
+        return np.zeros_like(q)
+    t = (stamp_ns - stamp_ns[0]) * 1e-9
+    return np.asarray(np.gradient(q, t, axis=0))
+
+
+def _mismatch(states: StateLog) -> tuple[Floats, Floats, Floats]:
+    """Return position change less velocity x dt, its tolerance, and velocity change x dt."""
+    dt = np.abs(np.diff(states.stamp_ns))[:, None] * 1e-9
+    if states.dq is None:
+        change = np.diff(states.q, axis=0)
+        before = np.vstack([change[:1], change[:-1]])
+        residual = change - before
+        impulse = np.zeros_like(residual)
+    else:
+        residual = np.diff(states.q, axis=0) - dt * (states.dq[1:] + states.dq[:-1]) / 2.0
+        impulse = dt * np.abs(np.diff(states.dq, axis=0))
+    sigma = 1.4826 * np.median(np.abs(residual - np.median(residual, axis=0)), axis=0)
+    return residual, np.maximum(JUMP_FLOOR, _JUMP_SIGMAS * sigma) + impulse, impulse
+
+
+def _episode_cuts(states: StateLog, episodes: TopicLog, mismatch: Floats) -> NDArray[np.bool_]:
+    """Return the steps, shape (T - 1,), in which the episode number changes.
+
+    The number has no stamp and arrives on its own topic, so it may come a few samples before or
+    after the first state of its episode; the worst jump nearby is then the true place.
+    """
+    logged = list(deserialize(episodes, UINT32))
+    numbers = [message.data for _, message in logged]
+    starts = [log for k, (log, _) in enumerate(logged) if k and numbers[k] != numbers[k - 1]]
+    cuts = np.zeros(max(len(states.q) - 1, 0), dtype=bool)
+    for place in np.searchsorted(states.log_ns, starts) - 1:
+        if 0 <= place < cuts.size:
+            low = max(place - _NEAR, 0)
+            near = mismatch[low:place + _NEAR + 1]
+            cuts[low + int(near.argmax()) if near.max() > 1.0 else place] = True
+    return cuts
+
+
+def _slices(cuts: dict[str, NDArray[np.bool_]], count: int) -> tuple[slice, ...]:
+    """Return the stretches of at least two samples between the cuts."""
+    anywhere = np.logical_or.reduce(list(cuts.values()))
+    edges = [0, *(np.flatnonzero(anywhere) + 1).tolist(), count]
+    found = [slice(a, b) for a, b in pairwise(edges) if b - a >= 2]
+    if not found:
+        raise UserError(f'only {count} usable joint states, never two in a row; record longer')
+    return tuple(found)

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Joint states of a bag as arrays, in the robot's joint order and signs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.serde import SerdeError
+
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.wire.definitions import typestore
+
+from .contents import TopicLog
+from .topic_map import TopicMap
+from .types import JOINT_STATE
+
+Floats = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class StateLog:
+    """Joint states in log order; angles in rad (m), rates in rad/s (m/s), torques in N m.
+
+    Attributes:
+        log_ns: when recorded, shape (T,).
+        stamp_ns: when measured, shape (T,); repeats of a stamp are gone.
+        q, dq, effort: shape (T, J); dq or effort is None where the bag has none.
+        dropped: samples left out for a NaN.
+        stamped: whether the headers had stamps (else stamp_ns is log_ns).
+    """
+
+    log_ns: Stamps
+    stamp_ns: Stamps
+    q: Floats
+    dq: Floats | None
+    effort: Floats | None
+    dropped: int
+    stamped: bool
+
+
+def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> StateLog:
+    """Decode the joint states of a topic.
+
+    Raises:
+        UserError: empty, joints missing (listing those there are), or nothing but NaN.
+    """
+    rows = list(_rows(topic, joints, topic_map))
+    if not rows:
+        raise UserError(f'no messages on {topic.name}; was the robot running?')
+    log = np.array([row[0] for row in rows], dtype=np.int64)
+    stamp = np.array([row[1] for row in rows], dtype=np.int64)
+    columns = [_column([row[k] for row in rows], len(joints)) for k in (2, 3, 4)]
+    signs = np.array([float(topic_map.joint(name).sign) for name in joints])
+    offsets = np.array([topic_map.joint(name).offset for name in joints])
+    q, dq, effort = (None if column is None else signs * column for column in columns)
+    if q is None:
+        raise UserError(f'the messages on {topic.name} have no positions')
+    stamped = bool(stamp.any())
+    return _clean(topic, log, stamp if stamped else log, q + offsets, dq, effort, stamped)
+
+
+def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[int, Any]]:
+    """Yield (log time [ns], message) of a topic.
+
+    Raises:
+        UserError: the bytes are not such a message.
+    """
+    decode = typestore().deserialize_cdr
+    for message in topic.messages:
+        try:
+            yield message.log_ns, decode(message.data, type_name)
+        except SerdeError as error:
+            raise UserError(f'broken message on {topic.name}: {error}') from None
+
+
+def stamp_of(message: Any) -> int:
+    """Return the header stamp of a message in ns."""
+    stamp = message.header.stamp
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+
+
+def _rows(
+    topic: TopicLog, joints: Sequence[str], topic_map: TopicMap,
+) -> Iterator[tuple[Any, ...]]:
+    """Yield (log, stamp, position, velocity, effort) of the messages that have all joints."""
+    wanted = [topic_map.joint(name).name for name in joints]
+    orders: dict[tuple[str, ...], list[int] | None] = {}
+    for log_ns, message in deserialize(topic, JOINT_STATE):
+        names = tuple(message.name)
+        if names not in orders:
+            complete = set(wanted) <= set(names)
+            orders[names] = [names.index(str(name)) for name in wanted] if complete else None
+        order = orders[names]
+        if order is not None:
+            fields = (message.position, message.velocity, message.effort)
+            picked = [f[order] if len(f) == len(names) else None for f in fields]
+            yield log_ns, stamp_of(message), *picked
+    if orders and not any(orders.values()):
+        there = sorted({name for names in orders for name in names})
+        raise UserError(
+            f'joints {", ".join(str(w) for w in wanted if w not in there)} are not on '
+            f'{topic.name}; there are {", ".join(there) or "none"}. Rename in a topic map '
+            '(joints: {ours: {name: theirs}})'
+        )
+
+
+def _column(values: list[Floats | None], width: int) -> Floats | None:
+    """Stack one field; samples without it become NaN, None where no sample has it."""
+    if all(value is None for value in values):
+        return None
+    missing = np.full(width, np.nan)
+    return np.array([missing if value is None else value for value in values], dtype=float)
+
+
+def _clean(
+    topic: TopicLog, log: Stamps, stamp: Stamps, q: Floats, dq: Floats | None,
+    effort: Floats | None, stamped: bool,
+) -> StateLog:
+    """Drop repeats of a stamp and samples with NaN."""
+    dq = None if dq is None or np.isnan(dq).all() else dq
+    fresh = np.concatenate([[True], np.diff(stamp) != 0])
+    whole = np.isfinite(q).all(axis=1)
+    if dq is not None:
+        whole &= np.isfinite(dq).all(axis=1)
+    keep = fresh & whole
+    if not keep.any():
+        raise UserError(f'every sample on {topic.name} has a NaN; nothing usable is left')
+    dq = None if dq is None else dq[keep]
+    effort = None if effort is None else effort[keep]
+    dropped = int(np.sum(fresh & ~whole))
+    return StateLog(log[keep], stamp[keep], q[keep], dq, effort, dropped, stamped)

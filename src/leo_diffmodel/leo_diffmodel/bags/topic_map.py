@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How another robot's bag maps to ours: names, signs, offsets, when an input acts.
+
+A topic map, every key optional:
+
+    topics: {joint_states: /arm/joint_states, commands: /arm/pwm_controller/commands}
+    joints:
+      pivot: {name: joint_1, sign: -1, offset: 0.1}   # ours = sign * theirs + offset [rad]
+    input: commands          # or auto, dynamic_joint_states, effort, none
+    interface: voltage       # its name on the dynamic joint states
+    command_order: [pivot]   # joints of the command topic
+    hold: previous           # a stamp means the period before it
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from leo_msgs_py.errors import UserError
+
+from .contents import BagContents, TopicLog
+from .types import DYNAMIC_JOINT_STATE, FLOAT64_ARRAY, JOINT_STATE, UINT32
+from .yaml_config import read_config
+
+Role = Literal['joint_states', 'dynamic_joint_states', 'commands', 'episode']
+DEFAULT_NAMES = {
+    'joint_states': '/joint_states',
+    'dynamic_joint_states': '/dynamic_joint_states',
+    'episode': '/robot/episode',
+}
+COMMANDS = {'voltage': '/voltage_controller/commands', 'torque': '/effort_controller/commands'}
+TYPES = {
+    'joint_states': JOINT_STATE,
+    'dynamic_joint_states': DYNAMIC_JOINT_STATE,
+    'commands': FLOAT64_ARRAY,
+    'episode': UINT32,
+}
+
+
+class JointMap(BaseModel):
+    """Where one of our joints is in the bag; ours = sign * theirs + offset."""
+
+    model_config = ConfigDict(extra='forbid', frozen=True)
+
+    name: str | None = None
+    sign: Literal[1, -1] = 1
+    offset: float = Field(default=0.0, allow_inf_nan=False)
+
+
+class TopicMap(BaseModel):
+    """Names, signs and timing of a foreign bag (module docstring shows the file)."""
+
+    model_config = ConfigDict(extra='forbid', frozen=True)
+
+    topics: dict[Role, str] = {}
+    joints: dict[str, JointMap] = {}
+    input: Literal['auto', 'dynamic_joint_states', 'commands', 'effort', 'none'] = 'auto'
+    interface: str | None = None
+    command_order: list[str] | None = None
+    hold: Literal['next', 'previous'] = 'next'
+
+    def joint(self, name: str) -> JointMap:
+        """Return the mapping of one of our joints, the identity where none is given."""
+        found = self.joints.get(name, JointMap())
+        return found if found.name else found.model_copy(update={'name': name})
+
+
+def read_topic_map(source: str | Path | TopicMap | None) -> TopicMap:
+    """Return a topic map from a YAML file; the empty one for None.
+
+    Raises:
+        UserError: no such file, or wrong in it.
+    """
+    if isinstance(source, TopicMap):
+        return source
+    return TopicMap() if source is None else read_config(Path(source), TopicMap)
+
+
+def find_topic(
+    contents: BagContents, role: Role, topic_map: TopicMap, name: str | None = None,
+) -> TopicLog | None:
+    """Return the topic that plays a role, or None.
+
+    The name is the map's, else the default one, else that of the only topic of the right type
+    that ends in it (a namespace).
+
+    Raises:
+        UserError: the map names a topic that is not there, has another type, or several fit.
+    """
+    if role in topic_map.topics:
+        return _named(contents, topic_map.topics[role], TYPES[role])
+    default = name or DEFAULT_NAMES[role]
+    topics = [topic for topic in contents.of_type(TYPES[role]) if topic.name.endswith(default)]
+    exact = [topic for topic in topics if topic.name == default]
+    if len(exact or topics) > 1:
+        names = ', '.join(topic.name for topic in topics)
+        raise UserError(
+            f'{contents.path} has several topics for {role}: {names}; choose one in a topic map '
+            f'(topics: {{{role}: ...}})'
+        )
+    return next(iter(exact or topics), None)
+
+
+def _named(contents: BagContents, name: str, type_name: str) -> TopicLog:
+    topic = contents.topics.get(name)
+    if topic is None:
+        raise UserError(f'{contents.path} has no topic {name}; it has {list_topics(contents)}')
+    if topic.type != type_name:
+        raise UserError(f'{name} in {contents.path} is {topic.type}, needed is {type_name}')
+    return topic
+
+
+def list_topics(contents: BagContents) -> str:
+    """Return the topics of a bag in words."""
+    return ', '.join(
+        f'{topic.name} ({topic.type})' for topic in contents.topics.values()
+    ) or 'no topics'

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writing a rosbag2 MCAP bag that a killed process leaves readable."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+import fcntl
+from pathlib import Path
+import time
+
+from mcap.writer import CompressionType, Writer
+
+from leo_msgs_py.errors import UserError
+
+from .metadata import write_metadata
+from .types import definition
+
+FLUSH_SECONDS = 0.1
+"""Longest time a message waits in this process; what `kill -9` can cost."""
+
+
+class BagWriter:
+    """One bag folder being written.
+
+    Messages reach the operating system in small whole chunks at most `FLUSH_SECONDS` after they
+    came, as long as `flush` is also called when none come. While open, the file is locked, which
+    is how `leo bag info` tells a live bag from a dead one.
+    """
+
+    def __init__(self, folder: Path, metadata: Mapping[str, str] | None = None) -> None:
+        """Create the folder.
+
+        Args:
+            folder: must not exist.
+            metadata: the `leo` record (robot, start pose, ...); more may follow later.
+
+        Raises:
+            UserError: the folder exists or cannot be made.
+        """
+        self.folder = folder
+        self.file = folder / f'{folder.name}_0.mcap'
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:
+            raise UserError(f'{folder} exists already; choose another folder') from None
+        except OSError as error:
+            raise UserError(f'cannot make {folder}: {error.strerror}') from None
+        self._stream = self.file.open('wb')
+        fcntl.flock(self._stream, fcntl.LOCK_EX)
+        self._writer = Writer(self._stream, compression=CompressionType.NONE)
+        self._writer.start(profile='ros2', library='leo_diffmodel')
+        self._schemas: dict[str, int] = {}
+        self._flushed = time.monotonic()
+        if metadata:
+            self.add_metadata(metadata)
+
+    def add_topic(self, name: str, type_name: str, qos: str = '') -> int:
+        """Add a topic and return its channel number.
+
+        Args:
+            name: fully qualified, as `/joint_states`.
+            type_name: as `sensor_msgs/msg/JointState`.
+            qos: `offered_qos_profiles` text.
+        """
+        text, digest = definition(type_name)
+        if type_name not in self._schemas:
+            self._schemas[type_name] = self._writer.register_schema(
+                type_name, 'ros2msg', text.encode()
+            )
+        return self._writer.register_channel(
+            name, 'cdr', self._schemas[type_name],
+            {'offered_qos_profiles': qos, 'topic_type_hash': digest},
+        )
+
+    def add_metadata(self, metadata: Mapping[str, str]) -> None:
+        """Add a `leo` metadata record; of several the last one counts."""
+        self._writer.add_metadata('leo', dict(metadata))
+        self.flush()
+
+    def write(self, channel: int, data: bytes, log_ns: int) -> None:
+        """Write one CDR message (4-byte header included) logged at `log_ns`."""
+        self._writer.add_message(channel, log_ns, data, log_ns)
+        if time.monotonic() - self._flushed >= FLUSH_SECONDS:
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand everything written so far to the operating system."""
+        self._writer.flush()
+        self._flushed = time.monotonic()
+
+    @property
+    def size(self) -> int:
+        """Bytes on disk."""
+        return self._stream.tell()
+
+    def close(self) -> None:
+        """Write the index and metadata.yaml."""
+        self._writer.finish()
+        self._stream.flush()
+        write_metadata(self.folder)
+        self._stream.close()
