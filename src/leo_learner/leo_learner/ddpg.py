@@ -1,0 +1,329 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Deep deterministic policy gradient as in Rastogi's thesis (2017), chapters 2, 5 and 7.
+
+One file, read from top to bottom: the settings, the networks, the exploration noise, the agent
+(act, learn), the training loop. `THESIS` is the reference, number by number from sections 9 and
+10 of the data sheet; every option that differs from it is off there and on in `RECOMMENDED`
+only where the measurements in the README say that it pays.
+
+Every episode draws its noise, its start and its batches from generators seeded with (seed,
+episode), so a run that was stopped between two episodes goes on exactly as if it had not been.
+"""
+
+from __future__ import annotations
+
+import copy
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import gymnasium
+import numpy as np
+import torch
+from torch import Tensor, nn
+from torch.nn.functional import mse_loss
+
+from leo_learner.replay import Batch, Replay
+
+OnScalar = Callable[[str, float, int], None]
+"""Receives (name, value, step): TensorBoard's `add_scalar`, a progress bar, a test."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """All numbers of a training run; the defaults are the thesis' (data sheet 9, 10, 12)."""
+
+    hidden: tuple[int, ...] = (400, 300)
+    """Units of the hidden ReLU layers of actor and critic."""
+    actor_rate: float = 1e-4
+    """Adam's learning rate for the actor."""
+    critic_rate: float = 1e-3
+    """Adam's learning rate for the critic."""
+    critic_l2: float = 0.01
+    """L2 on the critic's weights, added to its loss as 1/2 c |W|^2 (0.001 for LEO)."""
+    gamma: float = 0.99
+    """Discount per control step."""
+    tau: float = 0.001
+    """Share of the learned weights that moves into the target networks per update."""
+    batch: int = 64
+    """Transitions per update."""
+    replay: int = 1_000_000
+    """Transitions held."""
+    warm_up: int = 1000
+    """Transitions gathered before the first update (20 000 for LEO)."""
+    episode_steps: int | None = None
+    """Cut training episodes after this many steps, for more starts; a cut bootstraps."""
+    noise_theta: float = 0.15
+    """Ornstein-Uhlenbeck pull towards zero per step."""
+    noise_sigma: float = 0.2
+    """Ornstein-Uhlenbeck step, in the action's [-1, 1]."""
+    test_interval: int = 10
+    """Training episodes between two tests."""
+    test_starts: int = 1
+    """Starts per test: the nominal one, then fixed random ones. The thesis tests one."""
+    scale: bool = False
+    """Divide observations and rewards by their spread over the warm-up."""
+    critics: int = 1
+    """Critics whose smallest value is the target (2: clipped double Q)."""
+    target_noise: float = 0.0
+    """Noise on the target policy's action, clipped at 2.5 times itself."""
+    layer_norm: bool = False
+    """Layer norm before each hidden ReLU."""
+
+
+THESIS = Config()
+RECOMMENDED = replace(
+    THESIS,
+    hidden=(64, 64),
+    actor_rate=1e-3,
+    critic_l2=0.0,
+    gamma=0.97,
+    tau=0.01,
+    episode_steps=100,
+    noise_sigma=0.5,
+    test_interval=8,
+    test_starts=5,
+    scale=True,
+    critics=2,
+    target_noise=0.2,
+    layer_norm=True,
+)
+CONFIGS = {'thesis': THESIS, 'recommended': RECOMMENDED}
+
+
+def hidden_layers(sizes: list[int], extra_at_last: int, layer_norm: bool) -> nn.ModuleList:
+    """Hidden layers, weights U(+-1/sqrt(fan in)), biases zero; the last one takes the action."""
+    layers = nn.ModuleList()
+    for i, (n_in, n_out) in enumerate(zip(sizes[:-1], sizes[1:], strict=True)):
+        linear = nn.Linear(n_in + (extra_at_last if i == len(sizes) - 2 else 0), n_out)
+        bound = linear.in_features**-0.5
+        nn.init.uniform_(linear.weight, -bound, bound)
+        nn.init.zeros_(linear.bias)
+        norm = [nn.LayerNorm(n_out)] if layer_norm else []
+        layers.append(nn.Sequential(linear, *norm, nn.ReLU()))
+    return layers
+
+
+def output_layer(n_in: int, n_out: int) -> nn.Linear:
+    """Linear layer, weights U(+-0.003), bias zero."""
+    layer = nn.Linear(n_in, n_out)
+    nn.init.uniform_(layer.weight, -3e-3, 3e-3)
+    nn.init.zeros_(layer.bias)
+    return layer
+
+
+class Actor(nn.Module):
+    """Policy: scaled observation (B, n_obs) -> action (B, n_act) in [-1, 1]."""
+
+    def __init__(self, n_obs: int, n_act: int, config: Config) -> None:
+        super().__init__()
+        self.hidden = hidden_layers([n_obs, *config.hidden], 0, config.layer_norm)
+        self.output = output_layer(config.hidden[-1], n_act)
+
+    def forward(self, observation: Tensor) -> Tensor:
+        for layer in self.hidden:
+            observation = layer(observation)
+        return torch.tanh(self.output(observation))
+
+
+class Critic(nn.Module):
+    """Value: (B, n_obs), (B, n_act) -> (B,). The action enters at the last hidden layer."""
+
+    def __init__(self, n_obs: int, n_act: int, config: Config) -> None:
+        super().__init__()
+        self.hidden = hidden_layers([n_obs, *config.hidden], n_act, config.layer_norm)
+        self.output = output_layer(config.hidden[-1], 1)
+
+    def forward(self, observation: Tensor, action: Tensor) -> Tensor:
+        for layer in self.hidden[:-1]:
+            observation = layer(observation)
+        last = self.hidden[-1](torch.cat([observation, action], dim=1))
+        return self.output(last).squeeze(1)
+
+
+class OrnsteinUhlenbeck:
+    """Exploration noise n <- n - theta n + sigma N(0, 1) per step, zero at the episode's start."""
+
+    def __init__(self, size: int, theta: float, sigma: float, rng: np.random.Generator) -> None:
+        self._theta, self._sigma, self._rng = theta, sigma, rng
+        self._value = np.zeros(size)
+
+    def __call__(self) -> np.ndarray:
+        """The next value, (size,)."""
+        self._value += -self._theta * self._value + self._sigma * self._rng.normal(
+            size=self._value.shape
+        )
+        return self._value.copy()
+
+
+def adam(module: nn.Module, rate: float, l2: float = 0.0) -> torch.optim.Adam:
+    """Adam whose L2 term spares the biases; 1/2 c |W|^2 in the loss is c W in the gradient."""
+    weights = [p for name, p in module.named_parameters() if name.endswith('weight')]
+    biases = [p for name, p in module.named_parameters() if not name.endswith('weight')]
+    groups = [{'params': weights, 'weight_decay': l2}, {'params': biases}]
+    return torch.optim.Adam(groups, lr=rate, fused=True)
+
+
+class Agent:
+    """The networks, their targets and optimisers: everything that learning changes."""
+
+    def __init__(self, n_obs: int, n_act: int, config: Config, seed: int) -> None:
+        torch.set_num_threads(1)
+        torch.set_flush_denormal(True)
+        self.config = config
+        with torch.random.fork_rng():
+            torch.manual_seed(seed)
+            self.actor = Actor(n_obs, n_act, config)
+            self.critics = nn.ModuleList(
+                Critic(n_obs, n_act, config) for _ in range(config.critics)
+            )
+        self.target_actor = copy.deepcopy(self.actor).requires_grad_(False)
+        self.target_critics = copy.deepcopy(self.critics).requires_grad_(False)
+        self.actor_adam = adam(self.actor, config.actor_rate)
+        self.critic_adam = adam(self.critics, config.critic_rate, config.critic_l2)
+        self.observation_scale = torch.ones(n_obs)
+        self.reward_scale = torch.ones(())
+        self.updates = 0
+
+    def act(self, observation: np.ndarray) -> np.ndarray:
+        """The policy's action in [-1, 1] for one unscaled observation (n_obs,)."""
+        with torch.no_grad():
+            scaled = torch.as_tensor(observation, dtype=torch.float32) * self.observation_scale
+            return self.actor(scaled).numpy()
+
+    def fit_scale(self, warm_up: Batch) -> None:
+        """Freeze the scales at one over the spread of what the warm-up saw."""
+        spread = np.maximum(warm_up.observations.std(axis=0), 1e-3)
+        self.observation_scale = torch.from_numpy(1 / spread)
+        self.reward_scale = torch.tensor(1 / max(float(warm_up.rewards.std()), 1e-3))
+
+    def learn(self, batch: Batch, generator: torch.Generator) -> dict[str, Tensor]:
+        """One gradient step on critic and actor, then the targets follow; returns the losses."""
+        tensors = Batch(*(torch.from_numpy(column) for column in batch))
+        observations = tensors.observations * self.observation_scale
+        losses = self._learn_critic(observations, tensors, generator)
+        losses |= self._learn_actor(observations)
+        self._follow(self.target_actor, self.actor)
+        self._follow(self.target_critics, self.critics)
+        self.updates += 1
+        return losses
+
+    def _learn_critic(
+        self, observations: Tensor, batch: Batch, generator: torch.Generator
+    ) -> dict[str, Tensor]:
+        with torch.no_grad():
+            following = batch.next_observations * self.observation_scale
+            action = self.target_actor(following)
+            if self.config.target_noise > 0:
+                action = self._smooth(action, generator)
+            value = torch.stack([c(following, action) for c in self.target_critics]).amin(0)
+            bootstrap = self.config.gamma * (1 - batch.terminated) * value
+            target = batch.rewards * self.reward_scale + bootstrap
+        values = [critic(observations, batch.actions) for critic in self.critics]
+        loss = torch.stack([mse_loss(value, target) for value in values]).sum()
+        self.critic_adam.zero_grad()
+        loss.backward()
+        self.critic_adam.step()
+        return {'losses/qf_loss': loss.detach(), 'losses/qf_values': values[0].detach().mean()}
+
+    def _smooth(self, action: Tensor, generator: torch.Generator) -> Tensor:
+        sigma = self.config.target_noise
+        noise = sigma * torch.randn(action.shape, generator=generator)
+        return (action + noise.clamp(-2.5 * sigma, 2.5 * sigma)).clamp(-1, 1)
+
+    def _learn_actor(self, observations: Tensor) -> dict[str, Tensor]:
+        self.critics.requires_grad_(False)
+        loss = -self.critics[0](observations, self.actor(observations)).mean()
+        self.actor_adam.zero_grad()
+        loss.backward()
+        self.actor_adam.step()
+        self.critics.requires_grad_(True)
+        return {'losses/actor_loss': loss.detach()}
+
+    def _follow(self, target: nn.Module, learned: nn.Module) -> None:
+        with torch.no_grad():
+            for slow, fast in zip(target.parameters(), learned.parameters(), strict=True):
+                slow.lerp_(fast, self.config.tau)
+
+
+class Training:
+    """The loop: episodes on an environment, a test now and then, the best policy kept.
+
+    Args:
+        env: observations as the policy sees them, actions in volts (or N m); `reset` takes
+            `options={'pose': 'nominal' | 'random'}`.
+        config: `THESIS`, `RECOMMENDED` or a variation.
+        seed: of the networks, the noise, the starts and the batches.
+    """
+
+    def __init__(self, env: gymnasium.Env, config: Config, seed: int) -> None:
+        n_obs, n_act = env.observation_space.shape[0], env.action_space.shape[0]
+        self.env, self.config, self.seed = env, config, seed
+        self.agent = Agent(n_obs, n_act, config, seed)
+        self.replay = Replay(config.replay, n_obs, n_act)
+        self.limit: np.ndarray = env.action_space.high
+        self.steps = self.episodes = 0
+        self.best_return = -np.inf
+        self.best_actor: Mapping[str, Tensor] = copy.deepcopy(self.agent.actor.state_dict())
+        self.stop = False
+
+    def run(self, steps: int, on_scalar: OnScalar = lambda name, value, step: None) -> None:
+        """Whole episodes until `steps` transitions were gathered or `stop` is set."""
+        while self.steps < steps and not self.stop:
+            self._train_episode(on_scalar)
+            if self.episodes % self.config.test_interval == 0:
+                self._keep_best(on_scalar)
+        if not self.stop and self.episodes % self.config.test_interval:
+            self._keep_best(on_scalar)
+
+    def test(self, starts: int) -> np.ndarray:
+        """Returns (starts,) of the present policy without noise; nothing is learned or stored."""
+        return np.array([self._test_episode(start) for start in range(starts)])
+
+    def _train_episode(self, on_scalar: OnScalar) -> None:
+        rng = np.random.default_rng([self.seed, self.episodes])
+        generator = torch.Generator().manual_seed(int(rng.integers(2**62)))
+        config, began, first = self.config, time.perf_counter(), self.steps
+        noise = OrnsteinUhlenbeck(len(self.limit), config.noise_theta, config.noise_sigma, rng)
+        observation, _ = self.env.reset(
+            seed=int(rng.integers(2**31)), options={'pose': 'random'}
+        )
+        total, done, losses = 0.0, False, {}
+        while not done:
+            action = np.clip(self.agent.act(observation) + noise(), -1, 1)
+            following, reward, terminated, truncated, _ = self.env.step(action * self.limit)
+            self.replay.add(observation, action, float(reward), following, terminated)
+            total, self.steps = total + float(reward), self.steps + 1
+            cut = self.steps - first == config.episode_steps
+            observation, done = following, terminated or truncated or cut
+            losses |= self._learn(rng, generator)
+        self.episodes += 1
+        speed = (self.steps - first) / (time.perf_counter() - began)
+        report = {'charts/episodic_return': total, 'charts/SPS': speed, **losses}
+        for name, value in report.items():
+            on_scalar(name, float(value), self.steps)
+
+    def _learn(self, rng: np.random.Generator, generator: torch.Generator) -> dict[str, Any]:
+        if len(self.replay) < max(self.config.warm_up, self.config.batch):
+            return {}
+        if self.config.scale and self.agent.updates == 0:
+            self.agent.fit_scale(self.replay.all())
+        return self.agent.learn(self.replay.sample(self.config.batch, rng), generator)
+
+    def _keep_best(self, on_scalar: OnScalar) -> None:
+        result = float(self.test(self.config.test_starts).mean())
+        on_scalar('charts/test_return', result, self.steps)
+        if result > self.best_return:
+            self.best_return = result
+            self.best_actor = copy.deepcopy(self.agent.actor.state_dict())
+
+    def _test_episode(self, start: int) -> float:
+        pose = 'nominal' if start == 0 else 'random'
+        observation, _ = self.env.reset(seed=start, options={'pose': pose})
+        total, done = 0.0, False
+        while not done:
+            action = self.agent.act(observation) * self.limit
+            observation, reward, terminated, truncated, _ = self.env.step(action)
+            total, done = total + float(reward), terminated or truncated
+        return total

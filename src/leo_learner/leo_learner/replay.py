@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Replay buffer: the transitions DDPG learns from, kept as plain arrays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from leo_msgs_py.errors import UserError
+
+
+class Batch(NamedTuple):
+    """Transitions side by side; every array has the batch as its first axis, float32."""
+
+    observations: np.ndarray
+    """(B, n_obs), unscaled."""
+    actions: np.ndarray
+    """(B, n_act), in [-1, 1]."""
+    rewards: np.ndarray
+    """(B,), unscaled."""
+    next_observations: np.ndarray
+    """(B, n_obs), unscaled."""
+    terminated: np.ndarray
+    """(B,), 1 where the episode ended in an absorbing state; 0 at a time-out (which bootstraps)."""
+
+
+class Replay:
+    """Ring of the last `capacity` transitions, sampled uniformly with replacement."""
+
+    def __init__(self, capacity: int, n_obs: int, n_act: int) -> None:
+        self.capacity = capacity
+        self.added = 0
+        self._rows = Batch(
+            np.zeros((0, n_obs), np.float32),
+            np.zeros((0, n_act), np.float32),
+            np.zeros(0, np.float32),
+            np.zeros((0, n_obs), np.float32),
+            np.zeros(0, np.float32),
+        )
+
+    def __len__(self) -> int:
+        return min(self.added, self.capacity)
+
+    def add(
+        self,
+        observation: np.ndarray,
+        action: np.ndarray,
+        reward: float,
+        next_observation: np.ndarray,
+        terminated: bool,
+    ) -> None:
+        """Append one transition; the oldest one goes when the ring is full."""
+        row = self.added % self.capacity
+        if row >= len(self._rows.rewards):
+            self._grow()
+        values = (observation, action, reward, next_observation, terminated)
+        for column, value in zip(self._rows, values, strict=True):
+            column[row] = value
+        self.added += 1
+
+    def sample(self, size: int, rng: np.random.Generator) -> Batch:
+        """`size` transitions drawn by `rng`."""
+        rows = rng.integers(len(self), size=size)
+        return Batch(*(column[rows] for column in self._rows))
+
+    def all(self) -> Batch:
+        """Everything held, in ring order."""
+        return Batch(*(column[: len(self)] for column in self._rows))
+
+    def save(self, path: Path, limit: int | None = None) -> None:
+        """Write the first `limit` transitions held (all without it) as `.npz`."""
+        n = len(self) if limit is None else min(limit, len(self))
+        columns = {name: column[:n] for name, column in self._rows._asdict().items()}
+        added = self.added if n == len(self) else n
+        np.savez(path, added=np.int64(added), **columns)
+
+    def load(self, path: Path) -> None:
+        """Replace what is held by a file that `save` wrote.
+
+        Raises:
+            UserError: the file holds other observation or action sizes than this buffer.
+        """
+        with np.load(path) as stored:
+            columns = Batch(*(stored[name] for name in Batch._fields))
+            added = int(stored['added'])
+        for name, new, own in zip(Batch._fields, columns, self._rows, strict=True):
+            if new.shape[1:] != own.shape[1:]:
+                raise UserError(
+                    f'{path} holds {name} of shape {new.shape[1:]}, this robot has '
+                    f'{own.shape[1:]}; resume with the robot the run was started with'
+                )
+        if len(columns.rewards) > self.capacity:
+            raise UserError(
+                f'{path} holds {len(columns.rewards)} transitions, the buffer {self.capacity}; '
+                'resume with the configuration the run was started with'
+            )
+        self._rows, self.added = columns, added
+
+    def _grow(self) -> None:
+        held = len(self._rows.rewards)
+        rows = min(self.capacity, max(1024, 2 * held))
+        self._rows = Batch(*(np.resize(c, (rows, *c.shape[1:])) for c in self._rows))
