@@ -28,6 +28,7 @@ setup(
     ],
     install_requires=[
         'leo_msgs_py',
+        'mcap>=1.2',
         'numpy>=1.26.4',
         'pybullet>=3.2.7',
         'pydantic>=2',
@@ -38,9 +39,12 @@ setup(
     entry_points={
         'console_scripts': [f'{n} = {t}' for n, t in NODES.items() if UNDER_COLCON],
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
-        'leo.verbs': [],
+        'leo.verbs': ['reveal = leo_sim.reveal:main'],
         'leo.robots': [],
-        'leo.drivers': [],
+        'leo.drivers': [
+            'simulated = leo_sim.drivers.simulated:SimulatedDriver',
+            'replay = leo_sim.drivers.replay:ReplayDriver',
+        ],
         'leo.effects': [],
     },
     zip_safe=False,

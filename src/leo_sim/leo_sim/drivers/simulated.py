@@ -26,7 +26,7 @@ class SimulatedDriver:
         start_seed, noise_seed = np.random.SeedSequence(options.seed).spawn(2)
         self._start_rng = np.random.default_rng(start_seed)
         self._noise_rng = np.random.default_rng(noise_seed)
-        self._model = hidden_model(robot, options)
+        self._model = hidden_model(options)
         self._ticks = 0
         self._input = np.zeros(len(self.info.actuators))
         self._enabled = np.ones(len(self.info.actuators), dtype=bool)

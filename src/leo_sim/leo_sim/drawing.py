@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Draw an effect that matters: of a size that shows in an open loop of half a second.
+
+The size is the rms change of the noise-free open loop over a nominal noise floor, log-uniform
+between 3 and 30: clearly there, and not absurd.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+from leo_sim.batch import rollout
+from leo_sim.effects import EFFECTS, place
+from leo_sim.effects.base import Parameter, Placed
+from leo_sim.model import Model
+from leo_sim.robot import Robot
+
+FLOOR_POSITION, FLOOR_VELOCITY = 1e-3, 0.05
+"""Nominal measurement noise, standard deviation [rad], [rad/s]."""
+
+SIZES = (3.0, 30.0)
+"""Least and largest size of a drawn effect, in noise floors."""
+
+AMPLITUDES = np.geomspace(1e-7, 1e2, 109)
+"""Tried amplitudes, in the unit of the effect's first parameter."""
+
+MOST = {'': 0.5, 's': 0.1, 'rad': 0.3}
+"""Largest sensible amplitude by unit of the first parameter: half as strong, 0.1 s late."""
+
+GROWS = ('link_mass', 'link_inertia')
+SHRINKS = ('voltage_limit',)
+
+WINDOWS, SECONDS = 16, 0.5
+
+Shape = dict[str, tuple[float, float]]
+"""Per parameter its value at amplitude 0 and its slope over the amplitude."""
+
+
+def draw(robot: Robot, rng: np.random.Generator) -> Placed:
+    """One effect of the catalogue with a place and parameters drawn by `rng`.
+
+    Raises:
+        UserError: no effect of the catalogue shows on this robot.
+    """
+    windows = Windows(robot, rng)
+    for name in rng.permutation(sorted(EFFECTS)).tolist():
+        places = EFFECTS[name].places(robot)
+        if not places:
+            continue
+        where = places[rng.integers(len(places))]
+        size = math.exp(rng.uniform(*np.log(SIZES)))
+        if (placed := of_size(windows, name, where, size, rng)) is not None:
+            return placed
+    raise UserError(f'no effect of the catalogue shows on {robot.name}')
+
+
+def of_size(
+    windows: Windows, name: str, where: str, size: float, rng: np.random.Generator
+) -> Placed | None:
+    """The effect at `where` with the amplitude that gives `size` [noise floors].
+
+    None where no sensible amplitude changes the windows that much.
+    """
+    robot = windows.robot
+    parameters = EFFECTS[name].parameters_for(robot, (where,))
+    shape = _shape(name, parameters, rng)
+    amplitudes = AMPLITUDES[MOST.get(parameters[0].unit, math.inf) >= AMPLITUDES]
+    scan = place(robot, name, where, **_values(shape, parameters, amplitudes[:, None, None]))
+    sizes = windows.size(scan)
+    reached = np.flatnonzero(np.isfinite(sizes) & (sizes >= size))
+    if not reached.size or reached[0] == 0 or not sizes[reached[0] - 1] > 0.0:
+        return None
+    ends = slice(reached[0] - 1, reached[0] + 1)
+    amplitude = np.exp(np.interp(np.log(size), np.log(sizes[ends]), np.log(amplitudes[ends])))
+    return place(robot, name, where, **_values(shape, parameters, float(amplitude)))
+
+
+def _shape(name: str, parameters: tuple[Parameter, ...], rng: np.random.Generator) -> Shape:
+    """How the parameters follow one amplitude; signs, directions and angles are drawn."""
+    angle = rng.uniform(-np.pi, np.pi)
+    if name == 'stribeck_friction':
+        return {
+            'c': (0.0, 1.0),
+            'c_static': (0.0, rng.uniform(1.3, 2.0)),
+            'v_s': (rng.uniform(0.2, 1.0), 0.0),
+        }
+    if name == 'joint_spring':
+        return {'k': (0.0, 1.0), 'rest': (angle, 0.0)}
+    if name == 'torque_ripple':
+        return {'a': (0.0, 1.0), 'n': (float(rng.integers(2, 9)), 0.0), 'phase': (angle, 0.0)}
+    if {p.name for p in parameters} == {'x', 'z'}:
+        return {'x': (0.0, math.cos(angle)), 'z': (0.0, math.sin(angle))}
+    first, *others = parameters
+    sign = 1.0 if first.low >= first.neutral or name in GROWS else rng.choice([-1.0, 1.0])
+    sign = -1.0 if name in SHRINKS else float(sign)
+    return {first.name: (first.neutral, sign), **{p.name: (p.neutral, 0.0) for p in others}}
+
+
+def _values(shape: Shape, parameters: tuple[Parameter, ...], amplitude: Any) -> dict[str, Any]:
+    bounds = {p.name: (p.low, p.high) for p in parameters}
+    return {
+        name: np.clip(offset + slope * amplitude, *bounds[name])
+        for name, (offset, slope) in shape.items()
+    }
+
+
+class Windows:
+    """Half-second runs of the ideal robot with random inputs, from states it comes by itself."""
+
+    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+        self.robot = robot
+        model = Model(robot)
+        self._dt = robot.control_period
+        steps = max(1, round(SECONDS / self._dt))
+        limits = np.array([actuator.limit for actuator in robot.actuators])
+        inputs = rng.uniform(-1.0, 1.0, (1, WINDOWS * steps, len(limits))) * limits
+        start = model.start('nominal', rng)
+        q, dq = rollout(model, start.q[None], start.dq[None], inputs, self._dt)
+        self._q0, self._dq0 = q[0, :-1:steps], dq[0, :-1:steps]
+        self._inputs = inputs.reshape(WINDOWS, steps, len(limits))
+        self._ideal = self._run(())
+
+    def size(self, placed: Placed) -> np.ndarray:
+        """Rms change over the noise floor, for each of the effect's leading amplitudes."""
+        q, dq = self._run((placed,))
+        change = np.concatenate(
+            [(q - self._ideal[0]) / FLOOR_POSITION, (dq - self._ideal[1]) / FLOOR_VELOCITY], -1
+        )
+        return np.sqrt(np.mean(change[..., 1:, :] ** 2, axis=(-3, -2, -1)))
+
+    def _run(self, effects: tuple[Placed, ...]) -> tuple[np.ndarray, np.ndarray]:
+        with np.errstate(all='ignore'):
+            return rollout(Model(self.robot, effects), self._q0, self._dq0, self._inputs, self._dt)

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sealed files: what goes in comes out, and only out of `leo reveal`."""
+
+import json
+
+from hypothesis import given
+from hypothesis import strategies as st
+import pytest
+import yaml
+
+from leo_msgs_py.errors import UserError
+from leo_sim import reveal
+from leo_sim.sealing import seal, unseal
+
+TRUTH = {
+    'robot': 'pendulum',
+    'effects': [
+        {
+            'name': 'coulomb_friction',
+            'where': ['pivot'],
+            'parameters': {'c': {'value': 0.00123, 'unit': 'N m'}},
+        }
+    ],
+}
+
+
+@given(text=st.text())
+def test_what_is_sealed_comes_out_again(tmp_path_factory, text):
+    path = tmp_path_factory.mktemp('sealed') / 'a.sealed'
+    seal(path, text)
+    assert unseal(path) == text
+
+
+def test_a_sealed_file_does_not_show_what_it_holds(tmp_path):
+    seal(tmp_path / 'a.sealed', yaml.safe_dump(TRUTH))
+    raw = (tmp_path / 'a.sealed').read_text()
+    assert 'leo reveal' in raw
+    assert 'coulomb' not in raw and '0.00123' not in raw
+
+
+def test_reveal_prints_sentences_and_json(tmp_path, capsys):
+    seal(tmp_path / 'a.sealed', yaml.safe_dump(TRUTH))
+    assert reveal.main([str(tmp_path / 'a.sealed')]) == 0
+    assert 'coulomb_friction at pivot: c = 0.00123 N m' in capsys.readouterr().out
+    assert reveal.main([str(tmp_path / 'a.sealed'), '--json']) == 0
+    assert json.loads(capsys.readouterr().out) == TRUTH
+
+
+@pytest.mark.parametrize(
+    ('change', 'said'),
+    [
+        (lambda text: 'effects: []\n', 'is not a sealed file'),
+        (lambda text: '', 'is not a sealed file'),
+        (lambda text: text[:-20], 'was changed after it was sealed'),
+        (lambda text: text.replace(text.splitlines()[1], 64 * '0'), 'was changed'),
+    ],
+)
+def test_a_wrong_file_is_refused_in_one_line(tmp_path, change, said):
+    path = tmp_path / 'a.sealed'
+    seal(path, yaml.safe_dump(TRUTH))
+    path.write_text(change(path.read_text()))
+    with pytest.raises(UserError, match=said) as caught:
+        unseal(path)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_missing_or_binary_file_is_refused(tmp_path):
+    with pytest.raises(UserError, match='cannot read'):
+        unseal(tmp_path / 'none.sealed')
+    (tmp_path / 'b').write_bytes(b'\xff\xfe\x00\x01')
+    with pytest.raises(UserError, match='not a sealed file'):
+        unseal(tmp_path / 'b')
