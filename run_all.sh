@@ -45,8 +45,8 @@ find_python() {
     "(Debian, Ubuntu: apt install python3-venv) or set PYTHON=/path/to/python3.11"
 }
 
-need_compiler() { # PyBullet ships a wheel for Python 3.11 on x86_64 and is compiled elsewhere.
-  [[ "$("$VENV/bin/python" -c 'import sys; print(*sys.version_info[:2], sep=".")') $(uname -m)" \
+need_compiler() { # PYTHON: PyBullet ships a wheel for 3.11 on x86_64 and is compiled elsewhere
+  [[ "$("$1" -c 'import sys; print(*sys.version_info[:2], sep=".")') $(uname -m)" \
     == '3.11 x86_64' ]] && return
   type -p "${CXX:-c++}" g++ clang++ > /dev/null ||
     die "no C++ compiler found, and PyBullet has to be compiled for this Python; install one" \
@@ -58,21 +58,25 @@ pip_install() {
     die "pip install failed; the reason is at the end of $PWD/$LOG: $(tail -n 1 "$LOG")"
 }
 
+other_python_wanted() {
+  [[ -n ${PYTHON:-} && "$("$PYTHON" -V 2>&1)" != "$("$VENV/bin/python" -V)" ]]
+}
+
 fingerprint() { # what an installed environment depends on
   { pwd; "$VENV/bin/python" -VV; cat constraints.txt "$@" src/*/setup.{py,cfg}; } | cksum
 }
 
 setup() { # REQUIREMENTS…: install them and the four packages, unless that is done already
   local stamp=$VENV/.ready-${*: -1} packages
-  if ! usable "$VENV/bin/python"; then
+  if ! usable "$VENV/bin/python" || other_python_wanted; then
     local python
     python=$(find_python)
+    need_compiler "$python"
     echo "setting up $PWD/$VENV with $python (some minutes, once)"
     "$python" -m venv --clear "$VENV"
     touch "$VENV/COLCON_IGNORE"
   fi
   [[ -f $stamp && "$(cat "$stamp")" == "$(fingerprint "$@")" ]] && return
-  need_compiler
   echo "installing ${*} (log: $LOG)"
   : > "$LOG"
   pip_install --constraint constraints.txt setuptools
