@@ -48,7 +48,7 @@ find_python() {
 need_compiler() { # PYTHON: PyBullet ships a wheel for 3.11 on x86_64 and is compiled elsewhere
   [[ "$("$1" -c 'import sys; print(*sys.version_info[:2], sep=".")') $(uname -m)" \
     == '3.11 x86_64' ]] && return
-  type -p "${CXX:-c++}" g++ clang++ > /dev/null ||
+  [[ -n "$(type -p "${CXX:-c++}" g++ clang++)" ]] ||
     die "no C++ compiler found, and PyBullet has to be compiled for this Python; install one" \
       "(Debian, Ubuntu: apt install g++ python3-dev) or use Python 3.11 on x86_64"
 }
