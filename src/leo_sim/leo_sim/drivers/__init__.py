@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-import difflib
 from importlib.metadata import entry_points
 
 from leo_msgs_py.errors import UserError
 from leo_sim.drivers.base import Driver, DriverOptions
+from leo_sim.names import nearest
 
 GROUP = 'leo.drivers'
 
@@ -21,8 +21,6 @@ def load_driver(name: str, options: DriverOptions) -> Driver:
     """
     found = {entry.name: entry for entry in entry_points(group=GROUP)}
     if name not in found:
-        near = difflib.get_close_matches(name, found, n=1)
-        hint = f'did you mean {near[0]}? ' if near else ''
-        raise UserError(f'no driver {name!r}: {hint}known drivers: {", ".join(sorted(found))}')
+        raise UserError(f'no driver is named {name!r}{nearest(name, found)}')
     build: Callable[[DriverOptions], Driver] = found[name].load()
     return build(options)

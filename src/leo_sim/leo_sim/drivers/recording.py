@@ -40,7 +40,7 @@ def read_moments(path: Path) -> list[Moment]:
     """
     states: list[tuple[JointStates, int]] = []
     inputs: dict[int, Applied] = {}
-    episode, found = 0, set()
+    episode, found = 0, set[str]()
     for topic, data in _messages(_files(path), found):
         if topic == EPISODE[1]:
             episode = int(deserialize(data, topic).data)

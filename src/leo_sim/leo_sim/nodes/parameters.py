@@ -75,7 +75,7 @@ def read_noise(both: Sequence[float], position: float, velocity: float) -> tuple
     Raises:
         UserError: not two numbers, or a negative one.
     """
-    if isinstance(both, str) or not isinstance(both, Sequence) or len(both) != 2:
+    if isinstance(both, (str, int, float)) or len(both) != 2:
         raise UserError(f'noise is {both!r}: {NOISE_FORM}, as in -p noise:=[0.001,0.05]')
     values = (position or both[0], velocity or both[1])
     if not all(isinstance(v, (int, float)) and math.isfinite(v) and v >= 0 for v in values):
@@ -84,10 +84,11 @@ def read_noise(both: Sequence[float], position: float, velocity: float) -> tuple
 
 
 def _private(node: Any, sealed: str) -> dict[str, Any]:
-    private = {'sealed': sealed}
-    for name, default in (('hidden', ''), ('hidden_seed', -1)):
-        private[name] = node.declare_parameter(name, default, private=True).value
-    return private
+    hidden = node.declare_parameter('hidden', '', private=True).value
+    seed = node.declare_parameter('hidden_seed', -1, private=True).value
+    if not isinstance(seed, int):
+        raise UserError('hidden_seed is no whole number; give one from 0 up')
+    return {'hidden': hidden, 'hidden_seed': seed, 'sealed': sealed}
 
 
 def _number(name: str, value: Any, unit: str) -> float:

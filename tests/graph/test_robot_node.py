@@ -1,0 +1,273 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The robot node as a process, met only through its topics and services."""
+
+from collections.abc import Callable
+import math
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from leo_msgs_py import topics
+from leo_msgs_py.messages import Float64MultiArray, SetBool
+from leo_msgs_py.node import api
+from leo_msgs_py.qos import latched, reliable
+from leo_msgs_py.values import Applied, JointStates
+
+pytestmark = pytest.mark.graph
+PATIENCE = 20.0
+LEO = str(Path(sys.executable).with_name('leo'))
+DOMAIN = str(100 + os.getpid() % 100)
+
+
+@pytest.fixture(scope='module')
+def node(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('ROS_DOMAIN_ID', DOMAIN)
+        patch.setenv('XDG_RUNTIME_DIR', str(tmp_path_factory.mktemp('runtime')))
+        made = api.create_node('tester', [])
+        yield made
+        made.destroy_node()
+        api.shutdown()
+
+
+class Robot:
+    """A robot process in a namespace of its own, and what it said."""
+
+    def __init__(self, node, folder, space: str, **parameters) -> None:
+        self.node, self.space, self.folder = node, space, folder
+        self.parameters = {'robot': 'pendulum', **parameters}
+        self.raw, self.states, self.applied = [], [], []
+        self.episodes, self.e_stopped = [], []
+        self._subscribe(topics.JOINT_STATES, self._on_state)
+        self._subscribe(topics.DYNAMIC_JOINT_STATES, self._on_applied)
+        self._subscribe(topics.EPISODE, lambda m: self.episodes.append(m.data), latched())
+        self._subscribe(topics.E_STOPPED, lambda m: self.e_stopped.append(m.data), latched())
+        self.commands = node.create_publisher(
+            topics.VOLTAGE_COMMANDS.type, f'{space}/{topics.VOLTAGE_COMMANDS.name}', reliable(1)
+        )
+        self.process = self.start()
+
+    def start(self) -> subprocess.Popen:
+        chosen = [x for k, v in self.parameters.items() for x in ('-p', f'{k}:={v}')]
+        self.log = (self.folder / 'robot.log').open('a+')
+        return subprocess.Popen(
+            [LEO, 'run', 'leo_sim', 'robot', '--ros-args', '-r', f'__ns:={self.space}', *chosen],
+            cwd=self.folder,
+            stdout=self.log,
+            stderr=subprocess.STDOUT,
+        )
+
+    def _subscribe(self, topic, callback, qos=None) -> None:
+        self.node.create_subscription(
+            topic.type, f'{self.space}/{topic.name}', callback, qos or reliable(1000)
+        )
+
+    def _on_state(self, message) -> None:
+        self.states.append(JointStates.from_message(message))
+
+    def _on_applied(self, message) -> None:
+        self.applied.append(Applied.from_message(message))
+
+    def wait(self, what: Callable[[], object], why: str = '') -> None:
+        end = time.monotonic() + PATIENCE
+        while not what():
+            assert time.monotonic() < end, f'{why or "nothing"} after {PATIENCE} s: {self.said()}'
+            api.spin_once(self.node, 0.05)
+
+    def ready(self) -> 'Robot':
+        self.wait(lambda: self.states and self.episodes and self.e_stopped, 'no first messages')
+        self.wait(lambda: self.commands.get_subscription_count() == 1, 'no listener')
+        return self
+
+    def send(self, *volts: float) -> None:
+        self.commands.publish(Float64MultiArray(data=list(volts)))
+
+    def step(self, *volts: float) -> Applied:
+        """One command in lockstep; what was applied, once its control period is over."""
+        states, before = len(self.fresh()), len(self.applied)
+        self.send(*volts)
+        self.wait(lambda: len(self.fresh()) > states and len(self.applied) > before, 'no answer')
+        return self.applied[before]
+
+    def fresh(self) -> list[JointStates]:
+        """States without repeats."""
+        return [
+            s
+            for i, s in enumerate(self.states)
+            if not i or s.stamp_ns != self.states[i - 1].stamp_ns
+        ]
+
+    def call(self, service: topics.Service, request=None):
+        client = self.node.create_client(service.type, f'{self.space}/{service.name}')
+        assert client.wait_for_service(timeout_sec=PATIENCE), f'no {service.name}'
+        return api.call(client, request or service.type.Request(), PATIENCE)
+
+    def said(self) -> str:
+        return (self.folder / 'robot.log').read_text()
+
+    def stop(self, how=signal.SIGINT) -> int:
+        if self.process.poll() is None:
+            self.process.send_signal(how)
+        return self.process.wait(PATIENCE)
+
+
+@pytest.fixture
+def robots(node, tmp_path):
+    """Starts robots and ends them, whatever happens."""
+    started = []
+
+    def start(space: str, **parameters) -> Robot:
+        folder = tmp_path / space.strip('/')
+        folder.mkdir()
+        started.append(Robot(node, folder, space, **parameters))
+        return started[-1]
+
+    yield start
+    for robot in started:
+        if robot.process.poll() is None:
+            robot.process.kill()
+            robot.process.wait(PATIENCE)
+        robot.log.close()
+
+
+def swing(robot: Robot, periods: int) -> tuple[list[bytes], list[bytes]]:
+    """Run in lockstep; the bytes of states (repeats dropped) and of what was applied."""
+    raw = {topics.JOINT_STATES: [], topics.DYNAMIC_JOINT_STATES: []}
+    for topic, seen in raw.items():
+        robot.node.create_subscription(
+            topic.type, f'{robot.space}/{topic.name}', seen.append, reliable(1000), raw=True
+        )
+    robot.ready()
+    robot.wait(lambda: raw[topics.JOINT_STATES], 'no raw state')
+    for k in range(periods):
+        robot.step(2.0 * math.sin(k))
+    states = [
+        b
+        for i, b in enumerate(raw[topics.JOINT_STATES])
+        if not i or b != raw[topics.JOINT_STATES][i - 1]
+    ]
+    return states, raw[topics.DYNAMIC_JOINT_STATES]
+
+
+def test_lockstep_repeats_to_the_bit_for_a_seed(robots):
+    options = {
+        'realtime_factor': 0,
+        'seed': 3,
+        'start': 'random',
+        'noise': '[0.001, 0.05]',
+        'hidden_seed': 5,
+    }
+    first, again, other = (
+        swing(robots(space, **{**options, **change}), periods=20)
+        for space, change in (('/one', {}), ('/two', {}), ('/three', {'seed': 4}))
+    )
+    assert len(first[0]) >= 21 and len(first[1]) >= 20
+    assert first == again
+    assert first[0] != other[0]
+
+
+def test_safety_and_services_in_lockstep(robots):
+    robot = robots('/safe', realtime_factor=0).ready()
+    assert robot.states[0].stamp_ns == 0
+    assert robot.step(1.0).values.tolist() == [1.0]
+    assert robot.step(100.0).values.tolist() == [3.0], 'clipped to the limit'
+
+    robot.send(1.0, 2.0)
+    robot.send(math.nan)
+    robot.wait(lambda: 'it has 2 values, the robot has 1 actuators' in robot.said())
+    robot.wait(lambda: len(robot.states) > len(robot.fresh()) + 2, 'no repeats')
+    assert robot.step(1.0).values.tolist() == [1.0], 'goes on with the next good command'
+
+    assert robot.call(topics.E_STOP).success
+    robot.wait(lambda: robot.e_stopped[-1])
+    for _ in range(3):
+        applied = robot.step(2.0)
+        assert applied.values.tolist() == [0.0] and applied.enabled.tolist() == [True]
+    episode = robot.episodes[-1]
+    assert robot.call(topics.E_STOP_RESET).success
+    robot.wait(lambda: not robot.e_stopped[-1] and robot.episodes[-1] == episode + 1)
+    assert robot.step(2.0).values.tolist() == [2.0]
+
+    assert robot.call(topics.TORQUE, SetBool.Request(data=False)).success
+    assert robot.step(2.0).enabled.tolist() == [False]
+    assert robot.call(topics.TORQUE, SetBool.Request(data=True)).success
+    assert robot.step(2.0).enabled.tolist() == [True]
+
+    before = robot.states[-1]
+    assert robot.call(topics.RESET).success
+    robot.wait(lambda: robot.episodes[-1] == episode + 2)
+    robot.wait(lambda: robot.states[-1].stamp_ns > before.stamp_ns)
+    assert robot.states[-1].position.tolist() == robot.states[0].position.tolist()
+    assert robot.stop(signal.SIGTERM) in (0, 143)
+    assert 'Traceback' not in robot.said()
+
+
+def test_realtime_times_out_and_survives_kill_9(robots):
+    robot = robots('/real', command_timeout=0.2, hidden_seed=5).ready()
+    robot.send(1.5)
+    robot.wait(lambda: robot.applied and robot.applied[-1].values.tolist() == [1.5])
+    robot.wait(lambda: robot.applied[-1].values.tolist() == [0.0])
+    held = [a.stamp for a in robot.applied if a.values.tolist() == [1.5]]
+    assert 0.1 <= held[-1] - held[0] <= 0.3
+
+    began, stamp = time.monotonic(), robot.states[-1].stamp
+    robot.wait(lambda: time.monotonic() > began + 1.0)
+    assert robot.states[-1].stamp - stamp == pytest.approx(time.monotonic() - began, abs=0.3)
+
+    parameters = subprocess.run(
+        [LEO, 'param', 'list', '/real/robot'],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=True,
+    ).stdout
+    assert 'realtime_factor' in parameters and 'hidden' not in parameters
+
+    episode = robot.episodes[-1]
+    robot.stop(signal.SIGKILL)
+    robot.states.clear()
+    robot.process = robot.start()
+    robot.wait(lambda: robot.episodes[-1] == episode + 1 and robot.states, 'no restart')
+    robot.send(0.5)
+    robot.wait(lambda: robot.applied[-1].values.tolist() == [0.5], 'no command after restart')
+    assert robot.stop() in (0, 130)
+    assert 'Traceback' not in robot.said()
+    revealed = subprocess.run(
+        [LEO, 'reveal', str(robot.folder / 'hidden.sealed')],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=True,
+    )
+    assert revealed.stdout.startswith('robot pendulum: 1 hidden effect')
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'said'),
+    [
+        ({'robot': 'pendulun'}, 'pendulum'),
+        ({'driver': 'simulatd'}, 'did you mean simulated?'),
+        ({'noise': '[0.1]'}, 'noise takes two numbers'),
+        ({'realtime_factor': -1}, 'realtime_factor'),
+        ({'driver': 'replay', 'bag': 'nowhere'}, 'no bag nowhere'),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(node, tmp_path, parameters, said):
+    chosen = [x for k, v in parameters.items() for x in ('-p', f'{k}:={v}')]
+    done = subprocess.run(
+        [LEO, 'run', 'leo_sim', 'robot', '--ros-args', *chosen],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert done.returncode == 2
+    errors = [line for line in done.stderr.splitlines() if line.startswith('leo: error: ')]
+    assert len(errors) == 1 and said in errors[0]
+    assert 'Traceback' not in done.stderr

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the robot node: defaults, forms of the noise, and what is kept private."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from leo_msgs_py.errors import UserError
+from leo_sim.nodes.parameters import read_noise, read_settings
+
+
+class Declared:
+    """A node that only declares parameters; `given` override the defaults."""
+
+    def __init__(self, **given):
+        self.given, self.public, self.private = given, {}, {}
+
+    def declare_parameter(self, name, default, private=False):
+        value = self.given.get(name, default)
+        (self.private if private else self.public)[name] = value
+        return SimpleNamespace(value=value)
+
+
+def test_defaults_run_the_pendulum_in_real_time():
+    node = Declared()
+    settings = read_settings(node)
+    assert settings.options.robot.name == 'pendulum' and settings.driver == 'simulated'
+    assert settings.realtime_factor == 1.0 and settings.command_timeout == 0.2
+    assert {
+        'robot',
+        'driver',
+        'start',
+        'state_rate',
+        'realtime_factor',
+        'command_timeout',
+        'engine',
+        'integration_step',
+        'noise',
+        'seed',
+    } <= set(node.public)
+
+
+def test_hidden_effects_are_private():
+    node = Declared(hidden='truth.yaml', hidden_seed=3)
+    settings = read_settings(node)
+    assert node.private == {'hidden': 'truth.yaml', 'hidden_seed': 3}
+    assert not {'hidden', 'hidden_seed'} & set(node.public)
+    assert settings.options.private['hidden'] == 'truth.yaml'
+
+
+@pytest.mark.parametrize(
+    ('given', 'expected'),
+    [
+        (([0.001, 0.05], 0.0, 0.0), (0.001, 0.05)),
+        (([0.0, 0.0], 0.001, 0.05), (0.001, 0.05)),
+        (([0.002, 0.0], 0.0, 0.05), (0.002, 0.05)),
+        (((0, 1), 0, 0), (0.0, 1.0)),
+    ],
+)
+def test_noise_is_two_numbers_or_named(given, expected):
+    assert read_noise(*given) == expected
+
+
+@pytest.mark.parametrize(
+    'noise', [[0.1], [1, 2, 3], 0.1, '0.1', [-1.0, 0.0], [float('nan'), 0.0], ['a', 0.0]]
+)
+def test_wrong_noise_is_refused(noise):
+    with pytest.raises(UserError, match=r'position rad, velocity rad/s'):
+        read_noise(noise, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    'given',
+    [
+        {'seed': -1},
+        {'seed': 0.5},
+        {'realtime_factor': -1.0},
+        {'state_rate': float('inf')},
+        {'command_timeout': 'soon'},
+    ],
+)
+def test_impossible_numbers_are_refused(given):
+    with pytest.raises(UserError, match=f'{next(iter(given))} is '):
+        read_settings(Declared(**given))
