@@ -105,7 +105,7 @@ class Robot:
     def call(self, service: topics.Service, request=None):
         client = self.node.create_client(service.type, f'{self.space}/{service.name}')
         assert client.wait_for_service(timeout_sec=PATIENCE), f'no {service.name}'
-        return api.call(client, request or service.type.Request(), PATIENCE)
+        return api.call(self.node, client, request or service.type.Request(), PATIENCE)
 
     def said(self) -> str:
         return (self.folder / 'robot.log').read_text()

@@ -41,14 +41,15 @@ def read_moments(path: Path) -> list[Moment]:
     states: list[tuple[JointStates, int]] = []
     inputs: dict[int, Applied] = {}
     episode, found = 0, set[str]()
-    for topic, data in _messages(_files(path), found):
-        if topic == EPISODE[1]:
-            episode = int(deserialize(data, topic).data)
-        elif topic == APPLIED[1]:
-            applied = Applied.from_message(deserialize(data, topic))
+    for kind, data in _messages(_files(path), found):
+        message: Any = deserialize(data, kind)
+        if kind == EPISODE[1]:
+            episode = int(message.data)
+        elif kind == APPLIED[1]:
+            applied = Applied.from_message(message)
             inputs[applied.stamp_ns] = applied
-        elif topic == STATES[1]:
-            state = JointStates.from_message(deserialize(data, topic))
+        else:
+            state = JointStates.from_message(message)
             if not states or state.stamp_ns != states[-1][0].stamp_ns:
                 states.append((state, episode))
     if not states:

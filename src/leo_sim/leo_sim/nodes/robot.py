@@ -29,6 +29,9 @@ from leo_sim.safety import BadCommand, Safety
 READER_GRACE = 0.5
 """How long the first state of an episode waits for the readers of its number [s]."""
 
+DISCOVERY_GRACE = 0.5
+"""How long the very first state waits for somebody to find it [s]."""
+
 COMMAND_TOPICS = {'voltage': topics.VOLTAGE_COMMANDS, 'effort': topics.EFFORT_COMMANDS}
 
 
@@ -46,7 +49,9 @@ class RobotNode:
         self.info = self._driver.info
         _check_clock(settings, self.info.own_clock)
         self._safety = Safety(self.info.limits, settings.command_timeout, settings.slew)
-        self._episode = EpisodeNumber(episode_file(_full_name(node)), settings.episode)
+        self._episode = EpisodeNumber(
+            episode_file(node.get_fully_qualified_name()), settings.episode
+        )
         self._health = Health(1.0 / (self.info.state_rate * self._factor) if self._factor else 0.0)
         self._reported_missed = 0
         self._seen_starts = 0
@@ -86,6 +91,8 @@ class RobotNode:
             self._description.publish(String(data=self.info.urdf))
             self._episodes.publish(UInt32(data=self._episode.value))
             self._e_stopped.publish(Bool(data=False))
+            heard = self._states.get_subscription_count
+            api.spin_until(self._node, lambda: heard() > 0, DISCOVERY_GRACE)
             if self._factor:
                 run_realtime(self, api.ok, self._factor)
             else:
@@ -183,7 +190,7 @@ class RobotNode:
         missed = self._health.missed - self._reported_missed
         self._reported_missed = self._health.missed
         status = robot_status(
-            _full_name(self._node), self._safety, self._health, self._torque, missed
+            self._node.get_fully_qualified_name(), self._safety, self._health, self._torque, missed
         )
         now = self._node.get_clock().now().nanoseconds
         self._diagnostics.publish(diagnostic_array(status, now))
@@ -231,8 +238,3 @@ def _check_clock(settings: Settings, own_clock: bool) -> None:
             'realtime_factor 0 (lockstep) needs a robot whose time can wait; driver '
             f'{settings.driver!r} runs by the clock on the wall, give 1'
         )
-
-
-def _full_name(node: Any) -> str:
-    namespace = node.get_namespace().rstrip('/')
-    return f'{namespace}/{node.get_name()}'
