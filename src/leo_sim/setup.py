@@ -40,7 +40,10 @@ setup(
         'console_scripts': [f'{n} = {t}' for n, t in NODES.items() if UNDER_COLCON],
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
         'leo.verbs': ['reveal = leo_sim.reveal:main'],
-        'leo.robots': [],
+        'leo.robots': [
+            'pendulum = leo_sim.robots:PENDULUM',
+            'torque_pendulum = leo_sim.robots:TORQUE_PENDULUM',
+        ],
         'leo.drivers': [
             'simulated = leo_sim.drivers.simulated:SimulatedDriver',
             'replay = leo_sim.drivers.replay:ReplayDriver',

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The physics of a model over many windows, and many parameter values, at once."""
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from leo_sim.laws import Memory
+from leo_sim.model import Model
+from leo_sim.substep import DRIVE, integrate, rested, slowing, substeps
+
+
+class History(NamedTuple):
+    """The H samples before the windows, to warm up delay, lag and play.
+
+    Attributes:
+        q, dq: Measured angles and rates at the start of each interval, (..., W, H, J).
+        inputs: Held over each interval, (..., W, H, A).
+        enabled: Booleans (..., W, H, A) or None.
+        dt: s, (W, H).
+    """
+
+    q: Any
+    dq: Any
+    inputs: Any
+    enabled: Any
+    dt: Any
+
+
+def rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any = None,
+            history: History | tuple[Any, ...] | None = None) -> tuple[Any, Any]:
+    """Measured angles and rates along open-loop windows.
+
+    The same numbers as `Model.step` over each interval, to rounding. Without a history the
+    windows start at rest: inputs were 0 before.
+
+    Args:
+        model: Its effect parameters and constants may be arrays (S, 1, 1).
+        q0: Measured angles at the start, (..., W, J).
+        dq0: Measured rates at the start, (..., W, J).
+        inputs: V or N m held from sample k to k + 1, (..., W, K, A).
+        dt: s, (W, K), or a float.
+        enabled: Booleans (..., W, K, A), or None for all motors on.
+        history: The samples before.
+
+    Returns:
+        q and dq of the measured state, (..., W, K + 1, J); (S, W, K + 1, J) for a scan.
+    """
+    with np.errstate(all='ignore'):
+        return _rollout(model, q0, dq0, inputs, dt, enabled, history)
+
+
+def _rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any,
+             history: Any) -> tuple[Any, Any]:
+    laws, dynamics = model.laws, model.rigid
+    inputs = np.asarray(inputs, dtype=float)
+    periods = np.broadcast_to(np.asarray(dt, dtype=float), inputs.shape[-3:-1])
+    q, dq = laws.true_state(np.asarray(q0, dtype=float), np.asarray(dq0, dtype=float))
+    memory: Memory = {} if history is None else warmed(model, History(*history), dq)
+    measured = [laws.sense(q, dq, memory, 0.0)[:2]]
+    for k in range(inputs.shape[-2]):
+        h, count = _substep(periods[:, k], model.integration_step)
+        q, dq, memory = integrate(laws, dynamics, q, dq, memory, inputs[..., k, :],
+                                  _on(enabled, k), h, count)
+        measured.append(laws.sense(q, dq, memory, 0.0)[:2])
+    return _stacked([m[0] for m in measured]), _stacked([m[1] for m in measured])
+
+
+def warmed(model: Model, history: History, dq: Any) -> Memory:
+    """What the effects remember after the history, with the joints held to its states.
+
+    Args:
+        model: The model.
+        history: The samples before the windows.
+        dq: True rates at the start of the windows, (..., W, J).
+    """
+    laws = model.laws
+    if not laws.dynamic and laws.gap is None:
+        return {}
+    inputs = np.asarray(history.inputs, dtype=float)
+    periods = np.broadcast_to(np.asarray(history.dt, dtype=float), inputs.shape[-3:-1])
+    rates = np.asarray(history.dq, dtype=float)
+    q, rates = laws.true_state(np.asarray(history.q, dtype=float), rates)
+    rates = np.concatenate([rates, np.broadcast_to(dq, rates[..., :1, :].shape[:-2]
+                                                   + dq.shape[-1:])[..., None, :]], axis=-2)
+    memory: Memory = rested(laws, rates[..., 0, :], {})
+    for k in range(inputs.shape[-2]):
+        h, count = _substep(periods[:, k], model.integration_step)
+        for i in range(count):
+            if i == 0 or laws.dynamic:
+                u, memory = laws.command(inputs[..., k, :], memory, h)
+            if laws.gap is not None:
+                share = (i + 1) / count
+                rate = (1 - share) * rates[..., k, :] + share * rates[..., k + 1, :]
+                memory = _play(model, memory, q[..., k, :], rate, u, _on(history.enabled, k), h)
+    return memory
+
+
+def _play(model: Model, memory: Memory, q: Any, dq: Any, u: Any, enabled: Any, h: Any) -> Memory:
+    """The motor sides after h s while the joints move at given rates."""
+    laws = model.laws
+    offset, speed = memory[DRIVE]
+    drag = slowing(laws, model.rigid, q, dq, u, enabled)
+    load = model.rigid.load(q) if laws.needs_load else None
+    torque = laws.torques(q, dq, speed, u, enabled, load).motor
+    free = speed + h * torque / (laws.rotor_inertia + 0.5 * h * drag.motor)
+    step, half = np.maximum(h, 1e-12), 0.5 * laws.gap
+    slip = np.clip(free - dq, (-half - offset) / step, (half - offset) / step)
+    return {**memory, DRIVE: np.stack(np.broadcast_arrays(offset + h * slip, dq + slip))}
+
+
+def _substep(periods: Any, longest: float) -> tuple[Any, int]:
+    """Substep length (a float, or (W, 1) for uneven periods) and count for one interval."""
+    most = float(periods.max())
+    count = substeps(most, longest)
+    if float(periods.min()) == most:
+        return most / count, count
+    return periods[:, None] / count, count
+
+
+def _on(enabled: Any, k: int) -> Any:
+    """Which motors are on in interval k; None for all."""
+    if enabled is None:
+        return None
+    on = np.asarray(enabled, dtype=bool)[..., k, :]
+    return None if on.all() else on
+
+
+def _stacked(samples: list[Any]) -> Any:
+    """Samples (..., W, J) side by side as (..., W, K + 1, J)."""
+    shape = np.broadcast_shapes(*(s.shape for s in samples))
+    return np.stack([np.broadcast_to(s, shape) for s in samples], axis=-2)

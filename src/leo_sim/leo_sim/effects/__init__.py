@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The catalogue of effects, and placing one on a robot."""
+from __future__ import annotations
+
+from importlib.metadata import entry_points
+import importlib.util
+from pathlib import Path
+from typing import Any, TYPE_CHECKING
+
+from leo_msgs_py.errors import UserError
+from leo_sim.effects.actuator_lag import ActuatorLag
+from leo_sim.effects.armature import Armature
+from leo_sim.effects.back_emf_scale import BackEmfScale
+from leo_sim.effects.backlash import Backlash
+from leo_sim.effects.base import Effect, Parameter, Placed
+from leo_sim.effects.bias_torque import BiasTorque
+from leo_sim.effects.command_delay import CommandDelay
+from leo_sim.effects.coulomb_friction import CoulombFriction
+from leo_sim.effects.encoder_offset import EncoderOffset
+from leo_sim.effects.external_force import ExternalForce
+from leo_sim.effects.joint_spring import JointSpring
+from leo_sim.effects.link_com import LinkCom
+from leo_sim.effects.link_inertia import LinkInertia
+from leo_sim.effects.link_mass import LinkMass
+from leo_sim.effects.load_dependent_friction import LoadDependentFriction
+from leo_sim.effects.quadratic_drag import QuadraticDrag
+from leo_sim.effects.stribeck_friction import StribeckFriction
+from leo_sim.effects.torque_ripple import TorqueRipple
+from leo_sim.effects.torque_scale import TorqueScale
+from leo_sim.effects.viscous_friction import ViscousFriction
+from leo_sim.effects.voltage_deadband import VoltageDeadband
+from leo_sim.effects.voltage_limit import VoltageLimit
+from leo_sim.effects.voltage_scale import VoltageScale
+from leo_sim.names import nearest
+
+if TYPE_CHECKING:
+    from leo_sim.robot import Robot
+
+__all__ = ['EFFECTS', 'Effect', 'Parameter', 'Placed', 'get_effect', 'place']
+
+EFFECTS: dict[str, Effect] = {effect.name: effect for effect in (
+    CommandDelay(), VoltageScale(), VoltageDeadband(), VoltageLimit(), ActuatorLag(),
+    TorqueScale(), BackEmfScale(), ViscousFriction(), CoulombFriction(), StribeckFriction(),
+    LoadDependentFriction(), QuadraticDrag(), BiasTorque(), JointSpring(), Backlash(),
+    Armature(), TorqueRipple(),
+    LinkMass(), LinkCom(), LinkInertia(), ExternalForce(),
+    EncoderOffset(),
+)}
+
+
+def get_effect(ref: str) -> Effect:
+    """The effect of that name: from the catalogue, an entry point, or a user's Python file.
+
+    Args:
+        ref: A name, or the path of a .py file that defines one subclass of Effect.
+
+    Raises:
+        UserError: No such effect (naming the nearest one), or a file without exactly one.
+    """
+    if ref in EFFECTS:
+        return EFFECTS[ref]
+    if ref.endswith('.py'):
+        return _from_file(Path(ref))
+    for entry in entry_points(group='leo.effects'):
+        if entry.name == ref:
+            return entry.load()()
+    raise UserError(f'no effect is named {ref!r}{nearest(ref, EFFECTS)}')
+
+
+def place(robot: Robot, name: str | Effect, where: str | list[str] | tuple[str, ...],
+          **parameters: Any) -> Placed:
+    """An effect at a joint or link, a list of them, or 'all', with its parameters.
+
+    Parameters that are not given are neutral.
+
+    Raises:
+        UserError: Unknown effect, place or parameter, or an effect this robot cannot have.
+    """
+    effect = name if isinstance(name, Effect) else get_effect(name)
+    possible = effect.places(robot)
+    if not possible:
+        raise UserError(f'{effect.name} cannot act on {robot.name} ({robot.input} input)')
+    everywhere = where == 'all'
+    names = possible if everywhere else (where,) if isinstance(where, str) else tuple(where)
+    for place_name in names:
+        if place_name not in possible:
+            raise UserError(f'{effect.name} cannot act at {place_name!r} of {robot.name}; '
+                            f'possible: {", ".join(possible)}')
+    known = {p.name: p.neutral for p in effect.parameters_for(robot, names)}
+    for parameter in parameters:
+        if parameter not in known:
+            raise UserError(f'{effect.name} has no parameter {parameter!r}; '
+                            f'it has: {", ".join(known)}')
+    return Placed(effect, names, {**known, **parameters}, everywhere)
+
+
+def _from_file(path: Path) -> Effect:
+    """The one effect that a Python file defines."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise UserError(f'no effect file {path}')
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    found = [c for c in vars(module).values() if isinstance(c, type)
+             and issubclass(c, Effect) and c.__module__ == module.__name__]
+    if len(found) != 1:
+        raise UserError(f'{path} defines {len(found)} effects; it must define exactly one '
+                        'subclass of leo_sim.effects.Effect')
+    return found[0]()

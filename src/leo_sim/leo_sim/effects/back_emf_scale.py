@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Back-EMF is k times the model's."""
+from __future__ import annotations
+
+from typing import Any, TYPE_CHECKING
+
+from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.motor import Motor
+
+if TYPE_CHECKING:
+    from leo_sim.robot import Robot
+
+
+class BackEmfScale(Effect):
+    """Back-EMF is k times the model's."""
+
+    name = 'back_emf_scale'
+    family = 'motor'
+    hook = 'torque'
+    parameters = (
+        Parameter('k', '', neutral=1.0, low=0.0),
+    )
+    looks_like = 'Damping while the motors are on differs; the stall torque is right.'
+    confused_with = ('viscous_friction on a voltage-driven joint that is never free: the same '
+        'torque.')
+    reveal = 'Let it swing with the motors free: only friction is left then.'
+    motor_side = True
+    rank = 10
+
+    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        return (p['k'] - 1.0) * motor.back_emf
+
+    def places(self, robot: Robot) -> tuple[str, ...]:
+        return super().places(robot) if robot.input == 'voltage' else ()

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an effect is: a law with named parameters, placed at joints or links of a robot."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, NamedTuple, TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from leo_sim.motor import Motor
+    from leo_sim.robot import Robot
+
+Values = Mapping[str, Any]
+HOOKS = ('command', 'torque', 'drive', 'body', 'ground', 'sensor')
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect: its unit, the value that changes nothing, its physical bounds."""
+
+    name: str
+    unit: str
+    neutral: float = 0.0
+    low: float = float('-inf')
+    high: float = float('inf')
+
+
+class Drive(NamedTuple):
+    """The motor side of a joint: inertia at the joint kg m2, dead zone rad (whole width)."""
+
+    rotor_inertia: Any
+    gap: Any
+
+
+class Body(NamedTuple):
+    """Inertial figures of a link, in its link frame, as broadcastable components.
+
+    Attributes:
+        mass: kg.
+        com: Centre of mass (x, y, z), m.
+        inertia: About the centre of mass (xx, yy, zz, xy, xz, yz), kg m2.
+        force: Constant force at the centre of mass in world axes (x, y, z), N.
+    """
+
+    mass: Any
+    com: tuple[Any, Any, Any]
+    inertia: tuple[Any, Any, Any, Any, Any, Any]
+    force: tuple[Any, Any, Any] = (0.0, 0.0, 0.0)
+
+
+class Effect:
+    """A physical effect: one law behind one hook (design.md section 6).
+
+    A subclass fills in the attributes and exactly one of the methods `command`, `torque`,
+    `drive`, `body`, `sensor`. Laws are plain arithmetic that broadcasts over leading axes, so
+    that the same law runs on one state and on all windows of a bag; `p` maps parameter names to
+    floats or to arrays (S, 1, 1), states have the shape (..., joints of `where`).
+
+    Attributes:
+        dry: The torque hook returns the torque that opposes motion along dq. The model limits
+            it to what stops the joint, so that it can hold still.
+        motor_side: The torque hook changes the motor's own torque (later effects see it), and
+            is placed at actuated joints only.
+        dynamic: The command hook changes its result while the input is held.
+        uses_load: The torque hook looks at `load`, which costs time to compute.
+        rank: Laws of one hook run in ascending rank.
+    """
+
+    name: ClassVar[str]
+    family: ClassVar[str]
+    hook: ClassVar[str]
+    parameters: ClassVar[tuple[Parameter, ...]]
+    looks_like: ClassVar[str] = ''
+    confused_with: ClassVar[str] = ''
+    reveal: ClassVar[str] = ''
+    dry: ClassVar[bool] = False
+    motor_side: ClassVar[bool] = False
+    dynamic: ClassVar[bool] = False
+    uses_load: ClassVar[bool] = False
+    rank: ClassVar[int] = 100
+
+    def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+        """Inputs that reach the motors in the next dt s.
+
+        Args:
+            p: Parameter values.
+            u: Inputs V (N m) held over the next dt, (..., actuators of `where`).
+            memory: What this method returned before, None at the start (inputs were 0).
+            dt: s, a float or an array that broadcasts with u.
+        """
+        raise NotImplementedError
+
+    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        """Torque added at the joints, N m; for `dry` effects the one that opposes dq.
+
+        Args:
+            p: Parameter values.
+            q: True joint angles rad.
+            dq: True joint rates rad/s (of the motor side for `motor_side` effects).
+            motor: Torques of the motors.
+            load: Torque of gravity and external forces at the joints, N m, positive along +q.
+        """
+        raise NotImplementedError
+
+    def drive(self, p: Values, drive: Drive) -> Drive:
+        """The changed motor side of the joints."""
+        raise NotImplementedError
+
+    def body(self, p: Values, link: Body) -> Body:
+        """The changed link."""
+        raise NotImplementedError
+
+    def sensor(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> tuple[Any, Any, Any]:
+        """Measured angles and rates of true ones, and the memory."""
+        raise NotImplementedError
+
+    def applies(self, robot: Robot) -> bool:
+        """Whether the effect can act anywhere on this robot."""
+        return bool(self.places(robot))
+
+    def places(self, robot: Robot) -> tuple[str, ...]:
+        """Joints, or links for body effects, of the robot where the effect can act."""
+        if self.hook == 'body':
+            return robot.moving_links
+        if self.hook in ('command', 'drive') or self.motor_side:
+            return tuple(actuator.joint for actuator in robot.actuators)
+        return robot.joint_names
+
+    def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
+        """The parameters with the neutral values, bounds and units of this robot and place."""
+        return self.parameters
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An effect at joints or links of a robot with one value per parameter.
+
+    Attributes:
+        effect: The law.
+        where: Joint or link names; one shared value for all of them.
+        parameters: Floats, or arrays (S, 1, 1) that scan S values at once.
+        everywhere: True when the place was given as 'all'.
+    """
+
+    effect: Effect
+    where: tuple[str, ...]
+    parameters: Mapping[str, Any]
+    everywhere: bool = False
+
+    def with_parameters(self, **values: Any) -> Placed:
+        """The same placement with other parameter values."""
+        return replace(self, parameters={**self.parameters, **values})
+
+
+def in_input_unit(robot: Robot, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
+    """Parameters in V turned to N m where the robot takes torques."""
+    unit = 'V' if robot.input == 'voltage' else 'N m'
+    return tuple(replace(p, unit=unit) if p.unit == 'V' else p for p in parameters)

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Coulomb friction: a constant torque c against motion, holding still below c."""
+from typing import Any
+
+import numpy as np
+
+from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.motor import Motor
+
+
+class CoulombFriction(Effect):
+    """Coulomb friction: a constant torque c against motion, holding still below c."""
+
+    name = 'coulomb_friction'
+    family = 'friction'
+    hook = 'torque'
+    parameters = (
+        Parameter('c', 'N m', low=0.0),
+    )
+    looks_like = ('Amplitudes shrink by the same amount each swing; small torques do not start a '
+        'motion.')
+    confused_with = ('voltage_deadband where the joint hardly moves; viscous_friction over a narrow '
+        'range of speed.')
+    reveal = ('Slow triangles and free swings that come to rest: the missing torque is a step '
+        'at zero speed.')
+    dry = True
+
+    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        return -np.copysign(p['c'], dq)

@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The measured angle is the true one + o."""
+from typing import Any
+
+from leo_sim.effects.base import Effect, Parameter, Values
+
+
+class EncoderOffset(Effect):
+    """The measured angle is the true one + o."""
+
+    name = 'encoder_offset'
+    family = 'sensor'
+    hook = 'sensor'
+    parameters = (
+        Parameter('o', 'rad'),
+    )
+    looks_like = 'Gravity seems turned: the rest position is not where it should be.'
+    confused_with = 'bias_torque over narrow angles; link_com x.'
+    reveal = 'Hanging still, and slow motion over a full turn.'
+
+    def sensor(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> tuple[Any, Any, Any]:
+        return q + p['o'], dq, memory

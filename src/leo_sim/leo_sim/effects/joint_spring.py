@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A linear spring at the joint: -k (q - rest)."""
+from typing import Any
+
+from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.motor import Motor
+
+
+class JointSpring(Effect):
+    """A linear spring at the joint: -k (q - rest)."""
+
+    name = 'joint_spring'
+    family = 'load'
+    hook = 'torque'
+    parameters = (
+        Parameter('k', 'N m/rad', low=0.0),
+        Parameter('rest', 'rad'),
+    )
+    looks_like = ('A pull towards one angle that grows with the distance from it: cables, hoses, '
+        'springs.')
+    confused_with = 'link_mass and external_force in small swings about the hanging pose.'
+    reveal = 'Large angles, several turns if the robot can.'
+
+    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        return -p['k'] * (q - p['rest'])

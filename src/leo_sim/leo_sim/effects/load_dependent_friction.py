@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Dry friction in proportion to the torque the gear transmits."""
+from typing import Any
+
+import numpy as np
+
+from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.motor import Motor
+
+
+class LoadDependentFriction(Effect):
+    """Dry friction in proportion to the torque the gear transmits."""
+
+    name = 'load_dependent_friction'
+    family = 'friction'
+    hook = 'torque'
+    parameters = (
+        Parameter('mu', '', low=0.0),
+    )
+    looks_like = ('Dry friction that grows with the torque through the gear: strong under load, '
+        'weak when idle.')
+    confused_with = ('coulomb_friction when the load hardly changes; torque_scale while driving in '
+        'one direction.')
+    reveal = ('The same motion with and without payload, and driving with and against '
+        'gravity.')
+    dry = True
+    uses_load = True
+
+    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        return -np.copysign(p['mu'] * np.abs(motor.torque - load), dq)

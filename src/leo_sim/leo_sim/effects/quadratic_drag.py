@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Quadratic drag: a torque -d w |w|, as of air."""
+from typing import Any
+
+import numpy as np
+
+from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.motor import Motor
+
+
+class QuadraticDrag(Effect):
+    """Quadratic drag: a torque -d w |w|, as of air."""
+
+    name = 'quadratic_drag'
+    family = 'friction'
+    hook = 'torque'
+    parameters = (
+        Parameter('d', 'N m s2/rad2', low=0.0),
+    )
+    looks_like = 'Little loss in slow motion, strong loss at the highest speeds.'
+    confused_with = 'viscous_friction and back_emf_scale when the speed range is narrow.'
+    reveal = 'Free swings from large and from small angles.'
+
+    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        return -p['d'] * dq * np.abs(dq)

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Stribeck friction: dry friction that is larger near rest."""
+from typing import Any
+
+import numpy as np
+
+from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.motor import Motor
+
+
+class StribeckFriction(Effect):
+    """Stribeck friction: dry friction that is larger near rest."""
+
+    name = 'stribeck_friction'
+    family = 'friction'
+    hook = 'torque'
+    parameters = (
+        Parameter('c', 'N m', low=0.0),
+        Parameter('c_static', 'N m', low=0.0),
+        Parameter('v_s', 'rad/s', low=0.0),
+    )
+    looks_like = 'Sticks, breaks loose with a jerk, then slides with less friction.'
+    confused_with = ('coulomb_friction when no motion is slower than v_s; voltage_deadband near '
+        'rest.')
+    reveal = 'Very slow reversals, so that many samples lie below and around v_s.'
+    dry = True
+
+    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        narrow = np.maximum(p['v_s'], 1e-9)
+        level = p['c'] + (p['c_static'] - p['c']) * np.exp(-(dq / narrow) ** 2)
+        return -np.copysign(level, dq)

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Torque ripple: a sin(n q + phase), cogging of motor or gear."""
+from typing import Any
+
+import numpy as np
+
+from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.motor import Motor
+
+
+class TorqueRipple(Effect):
+    """Torque ripple: a sin(n q + phase), cogging of motor or gear."""
+
+    name = 'torque_ripple'
+    family = 'motor'
+    hook = 'torque'
+    parameters = (
+        Parameter('a', 'N m', low=0.0),
+        Parameter('n', '1/turn', low=0.0),
+        Parameter('phase', 'rad', low=-3.141592653589793, high=3.141592653589793),
+    )
+    looks_like = 'A missing torque that repeats n times per turn, whatever the speed.'
+    confused_with = 'link_mass and external_force for n = 1; encoder_scale.'
+    reveal = 'Slow motion over full turns, both ways.'
+
+    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        return p['a'] * np.sin(p['n'] * q + p['phase'])

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Commands smaller than v do nothing, larger ones lose v."""
+from __future__ import annotations
+
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+
+from leo_sim.effects.base import Effect, in_input_unit, Parameter, Values
+
+if TYPE_CHECKING:
+    from leo_sim.robot import Robot
+
+
+class VoltageDeadband(Effect):
+    """Commands smaller than v do nothing, larger ones lose v."""
+
+    name = 'voltage_deadband'
+    family = 'command'
+    hook = 'command'
+    parameters = (
+        Parameter('v', 'V', low=0.0),
+    )
+    looks_like = 'Small commands have no effect; large ones are weaker by a constant.'
+    confused_with = 'coulomb_friction where the joint hardly moves; voltage_scale at one amplitude.'
+    reveal = 'Small and large commands, also while the joint coasts.'
+    rank = 30
+
+    def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+        return np.sign(u) * np.maximum(np.abs(u) - p['v'], 0.0), memory
+
+    def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
+        return in_input_unit(robot, self.parameters)

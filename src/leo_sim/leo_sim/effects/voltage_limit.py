@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Commands are clipped to +-v."""
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+
+from leo_sim.effects.base import Effect, in_input_unit, Parameter, Values
+
+if TYPE_CHECKING:
+    from leo_sim.robot import Robot
+
+
+class VoltageLimit(Effect):
+    """Commands are clipped to +-v."""
+
+    name = 'voltage_limit'
+    family = 'command'
+    hook = 'command'
+    parameters = (
+        Parameter('v', 'V', neutral=float('inf'), low=0.0),
+    )
+    looks_like = 'Right with small commands, too weak with large ones.'
+    confused_with = 'voltage_scale when only large commands occur.'
+    reveal = 'Commands from small to the largest allowed.'
+    rank = 40
+
+    def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+        return np.clip(u, -p['v'], p['v']), memory
+
+    def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
+        most = max(a.strongest for a in robot.actuators if a.joint in where)
+        return tuple(replace(p, neutral=most) for p in in_input_unit(robot, self.parameters))

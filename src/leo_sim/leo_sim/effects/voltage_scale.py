@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The motor gets k times the command."""
+from typing import Any
+
+from leo_sim.effects.base import Effect, Parameter, Values
+
+
+class VoltageScale(Effect):
+    """The motor gets k times the command."""
+
+    name = 'voltage_scale'
+    family = 'command'
+    hook = 'command'
+    parameters = (
+        Parameter('k', '', neutral=1.0, low=0.0),
+    )
+    looks_like = 'Commands are stronger or weaker than sent; braking at 0 V is right.'
+    confused_with = ('torque_scale (the same on a torque-driven joint, or where the torque constant '
+        'is refitted).')
+    reveal = 'Runs at 0 V beside driven ones.'
+    rank = 20
+
+    def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+        return p['k'] * u, memory

@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The laws of one model compiled for speed: commands, joint torques, drives, links, sensors.
+
+Arrays have the joints (or actuators) as last axis and any leading axes; scanned parameters and
+constants are arrays (S, 1, 1).
+"""
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from leo_sim.effects.base import Body, Drive, Placed
+from leo_sim.motor import Motor, torque_source, voltage_motor
+from leo_sim.robot import bodies, Robot
+
+Memory = Mapping[str, Any]
+Index = slice | list[int]
+
+
+class Torques(NamedTuple):
+    """Torques at the joints, N m, (..., J).
+
+    Attributes:
+        motor: Of the motors, acting on the motor side.
+        joint: Of springs, viscous friction, ... on the link side.
+        level: What dry friction can hold at most; None without dry friction.
+    """
+
+    motor: Any
+    joint: Any
+    level: Any
+
+
+class _Use(NamedTuple):
+    """A placed effect, ready to run: its memory key and where it acts."""
+
+    key: str
+    effect: Any
+    values: Mapping[str, Any]
+    index: Index
+
+
+class Laws:
+    """The laws of one model.
+
+    Attributes:
+        bodies: Inertial figures of the links, body effects included.
+        gravity: m/s2.
+        rotor_inertia: Of the motor sides, kg m2, (..., J).
+        gap: Backlash rad, (..., J); None without backlash.
+        stops: Joint limits rad (low, high), (J,); None where all are infinite.
+        dynamic: The command at the motors changes while the input is held (delay, lag).
+        needs_load: A law uses the load torque.
+    """
+
+    def __init__(self, robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]):
+        self.joints, self.input = robot.joint_names, robot.input
+        self.actuated = _index(robot.actuated, len(self.joints))
+        uses = [self._use(robot, i, placed) for i, placed in enumerate(effects)]
+        by_hook = {hook: sorted((u for u in uses if u.effect.hook == hook),
+                                key=lambda u: u.effect.rank)
+                   for hook in ('command', 'torque', 'sensor', 'drive')}
+        self._commands, self._sensors = by_hook['command'], by_hook['sensor']
+        self._motor_side = [u for u in by_hook['torque'] if u.effect.motor_side]
+        self._smooth = [u for u in by_hook['torque']
+                        if not (u.effect.motor_side or u.effect.dry)]
+        self._dry = [u for u in by_hook['torque'] if u.effect.dry]
+        self.dynamic = any(u.effect.dynamic for u in self._commands)
+        self.needs_load = any(u.effect.uses_load for u in by_hook['torque'])
+        self.gravity = _squeezed(values['gravity'])
+        self.bodies = _bodies(robot, effects, values)
+        self._constants(robot, values)
+        self._drives(by_hook['drive'])
+
+    def command(self, u: Any, memory: Memory, h: Any) -> tuple[Any, Memory]:
+        """What reaches the motors over the next h s of a held input, and the new memory."""
+        if not self._commands:
+            return u, memory
+        changed = dict(memory)
+        for use in self._commands:
+            part, kept = use.effect.command(use.values, u[..., use.index],
+                                            memory.get(use.key), h)
+            u = _put(u, use.index, part)
+            if kept is not None:
+                changed[use.key] = kept
+        return u, changed
+
+    def torques(self, q: Any, dq: Any, motor_speed: Any, u: Any, enabled: Any,
+                load: Any) -> Torques:
+        """All torques at one instant.
+
+        Args:
+            q, dq: True angles and rates, (..., J).
+            motor_speed: Rates of the motor sides, (..., J); dq itself without backlash.
+            u: Inputs at the motors, (..., A).
+            enabled: Booleans (..., A) or None for all.
+            load: Torque of gravity and external forces, (..., J); None where no law needs it.
+        """
+        motor = self._motor(motor_speed, u, enabled)
+        for use in self._motor_side:
+            extra = use.effect.torque(use.values, q[..., use.index], motor_speed[..., use.index],
+                                      self._part(motor, use.index), None)
+            motor = motor._replace(torque=_add(motor.torque, use.index, extra))
+        joint: Any = 0.0
+        if self.damping is not None:
+            joint = -self.damping * dq
+        for use in self._smooth:
+            joint = self._added(joint, use, q, dq, motor, load)
+        level = None
+        for use in self._dry:
+            level = self._added(0.0 if level is None else level, use, q, dq, motor, load)
+        return Torques(motor.torque, joint, None if level is None else np.abs(level))
+
+    def sense(self, q: Any, dq: Any, memory: Memory, dt: Any) -> tuple[Any, Any, Memory]:
+        """Measured angles and rates of true ones."""
+        if not self._sensors:
+            return q, dq, memory
+        changed = dict(memory)
+        for use in self._sensors:
+            angle, rate, kept = use.effect.sensor(
+                use.values, q[..., use.index], dq[..., use.index], memory.get(use.key), dt)
+            q, dq = _put(q, use.index, angle), _put(dq, use.index, rate)
+            if kept is not None:
+                changed[use.key] = kept
+        return q, dq, changed
+
+    def true_state(self, q: Any, dq: Any) -> tuple[Any, Any]:
+        """True angles and rates of measured ones; sensors at rest are linear in each."""
+        if not self._sensors:
+            return q, dq
+        zero_q, zero_dq, _ = self.sense(np.zeros_like(q), np.zeros_like(dq), {}, 0.0)
+        one_q, one_dq, _ = self.sense(np.ones_like(q), np.ones_like(dq), {}, 0.0)
+        return (q - zero_q) / (one_q - zero_q), (dq - zero_dq) / (one_dq - zero_dq)
+
+    def _use(self, robot: Robot, number: int, placed: Placed) -> _Use:
+        names = robot.joint_names
+        if placed.effect.hook == 'command':
+            names = tuple(a.joint for a in robot.actuators)
+        if placed.effect.hook == 'body':
+            names = robot.moving_links
+        index = _index(tuple(names.index(w) for w in placed.where), len(names))
+        return _Use(f'{number}:{placed.effect.name}', placed.effect, placed.parameters, index)
+
+    def _constants(self, robot: Robot, values: Mapping[str, Any]) -> None:
+        joints = [f'actuators.{a.joint}.' for a in robot.actuators]
+        if self.input == 'voltage':
+            self._constant = _stack([values[p + 'torque_constant'] for p in joints])
+            self._resistance = _stack([values[p + 'resistance'] for p in joints])
+        rotors = _stack([values[p + 'rotor_inertia'] for p in joints])
+        self.rotor_inertia = self._at_joints(rotors)
+        damping = _stack([values[f'joints.{j}.damping'] for j in self.joints])
+        self.damping = damping if np.any(damping) else None
+        limits = np.array([j.limits for j in robot.joints if j.kind != 'fixed'])
+        self.stops = (limits[:, 0], limits[:, 1]) if np.isfinite(limits).any() else None
+
+    def _drives(self, uses: Sequence[_Use]) -> None:
+        drive = Drive(self.rotor_inertia, np.zeros(len(self.joints)))
+        for use in uses:
+            part = use.effect.drive(use.values, self._part(drive, use.index))
+            drive = Drive(*(_put(old, use.index, new)
+                            for old, new in zip(drive, part, strict=True)))
+        self.rotor_inertia = drive.rotor_inertia
+        self.gap = drive.gap if np.any(drive.gap) else None
+
+    def _motor(self, speed: Any, u: Any, enabled: Any) -> Motor:
+        if self.input == 'torque':
+            motor = torque_source(u, enabled)
+        else:
+            motor = voltage_motor(u, speed[..., self.actuated], self._constant,
+                                  self._resistance, enabled)
+        return Motor(self._at_joints(motor.torque), self._at_joints(motor.back_emf))
+
+    def _at_joints(self, figures: Any) -> Any:
+        """Figures of actuators (..., A) at their joints (..., J), 0 elsewhere."""
+        if isinstance(self.actuated, slice) and self.actuated == slice(None):
+            return figures
+        result = np.zeros((*np.shape(figures)[:-1], len(self.joints)))
+        result[..., self.actuated] = figures
+        return result
+
+    def _added(self, total: Any, use: _Use, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        index = use.index
+        part = use.effect.torque(use.values, q[..., index], dq[..., index],
+                                 self._part(motor, index),
+                                 None if load is None else load[..., index])
+        if isinstance(total, float):
+            total = np.zeros(len(self.joints))
+        return _add(total, index, part)
+
+    @staticmethod
+    def _part(figures: Any, index: Index) -> Any:
+        """A named tuple of arrays, each cut to the joints of `index`."""
+        return type(figures)(*(f[..., index] if np.ndim(f) else f for f in figures))
+
+
+def _bodies(robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]
+            ) -> dict[str, Body]:
+    """Inertial figures of the links, body effects included, arrays as (S, 1)."""
+    links = bodies(robot, {path: _squeezed(value) for path, value in values.items()})
+    for placed in effects:
+        if placed.effect.hook == 'body':
+            p = {name: _squeezed(value) for name, value in placed.parameters.items()}
+            for name in placed.where:
+                links[name] = placed.effect.body(p, links[name])
+    return links
+
+
+def _index(places: tuple[int, ...], count: int) -> Index:
+    """A slice where possible: it costs no copy."""
+    if places == tuple(range(count)):
+        return slice(None)
+    if places == tuple(range(places[0], places[0] + len(places))):
+        return slice(places[0], places[0] + len(places))
+    return list(places)
+
+
+def _squeezed(value: Any) -> Any:
+    """A float, or an array (S, 1, 1) without its last axis, to match single components."""
+    return np.asarray(value)[..., 0] if np.ndim(value) else float(value)
+
+
+def _stack(figures: Sequence[Any]) -> Any:
+    """Floats or arrays (S, 1, 1) side by side along the last axis."""
+    return np.concatenate(np.broadcast_arrays(
+        *(np.asarray(f, dtype=float).reshape(np.shape(f) or (1,)) for f in figures)), axis=-1)
+
+
+def _put(whole: Any, index: Index, part: Any) -> Any:
+    """A copy of `whole` with `part` in place; `part` may have more leading axes."""
+    if isinstance(index, slice) and index == slice(None):
+        return part
+    shape = (*np.broadcast_shapes(np.shape(whole)[:-1], np.shape(part)[:-1]),
+             np.shape(whole)[-1])
+    result = np.array(np.broadcast_to(whole, shape))
+    result[..., index] = part
+    return result
+
+
+def _add(whole: Any, index: Index, part: Any) -> Any:
+    """`whole` with `part` added at `index`."""
+    if isinstance(index, slice) and index == slice(None):
+        return whole + part
+    return _put(whole, index, whole[..., index] + part)

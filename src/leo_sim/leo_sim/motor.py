@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The motor law: a DC motor on a voltage, or a torque source (data sheet section 4)."""
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+class Motor(NamedTuple):
+    """What the motors do at the joints, N m, positive along +q.
+
+    Attributes:
+        torque: Net motor torque, back-EMF included.
+        back_emf: The part of it that back-EMF causes (0 for a torque source or a free motor).
+    """
+
+    torque: Any
+    back_emf: Any
+
+
+def voltage_motor(voltage: Any, speed: Any, constant: Any, resistance: Any,
+                  enabled: Any | None = None) -> Motor:
+    """Torque of a DC motor: k (V - k w) / R while enabled, none when it is free.
+
+    0 V is a shorted, braking motor; only `enabled` false is a free one. Inductance is neglected.
+
+    Args:
+        voltage: Terminal voltage V.
+        speed: Motor speed at the joint side of the gear, rad/s.
+        constant: k, torque and back-EMF constant at the joint, N m/A = V s/rad.
+        resistance: R of the winding, ohm.
+        enabled: Booleans, or None for all enabled.
+    """
+    gain = constant / resistance
+    back_emf = -(gain * constant) * speed
+    torque = gain * voltage + back_emf
+    if enabled is None:
+        return Motor(torque, back_emf)
+    return Motor(np.where(enabled, torque, 0.0), np.where(enabled, back_emf, 0.0))
+
+
+def torque_source(command: Any, enabled: Any | None = None) -> Motor:
+    """Torque of an actuator that follows its torque command, N m."""
+    torque = command if enabled is None else np.where(enabled, command, 0.0)
+    return Motor(torque, 0.0)

@@ -1,0 +1,272 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A robot: its tree, actuators, timing, task, and every constant a model may override."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+from leo_sim import urdf
+from leo_sim.effects.base import Body
+from leo_sim.names import nearest
+from leo_sim.robot_file import (
+    ObservedFile,
+    PoseFile,
+    RewardFile,
+    RobotFile,
+    SensorFile,
+    TerminationFile,
+)
+from leo_sim.urdf import Joint, Link
+from leo_sim.yaml_file import Quantity, read
+
+BODY_UNITS = {'mass': 'kg', 'com_x': 'm', 'com_y': 'm', 'com_z': 'm', 'inertia': 'kg m2'}
+MOTOR_UNITS = {'torque_constant': 'N m/A', 'resistance': 'ohm', 'supply': 'V'}
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A number of robot.yaml that a model file may override.
+
+    Attributes:
+        path: As `actuators.pivot.resistance`.
+        uncertain: The range it is known to lie in; None for a number taken as exact.
+    """
+
+    path: str
+    value: float
+    unit: str
+    uncertain: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """An actuator, all figures at the joint side of its gear.
+
+    Attributes:
+        torque_constant: N m/A = V s/rad; None when torque driven.
+        resistance: ohm; None when torque driven.
+        limit: Largest command, V or N m.
+        supply: V; None when torque driven.
+        rotor_inertia: kg m2, on top of the links' inertia.
+    """
+
+    joint: str
+    torque_constant: float | None
+    resistance: float | None
+    limit: float
+    supply: float | None
+    rotor_inertia: float
+
+    @property
+    def strongest(self) -> float:
+        """The largest input the hardware can give: the supply V, or the torque limit N m."""
+        return self.limit if self.supply is None else self.supply
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A robot as loaded from a folder with robot.urdf and robot.yaml.
+
+    Attributes:
+        urdf: Text of robot.urdf (its inertial figures without those of robot.yaml).
+        links, joints: The tree of the URDF; fixed joints included.
+        joint_names: Joints that move, in the order of every state vector.
+        actuators: In the order of every input vector.
+        input: 'voltage' (V) or 'torque' (N m).
+        control_period, integration_step, episode_seconds: s.
+        state_rate: Hz.
+        observation, reward, termination: The task, see leo_sim.task.
+        constants: Every number a model may override, by path.
+    """
+
+    name: str
+    folder: Path
+    urdf: str
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    joint_names: tuple[str, ...]
+    actuators: tuple[Actuator, ...]
+    input: str
+    base: str
+    control_period: float
+    integration_step: float
+    state_rate: float
+    episode_seconds: float
+    start_poses: Mapping[str, PoseFile]
+    sensors: Mapping[str, SensorFile]
+    observation: tuple[ObservedFile, ...]
+    reward: tuple[RewardFile, ...]
+    termination: tuple[TerminationFile, ...]
+    constants: Mapping[str, Constant]
+
+    @property
+    def moving_links(self) -> tuple[str, ...]:
+        """Links with a joint between them and the base."""
+        return tuple(joint.child for joint in self.joints)
+
+    @property
+    def actuated(self) -> tuple[int, ...]:
+        """Index of each actuator's joint in a state vector."""
+        return tuple(self.joint_names.index(a.joint) for a in self.actuators)
+
+    @property
+    def limits(self) -> np.ndarray:
+        """Largest command of each actuator, V or N m."""
+        return np.array([a.limit for a in self.actuators])
+
+    def with_constants(self, changed: Mapping[str, Constant]) -> Robot:
+        """The robot with other constants (paths must exist)."""
+        constants = {**self.constants, **changed}
+        values = {path: c.value for path, c in constants.items()}
+        return replace(self, constants=constants, actuators=tuple(
+            _actuator(a.joint, values) for a in self.actuators))
+
+
+def load_robot(ref: str | Path) -> Robot:
+    """A robot by name (entry point group leo.robots) or by folder.
+
+    Raises:
+        UserError: No such robot (naming the nearest one), or a wrong file in its folder.
+    """
+    folder = Path(ref)
+    if not folder.is_dir():
+        folder = _named_folder(str(ref))
+    file = read(folder / 'robot.yaml', RobotFile)
+    path = folder / 'robot.urdf'
+    if not path.is_file():
+        raise UserError(f'{folder} has no robot.urdf')
+    text = path.read_text(encoding='utf-8')
+    links, joints = urdf.parse(text, str(path))
+    return _robot(folder, file, text, links, joints)
+
+
+def bodies(robot: Robot, values: Mapping[str, Any]) -> dict[str, Body]:
+    """Inertial figures of every link for values of the constants (floats or arrays)."""
+    result = {}
+    axes = {joint.child: joint.axis for joint in robot.joints}
+    for link in robot.links:
+        body = link.body
+        if link.name in axes:
+            path = f'links.{link.name}.'
+            added = values[path + 'inertia'] - _about(body, axes[link.name])
+            xx, yy, zz, *products = body.inertia
+            body = Body(values[path + 'mass'], tuple(values[path + c] for c in _COM),
+                        (xx + added, yy + added, zz + added, *products))
+        result[link.name] = body
+    return result
+
+
+_COM = ('com_x', 'com_y', 'com_z')
+
+
+def _about(body: Body, axis: tuple[float, float, float]) -> float:
+    """Moment of inertia about the CoM along an axis (x for a fixed joint without one)."""
+    x, y, z = axis
+    xx, yy, zz, xy, xz, yz = body.inertia
+    return (x * x * xx + y * y * yy + z * z * zz
+            + 2 * (x * y * xy + x * z * xz + y * z * yz))
+
+
+def _named_folder(name: str) -> Path:
+    entries = {entry.name: entry for entry in entry_points(group='leo.robots')}
+    if name not in entries:
+        raise UserError(f'no robot is named {name!r}, and it is no folder'
+                        f'{nearest(name, entries)}')
+    return Path(entries[name].load())
+
+
+def _robot(folder: Path, file: RobotFile, text: str, links: tuple[Link, ...],
+           joints: tuple[Joint, ...]) -> Robot:
+    moving = tuple(joint.name for joint in joints if joint.kind != 'fixed')
+    _check_names(folder, file, moving, [link.name for link in links])
+    constants = _constants(folder, file, links, joints)
+    values = {path: constant.value for path, constant in constants.items()}
+    return Robot(
+        name=file.name, folder=folder, urdf=text, links=links, joints=joints, joint_names=moving,
+        actuators=tuple(_actuator(joint, values) for joint in file.actuators), input=file.input,
+        base=file.base, control_period=file.control_period,
+        integration_step=file.integration_step, state_rate=file.state_rate,
+        episode_seconds=file.episode_seconds, start_poses=file.start_poses,
+        sensors=file.sensors, observation=tuple(file.observation), reward=tuple(file.reward),
+        termination=tuple(file.termination), constants=constants)
+
+
+def _check_names(folder: Path, file: RobotFile, joints: tuple[str, ...],
+                 links: list[str]) -> None:
+    """Raise UserError where robot.yaml names a joint or link the URDF lacks."""
+    named = [('actuators', n) for n in file.actuators] + [('joints', n) for n in file.joints]
+    named += [('sensors', n) for n in file.sensors]
+    named += [(f'start_poses.{k}', n) for k, pose in file.start_poses.items()
+              for n in (*pose.angles, *pose.rates)]
+    named += [(key, term.joint) for key in ('observation', 'reward', 'termination')
+              for term in getattr(file, key)]
+    for key, name in named:
+        if name not in joints:
+            raise UserError(f'{folder / "robot.yaml"}: {key}: robot.urdf has no moving joint '
+                            f'{name!r}{nearest(name, joints)}')
+    for name in file.links:
+        if name not in links:
+            raise UserError(f'{folder / "robot.yaml"}: links: robot.urdf has no link '
+                            f'{name!r}{nearest(name, links)}')
+    if 'nominal' not in file.start_poses:
+        raise UserError(f'{folder / "robot.yaml"}: start_poses: the pose nominal is missing')
+
+
+def _constants(folder: Path, file: RobotFile, links: tuple[Link, ...],
+               joints: tuple[Joint, ...]) -> dict[str, Constant]:
+    """All constants: defaults of the URDF, then what robot.yaml says."""
+    found = {c.path: c for c in _urdf_constants(links, joints)}
+    given: dict[str, Quantity | None] = {'gravity': file.gravity}
+    for group in ('actuators', 'links', 'joints'):
+        for name, part in getattr(file, group).items():
+            given |= {f'{group}.{name}.{key}': getattr(part, key)
+                      for key in type(part).model_fields}
+    for path, quantity in given.items():
+        if quantity is None:
+            continue
+        unit = _unit(path, file.input)
+        if quantity.unit != unit:
+            raise UserError(f'{folder / "robot.yaml"}: {path}: the unit is {unit!r}, '
+                            f'found {quantity.unit!r}')
+        found[path] = Constant(path, quantity.value, unit, quantity.uncertain)
+    for name in file.actuators:
+        for key in MOTOR_UNITS if file.input == 'voltage' else ():
+            if f'actuators.{name}.{key}' not in found:
+                raise UserError(f'{folder / "robot.yaml"}: actuators.{name}.{key}: is missing')
+        inertia = f'actuators.{name}.rotor_inertia'
+        found.setdefault(inertia, Constant(inertia, 0.0, 'kg m2'))
+    return found
+
+
+def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[Constant]:
+    bodies_of = {link.name: link.body for link in links}
+    found = []
+    for joint in joints:
+        body, path = bodies_of[joint.child], f'links.{joint.child}.'
+        figures = (body.mass, *body.com, _about(body, joint.axis))
+        found += [Constant(path + key, value, unit)
+                  for (key, unit), value in zip(BODY_UNITS.items(), figures, strict=True)]
+        if joint.kind != 'fixed':
+            path = f'joints.{joint.name}.damping'
+            found.append(Constant(path, joint.damping, 'N m s/rad'))
+    return found
+
+
+def _unit(path: str, input_kind: str) -> str:
+    """The unit of a constant by its path."""
+    units = {**BODY_UNITS, **MOTOR_UNITS, 'rotor_inertia': 'kg m2', 'gravity': 'm/s2',
+             'damping': 'N m s/rad', 'limit': 'V' if input_kind == 'voltage' else 'N m'}
+    return units[path.rsplit('.', 1)[-1]]
+
+
+def _actuator(joint: str, values: Mapping[str, float]) -> Actuator:
+    path = f'actuators.{joint}.'
+    return Actuator(joint, values.get(path + 'torque_constant'), values.get(path + 'resistance'),
+                    values[path + 'limit'], values.get(path + 'supply'),
+                    values[path + 'rotor_inertia'])

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The schema of robot.yaml."""
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from leo_sim.yaml_file import Finite, Positive, Quantity, Schema
+
+Drawn = Finite | tuple[Finite, Finite]
+
+
+class ActuatorFile(Schema):
+    """Figures of an actuator, all at the joint side of its gear."""
+
+    limit: Quantity
+    torque_constant: Quantity | None = None
+    resistance: Quantity | None = None
+    supply: Quantity | None = None
+    rotor_inertia: Quantity | None = None
+
+
+class LinkFile(Schema):
+    """Inertial figures that override the URDF; inertia = about the CoM along the joint axis."""
+
+    mass: Quantity | None = None
+    com_x: Quantity | None = None
+    com_y: Quantity | None = None
+    com_z: Quantity | None = None
+    inertia: Quantity | None = None
+
+
+class JointFile(Schema):
+    """Passive figures of a joint that override the URDF."""
+
+    damping: Quantity | None = None
+
+
+class PoseFile(Schema):
+    """A start pose: values, or [low, high] to draw from; joints left out start at 0."""
+
+    angles: dict[str, Drawn] = {}
+    rates: dict[str, Drawn] = {}
+    held: bool = False
+
+
+class SensorFile(Schema):
+    """Resolution of a joint's encoder; 0 = not quantised."""
+
+    angle_resolution: Annotated[Finite, Field(ge=0)] = 0.0
+    rate_resolution: Annotated[Finite, Field(ge=0)] = 0.0
+
+
+class ObservedFile(Schema):
+    """One number of the observation."""
+
+    quantity: Literal['angle', 'wrapped_angle', 'cos', 'sin', 'rate']
+    joint: str
+
+
+class RewardFile(Schema):
+    """A term of the reward: weight (quantity - target)^power after the step."""
+
+    quantity: Literal['angle', 'wrapped_angle', 'cos', 'sin', 'rate', 'input']
+    joint: str
+    weight: Finite
+    power: int = 1
+    target: Finite = 0.0
+
+
+class TerminationFile(Schema):
+    """An episode ends where the quantity leaves low to high."""
+
+    quantity: Literal['angle', 'wrapped_angle', 'rate']
+    joint: str
+    low: float = float('-inf')
+    high: float = float('inf')
+
+
+class RobotFile(Schema):
+    """robot.yaml."""
+
+    name: str
+    base: Literal['fixed', 'planar'] = 'fixed'
+    input: Literal['voltage', 'torque']
+    control_period: Positive
+    integration_step: Positive
+    state_rate: Positive
+    episode_seconds: Positive
+    gravity: Quantity = Quantity(value=9.81, unit='m/s2')
+    actuators: dict[str, ActuatorFile]
+    links: dict[str, LinkFile] = {}
+    joints: dict[str, JointFile] = {}
+    start_poses: dict[str, PoseFile]
+    sensors: dict[str, SensorFile] = {}
+    observation: list[ObservedFile] = []
+    reward: list[RewardFile] = []
+    termination: list[TerminationFile] = []

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""YAML files read through pydantic schemas, with one-line errors."""
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+import yaml
+
+from leo_msgs_py.errors import UserError
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Schema(BaseModel):
+    """A part of a file that knows all its keys."""
+
+    model_config = ConfigDict(extra='forbid')
+
+
+class Quantity(Schema):
+    """A number with its unit, and the range it is known to lie in."""
+
+    value: Finite
+    unit: str
+    uncertain: tuple[Finite, Finite] | None = None
+
+
+S = TypeVar('S', bound=BaseModel)
+
+
+def read(path: Path, schema: type[S]) -> S:
+    """The content of a YAML file, checked against a schema.
+
+    Raises:
+        UserError: No such file, no YAML, or a wrong, missing or unknown key: file, where, what.
+    """
+    try:
+        data = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except OSError as error:
+        raise UserError(f'cannot read {path}: {error.strerror}') from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise UserError(f'{path}: not a YAML file: {" ".join(str(error).split())}') from error
+    if not isinstance(data, dict):
+        raise UserError(f'{path}: expected keys and values, found {type(data).__name__}')
+    return check(data, schema, path)
+
+
+def check(data: Any, schema: type[S], path: Path) -> S:
+    """Data checked against a schema; see `read`."""
+    try:
+        return schema.model_validate(data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = '.'.join(str(part) for part in first['loc'])
+        raise UserError(f'{path}: {where}: {_sentence(first)}') from error
+
+
+def _sentence(error: Any) -> str:
+    if error['type'] == 'extra_forbidden':
+        return 'unknown key'
+    if error['type'] == 'missing':
+        return 'is missing'
+    return f'{error["msg"]}, found {error["input"]!r}'
