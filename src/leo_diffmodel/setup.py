@@ -19,7 +19,7 @@ setup(
     license='Apache-2.0',
     python_requires='>=3.11',
     packages=find_packages(),
-    package_data={PACKAGE: ['py.typed', 'report/templates/*']},
+    package_data={PACKAGE: ['py.typed', 'report/templates/*', 'bags/maps/*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
@@ -32,7 +32,8 @@ setup(
         'bokeh>=3.4',
         'jinja2>=3.1',
         'joblib>=1.3',
-        'mcap>=1.2',
+        'lz4',
+        'mcap>=1.3',
         'numpy>=1.26.4',
         'pydantic>=2',
         'pyyaml',
@@ -41,12 +42,16 @@ setup(
         'safetensors',
         'scipy>=1.11',
         'torch>=2.5,<2.14',
+        'zstandard',
     ],
     extras_require={'test': ['pytest', 'hypothesis']},
     entry_points={
         'console_scripts': [f'{n} = {t}' for n, t in NODES.items() if UNDER_COLCON],
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
-        'leo.verbs': [],
+        'leo.verbs': [
+            'bag = leo_diffmodel.verbs.bag:main',
+            'import = leo_diffmodel.verbs.import_logs:main',
+        ],
     },
     zip_safe=False,
 )

@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from leo_msgs_py import messages, topics
 from leo_msgs_py.topics import Topic
 from leo_msgs_py.values import time_message
 from leo_msgs_py.wire.types import serialize, type_name
-import numpy as np
-from numpy.typing import NDArray
 
 from .qos_text import to_yaml
 from .writer import BagWriter

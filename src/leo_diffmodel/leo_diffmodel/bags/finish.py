@@ -31,8 +31,9 @@ class BagState(Enum):
 def finish_bag(path: Path) -> BagState:
     """Give an unfinished bag its index and metadata.yaml; leave all others as they are.
 
-    Of a single .mcap only the index is made. A bag that another process is writing is left alone. Each file is replaced in one step, by a
-    copy that is already on disk: a kill while finishing loses nothing.
+    Of a single .mcap only the index is made. A bag that another process is writing is left
+    alone. Each file is replaced in one step, by a copy that is already on disk: a kill while
+    finishing loses nothing.
 
     Raises:
         UserError: there is no bag at `path`.

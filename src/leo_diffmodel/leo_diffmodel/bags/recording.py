@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from leo_msgs_py.errors import UserError
 
 from .contents import BagContents, load
+from .finish import is_recording
 from .inputs import InputLog, read_inputs
 from .mcap_file import sha256
 from .runs import Held, split_runs
@@ -170,11 +171,17 @@ def _command_period(
     metadata: Mapping[str, str], robot: Robot, states: StateLog, inputs: InputLog | None,
 ) -> float:
     """Return the control period [s]: the robot's own, for foreign bags the median one."""
-    if 'robot' in metadata:
+    if 'robot' in metadata and 'imported_from' not in metadata:
         return float(robot.control_period)
     stamps = states.stamp_ns if inputs is None else inputs.stamp_ns
     steps = [int(step) for step in np.diff(stamps) if step > 0]
     return statistics.median(steps) * 1e-9 if steps else float(robot.control_period)
+
+
+def _unfinished(contents: BagContents) -> str:
+    if any(is_recording(file) for file in contents.files):
+        return 'still being recorded; read up to now'
+    return 'cut short (the recorder was killed?); read up to the cut'
 
 
 def _warnings(
@@ -184,7 +191,7 @@ def _warnings(
     used = sum(len(episode.t) for episode in episodes)
     lost = len(states.q) - used
     told = [
-        (not contents.finished, 'cut short (the recorder was killed?); read up to the cut'),
+        (not contents.finished, _unfinished(contents)),
         (states.dropped, f'{states.dropped} samples with NaN left out'),
         (inputs and inputs.dropped, f'{inputs.dropped if inputs else 0} unusable inputs left out'),
         (not states.stamped, 'joint states carry no stamps; log times taken instead'),

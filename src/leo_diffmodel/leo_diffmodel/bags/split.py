@@ -39,7 +39,7 @@ def split(states: StateLog, episodes: TopicLog | None) -> Segments:
     not allow, by more than ten robust standard deviations of such mismatches and 0.02 rad.
     """
     step = np.diff(states.stamp_ns)
-    back = step < 0
+    back = step <= 0
     forward = step[~back]
     period = float(np.median(forward)) if forward.size else 0.0
     gap = step > max(GAP_PERIODS * period, GAP_SECONDS * 1e9)

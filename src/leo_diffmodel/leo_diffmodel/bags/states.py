@@ -28,7 +28,7 @@ class StateLog:
 
     Attributes:
         log_ns: when recorded, shape (T,).
-        stamp_ns: when measured, shape (T,); repeats of a stamp are gone.
+        stamp_ns: when measured, shape (T,); repeats of a state are gone.
         q, dq, effort: shape (T, J); dq or effort is None where the bag has none.
         dropped: samples left out for a NaN.
         stamped: whether the headers had stamps (else stamp_ns is log_ns).
@@ -121,9 +121,9 @@ def _clean(
     topic: TopicLog, log: Stamps, stamp: Stamps, q: Floats, dq: Floats | None,
     effort: Floats | None, stamped: bool,
 ) -> StateLog:
-    """Drop repeats of a stamp and samples with NaN."""
+    """Drop repeats of a state (stamp and values) and samples with NaN."""
     dq = None if dq is None or np.isnan(dq).all() else dq
-    fresh = np.concatenate([[True], np.diff(stamp) != 0])
+    fresh = np.concatenate([[True], (np.diff(stamp) != 0) | np.diff(q, axis=0).any(axis=1)])
     whole = np.isfinite(q).all(axis=1)
     if dq is not None:
         whole &= np.isfinite(dq).all(axis=1)

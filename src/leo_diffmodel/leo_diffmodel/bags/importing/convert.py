@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Foreign logs to a bag: tables and a column map to runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leo_msgs_py.errors import UserError
+
+from ..arrays import Run, write_runs
+from ..yaml_config import nearest, read_config
+from .column_map import ColumnMap, ColumnSpec, unit_factor
+from .expression import Column, evaluate
+from .tables import read_tables, Table
+
+Rows = NDArray[np.int64]
+
+
+def import_logs(
+    logs: Iterable[str | Path], column_map: str | Path | ColumnMap, bag: str | Path,
+) -> Path:
+    """Write logs to one bag, an episode per run in them, and return its folder.
+
+    Args:
+        logs: CSV, JSON or MATLAB files.
+        column_map: a YAML file, or the name of a shipped map.
+        bag: the folder to make.
+
+    Raises:
+        UserError: wrong map or log, time going backwards, or the folder exists.
+    """
+    where = str(column_map) if not isinstance(column_map, ColumnMap) else 'column map'
+    mapping = load_map(column_map)
+    paths = [Path(log) for log in logs]
+    runs = [run for log in paths for run in read_runs(log, mapping)]
+    if not runs:
+        raise UserError('no logs to import; name at least one file')
+    metadata = {'imported_from': ', '.join(log.name for log in paths), 'column_map': where}
+    if mapping.robot:
+        metadata['robot'] = mapping.robot
+    return write_runs(Path(bag), runs, metadata)
+
+
+def load_map(source: str | Path | ColumnMap) -> ColumnMap:
+    """Return a column map from a file or, by its name, one that is shipped.
+
+    Raises:
+        UserError: no such map (naming the nearest shipped one) or wrong in it.
+    """
+    if isinstance(source, ColumnMap):
+        return source
+    if Path(source).is_file():
+        return read_config(Path(source), ColumnMap)
+    shipped = shipped_maps()
+    name = Path(source).stem
+    if name not in shipped:
+        raise UserError(f'no column map {source}{nearest(name, list(shipped))}')
+    return read_config(shipped[name], ColumnMap)
+
+
+def shipped_maps() -> dict[str, Path]:
+    """Return the column maps of the public data sets, by name."""
+    folder = Path(str(files('leo_diffmodel.bags') / 'maps'))
+    return {path.stem: path for path in sorted(folder.glob('*.yaml'))}
+
+
+def read_runs(log: Path, mapping: ColumnMap) -> list[Run]:
+    """Return the runs of one log.
+
+    Raises:
+        UserError: columns missing (listing those there are), units wrong, time going backwards.
+    """
+    return [_run(log, _computed(log, table, mapping), mapping)
+            for table in read_tables(log, mapping)]
+
+
+def _computed(log: Path, table: Table, mapping: ColumnMap) -> Table:
+    """Return a table with the computed columns added."""
+    for name, expression in mapping.columns.items():
+        try:
+            table = {**table, name: evaluate(expression, table)}
+        except UserError as error:
+            raise UserError(f'{log}, column {name}: {error}') from None
+    return table
+
+
+def _run(log: Path, table: Table, mapping: ColumnMap) -> Run:
+    t, rows = _time(log, table, mapping)
+    joints = list(mapping.joints)
+
+    def columns(quantity: str) -> list[ColumnSpec | None]:
+        return [getattr(mapping.joints[joint], quantity) for joint in joints]
+
+    q = _matrix(log, table, rows, columns('position'), 'position')
+    assert q is not None
+    return Run(
+        t=t, joints=joints, q=q,
+        dq=_matrix(log, table, rows, columns('velocity'), 'velocity'),
+        effort=_matrix(log, table, rows, columns('effort'), 'effort'),
+        inputs={
+            joint: {
+                name: spec.values(table, name, str(log))[rows]
+                for name, spec in interfaces.items()
+            }
+            for joint, interfaces in mapping.inputs.items()
+        },
+    )
+
+
+def _matrix(
+    log: Path, table: Table, rows: Rows, specs: Sequence[ColumnSpec | None], quantity: str,
+) -> NDArray[np.float64] | None:
+    """Stack one quantity of all joints, NaN for joints without; None where no joint has it."""
+    if not any(specs):
+        return None
+    missing = np.full(len(rows), np.nan)
+    return np.column_stack([
+        missing if spec is None else spec.values(table, quantity, str(log))[rows] for spec in specs
+    ])
+
+
+def _time(log: Path, table: Table, mapping: ColumnMap) -> tuple[Column, Rows]:
+    """Return times [s] that increase and the rows they belong to; repeats and NaN are left out.
+
+    Raises:
+        UserError: time goes backwards, or fewer than two samples.
+    """
+    length = len(next(iter(table.values())))
+    if mapping.time.period is not None:
+        t: Column = np.arange(length, dtype=float) * mapping.time.period
+    else:
+        spec = ColumnSpec(column=mapping.time.column)
+        t = spec.values(table, 'time', str(log)) * unit_factor(mapping.time.unit, 'time', str(log))
+    rows: Rows = np.flatnonzero(np.isfinite(t))
+    steps = np.diff(t[rows])
+    back = np.flatnonzero(steps < 0)
+    if back.size:
+        row = int(rows[back[0] + 1])
+        raise UserError(
+            f'{log}: time goes backwards at sample {row + 1}, from {t[rows[back[0]]]:.6g} s to '
+            f'{t[row]:.6g} s; sort or cut the log'
+        )
+    rows = rows[np.concatenate([[True], np.diff(t[rows]) > 0])] if rows.size else rows
+    if rows.size < 2:
+        raise UserError(f'{log}: {rows.size} samples with a time; at least 2 are needed')
+    return t[rows], rows

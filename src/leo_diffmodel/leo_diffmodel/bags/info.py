@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is in a bag: topics, rates, episodes, gaps, and whether it was finished."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+
+from .contents import BagContents, load, TopicLog
+from .finish import finish_bag
+from .split import split
+from .states import deserialize, read_states, StateLog
+from .topic_map import DEFAULT_NAMES, TopicMap
+from .types import JOINT_STATE
+
+
+@dataclass(frozen=True)
+class TopicInfo:
+    """One topic; rate in messages per second of log time."""
+
+    name: str
+    type: str
+    count: int
+    rate: float
+
+
+@dataclass(frozen=True)
+class EpisodeInfo:
+    """One unbroken stretch of joint states [s since the first], and how many they are."""
+
+    start: float
+    end: float
+    samples: int
+
+
+@dataclass(frozen=True)
+class BagInfo:
+    """Summary of a bag.
+
+    Attributes:
+        path: the folder or file.
+        state: finished, repaired (finished just now), recording, or unfinished where the folder
+            is read-only.
+        size: bytes.
+        duration: log time from the first to the last message [s].
+        messages: number of messages.
+        topics: by name.
+        joints: names on the joint state topic.
+        state_rate: joint states per second of robot time.
+        episodes: unbroken stretches of joint states.
+        breaks: how often each kind of break came (new episode, gap, jump, stamps jump back).
+        metadata: the `leo` record.
+    """
+
+    path: Path
+    state: str
+    size: int
+    duration: float
+    messages: int
+    topics: tuple[TopicInfo, ...]
+    joints: tuple[str, ...]
+    state_rate: float
+    episodes: tuple[EpisodeInfo, ...]
+    breaks: Mapping[str, int]
+    metadata: Mapping[str, str]
+
+
+def bag_info(path: Path) -> BagInfo:
+    """Finish a bag if nobody is writing it and return what is in it.
+
+    Raises:
+        UserError: there is no MCAP bag at `path`.
+    """
+    state = _finish(path)
+    contents = load(path)
+    logged = [m.log_ns for topic in contents.topics.values() for m in topic.messages]
+    states = _states(contents)
+    joints, stamps = states if states else ((), None)
+    segments = split(stamps, contents.topics.get(DEFAULT_NAMES['episode'])) if stamps else None
+    return BagInfo(
+        path=path,
+        state=state if contents.finished or state != 'finished' else 'unfinished',
+        size=sum(file.stat().st_size for file in contents.files),
+        duration=(max(logged) - min(logged)) * 1e-9 if logged else 0.0,
+        messages=contents.message_count,
+        topics=tuple(_topic(topic) for _, topic in sorted(contents.topics.items())),
+        joints=joints,
+        state_rate=_rate(stamps),
+        episodes=_episodes(stamps, segments.slices) if stamps and segments else (),
+        breaks={k: n for k, n in segments.breaks.items() if n} if segments else {},
+        metadata=contents.metadata.get('leo', {}),
+    )
+
+
+def _finish(path: Path) -> str:
+    try:
+        return finish_bag(path).value
+    except PermissionError:
+        return 'unfinished'
+
+
+def _topic(topic: TopicLog) -> TopicInfo:
+    times = [message.log_ns for message in topic.messages]
+    span = (times[-1] - times[0]) * 1e-9 if times else 0.0
+    rate = (len(times) - 1) / span if span > 0 else 0.0
+    return TopicInfo(topic.name, topic.type, len(times), rate)
+
+
+def _states(contents: BagContents) -> tuple[tuple[str, ...], StateLog] | None:
+    """Return joints and states of the joint state topic, None where there are fewer than two."""
+    topics = [topic for topic in contents.of_type(JOINT_STATE) if len(topic.messages) > 1]
+    topics.sort(key=lambda topic: topic.name != DEFAULT_NAMES['joint_states'])
+    for topic in topics:
+        joints = tuple(next(deserialize(topic, JOINT_STATE))[1].name)
+        try:
+            states = read_states(topic, joints, TopicMap())
+        except UserError:
+            continue
+        if len(states.q) > 1:
+            return joints, states
+    return None
+
+
+def _rate(states: StateLog | None) -> float:
+    if states is None:
+        return 0.0
+    steps = np.diff(states.stamp_ns)
+    return float(1e9 / np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+
+
+def _episodes(states: StateLog, slices: tuple[slice, ...]) -> tuple[EpisodeInfo, ...]:
+    t = (states.stamp_ns - states.stamp_ns[0]) * 1e-9
+    return tuple(
+        EpisodeInfo(float(t[part.start]), float(t[part.stop - 1]), part.stop - part.start)
+        for part in slices
+    )

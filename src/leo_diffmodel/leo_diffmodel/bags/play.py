@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo bag play`: a bag back into the graph, with its types, QoS, stamps and timing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+import time
+from typing import Any
+
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.messages import load as load_type
+from leo_msgs_py.node import api
+
+from .contents import load, TopicLog
+from .qos_text import from_yaml
+
+DISCOVERY_SECONDS = 1.0
+ACKNOWLEDGE_SECONDS = 2.0
+
+
+def play(bag: Path, rate: float, loop: bool, ros_args: list[str]) -> int:
+    """Publish a bag and return the exit status.
+
+    Args:
+        bag: a rosbag2 folder or .mcap file.
+        rate: speed; 1 = as logged.
+        loop: again and again until SIGINT.
+        ros_args: `--ros-args ...`, remaps for instance.
+
+    Raises:
+        UserError: no bag there, nothing in it that can be published, or a rate of 0 or less.
+    """
+    if not rate > 0.0:
+        raise UserError(f'--rate {rate:g} is not a speed; give a number above 0')
+    contents = load(bag)
+    node = api.create_node('player', ros_args)
+    try:
+        publishers = _publishers(node, list(contents.topics.values()))
+        if not publishers:
+            raise UserError(f'{bag} has no messages of a type known here')
+        player = _Player(node, publishers, rate)
+        player.play_once()
+        while loop and api.ok():
+            player.play_once()
+        player.acknowledge()
+    finally:
+        node.destroy_node()
+        api.shutdown()
+    print(f'played {bag}: {player.played} messages')
+    return 0
+
+
+def _publishers(node: Any, topics: list[TopicLog]) -> list[tuple[Any, TopicLog]]:
+    found = []
+    for topic in topics:
+        try:
+            message_type = load_type(topic.type)
+        except UserError as error:
+            node.get_logger().warning(f'{topic.name} is not played: {error}')
+            continue
+        if topic.messages:
+            publisher = node.create_publisher(message_type, topic.name, from_yaml(topic.qos))
+            found.append((publisher, topic))
+    return found
+
+
+class _Player:
+    """Publishes the messages of all topics in log order, at their distances in time."""
+
+    def __init__(self, node: Any, publishers: list[tuple[Any, TopicLog]], rate: float) -> None:
+        self._node = node
+        self._rate = rate
+        self._publishers = [publisher for publisher, _ in publishers]
+        self._messages = sorted(
+            (
+                (message.log_ns, message.data, publisher)
+                for publisher, topic in publishers for message in topic.messages
+            ),
+            key=lambda entry: entry[0],
+        )
+        self.played = 0
+        api.spin_until(node, self._has_reader, DISCOVERY_SECONDS)
+
+    def play_once(self) -> None:
+        """Publish everything once, or until the process shall end."""
+        first = self._messages[0][0]
+        began = time.monotonic()
+        for log_ns, data, publisher in self._messages:
+            due = began + (log_ns - first) * 1e-9 / self._rate
+            while api.ok() and (left := due - time.monotonic()) > 0.0:
+                api.spin_once(self._node, left)
+            if not api.ok():
+                return
+            publisher.publish(data)
+            self.played += 1
+
+    def acknowledge(self) -> None:
+        """Wait until the reliable readers have everything."""
+        for publisher in self._publishers:
+            if api.ok():
+                publisher.wait_for_all_acked(ACKNOWLEDGE_SECONDS)
+
+    def _has_reader(self) -> bool:
+        return any(publisher.get_subscription_count() for publisher in self._publishers)

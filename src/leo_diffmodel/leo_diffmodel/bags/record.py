@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo bag record`: topics of the graph into a bag until Ctrl-C."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from leo_diffmodel.nodes.recording import GRAPH_TOPICS, Recording
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.node import api
+
+from .recorder import Recorder
+
+LOOK_PERIOD = 0.5
+
+
+def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> int:
+    """Record until SIGINT or SIGTERM and return the exit status.
+
+    Args:
+        names: topics; none means those of the graph.
+        folder: must not exist; None makes a dated one.
+        ros_args: `--ros-args ...`.
+
+    Raises:
+        UserError: the folder exists.
+    """
+    if folder is not None and folder.exists():
+        raise UserError(f'{folder} exists already; choose another folder')
+    base = folder or Path(f'{datetime.now():rosbag2_%Y_%m_%d-%H_%M_%S}')
+    node = api.create_node('recorder', ros_args)
+    recorder = Recorder(base)
+    recording = Recording(node, recorder)
+    wanted = _Wanted(node, recording, names) if names else None
+    if wanted is None:
+        recording.add_graph()
+    try:
+        api.spin(node)
+    finally:
+        recording.close()
+        node.destroy_node()
+        api.shutdown()
+    _report(recorder, wanted)
+    return 0
+
+
+def _report(recorder: Recorder, wanted: _Wanted | None) -> None:
+    if recorder.folder is None:
+        missing = f'; never seen: {", ".join(wanted.missing)}' if wanted and wanted.missing else ''
+        raise UserError(f'nothing was published, so there is no bag{missing}')
+    print(f'wrote {recorder.folder}: {recorder.messages} messages')
+    print(f'next: leo bag info {recorder.folder}')
+
+
+class _Wanted:
+    """Named topics, subscribed to as soon as their type is known."""
+
+    def __init__(self, node: Any, recording: Recording, names: Sequence[str]) -> None:
+        self._node = node
+        self._recording = recording
+        self.missing = [node.resolve_topic_name(name) for name in names]
+        for topic in GRAPH_TOPICS:
+            if self._found(node.resolve_topic_name(topic.name)):
+                recording.add(topic)
+        if self.missing:
+            node.get_logger().info(f'waiting for {", ".join(self.missing)}')
+            node.create_timer(LOOK_PERIOD, self._look)
+
+    def _found(self, name: str) -> bool:
+        if name in self.missing:
+            self.missing.remove(name)
+            return True
+        return False
+
+    def _look(self) -> None:
+        for name in list(self.missing):
+            publishers = self._node.get_publishers_info_by_topic(name)
+            if publishers:
+                self.missing.remove(name)
+                offered = publishers[0]
+                self._recording.add_named(name, offered.topic_type, offered.qos_profile)

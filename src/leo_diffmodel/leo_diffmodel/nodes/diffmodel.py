@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The node between robot and learner: records rollouts, serves the difference model.
+
+leo run leo_diffmodel diffmodel --ros-args -p bag:=runs/rollout
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from leo_diffmodel.bags.recorder import finish_left_over, Recorder
+from leo_diffmodel.nodes.recording import Recording
+from leo_msgs_py import topics
+from leo_msgs_py.messages import DiagnosticArray, Header
+from leo_msgs_py.node import api
+from leo_msgs_py.values import time_message
+
+DIAGNOSTICS_PERIOD = 1.0
+
+
+class DiffModelNode:
+    """Composes the recording and what else the node does; every part reports a status.
+
+    Parameters:
+        bag: folder of the first bag; bag_1, bag_2, ... follow where it exists.
+        record: whether to record.
+        robot: model to name in the bag where the robot node does not say.
+    """
+
+    def __init__(self, node: Any) -> None:
+        self._node = node
+        self._base = Path(node.declare_parameter('bag', 'runs/rollout').value)
+        record = node.declare_parameter('record', True).value
+        robot = node.declare_parameter('robot', '').value
+        self._recording = self._record(robot) if record else None
+        self._diagnostics = node.create_publisher(*topics.DIAGNOSTICS)
+        node.create_timer(DIAGNOSTICS_PERIOD, self._report)
+
+    def close(self) -> None:
+        """Finish what is open."""
+        if self._recording:
+            self._recording.close()
+
+    def _record(self, robot: str) -> Recording:
+        for folder in finish_left_over(self._base):
+            self._node.get_logger().info(f'finished {folder}, whose recorder was killed')
+        recording = Recording(self._node, Recorder(self._base), robot)
+        recording.add_graph()
+        return recording
+
+    def _report(self) -> None:
+        parts = [part for part in (self._recording,) if part is not None]
+        stamp = time_message(self._node.get_clock().now().nanoseconds)
+        self._diagnostics.publish(
+            DiagnosticArray(header=Header(stamp=stamp), status=[part.status() for part in parts])
+        )
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    node = api.create_node('diffmodel', argv)
+    diffmodel = DiffModelNode(node)
+    try:
+        api.spin(node)
+    finally:
+        diffmodel.close()
+        node.destroy_node()
+        api.shutdown()
+    return 0

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo import LOG… --map MAP.yaml -o BAG`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+import shlex
+from typing import Any
+
+from rich.console import Console
+from rich.progress import track
+
+from leo_diffmodel.bags.importing.column_map import ColumnMap
+from leo_diffmodel.bags.importing.convert import import_logs, load_map, shipped_maps
+from leo_diffmodel.bags.info import bag_info, BagInfo
+from leo_msgs_py.errors import UserError
+
+EXAMPLES = """examples:
+  leo import swing.csv --map my_robot.yaml -o bags/swing
+  leo import results/*.csv --map dfki_simple_pendulum -o bags/dfki          # one bag
+  leo import results/*.csv --map dfki_simple_pendulum -o bags --bag-per-log # one bag each
+
+a column map:
+  robot: servo_pendulum                  # optional
+  records: entries                       # JSON: where the list of rows is
+  columns: {duty: load / 885}            # computed columns
+  time: {column: time, unit: ms}
+  joints:
+    pivot:
+      position: {column: angle, unit: deg, sign: -1, offset: 3.14159}
+      velocity: {column: speed, unit: deg/s}
+  inputs:                                # left out for a passive log
+    pivot:
+      voltage: {expression: duty * supply}
+      enabled: torque_on                 # 0 = motor free
+"""
+
+
+def main(argv: list[str]) -> int:
+    """Import logs; 0 when the bags are written."""
+    options = _parser().parse_args(argv)
+    console = Console(stderr=True)
+    column_map = load_map(options.map)
+    bags = [
+        import_logs(logs, options.map, bag)
+        for logs, bag in track(
+            _jobs(options.logs, Path(options.output), options.bag_per_log),
+            'importing', console=console, transient=True, disable=not console.is_terminal,
+        )
+    ]
+    infos = [bag_info(bag) for bag in bags]
+    command = _next(bags, column_map)
+    if options.json:
+        print(json.dumps({'bags': [_summary(info) for info in infos], 'next': command}, indent=2))
+    else:
+        for info in infos:
+            print(_sentence(info, passive=not column_map.inputs))
+        print(f'next: {command}')
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog='leo import', epilog=EXAMPLES + f'\nshipped maps: {", ".join(shipped_maps())}',
+        description='Turn CSV, JSON or MATLAB logs into a bag, an episode per run.',
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument('logs', nargs='+', metavar='LOG', help='a CSV, JSON or MATLAB file')
+    parser.add_argument('--map', required=True, help='column map: a YAML file or a shipped one')
+    parser.add_argument('-o', '--output', required=True, metavar='BAG', help='folder to make')
+    parser.add_argument(
+        '--bag-per-log', action='store_true', help='one bag per log, in the folder BAG',
+    )
+    parser.add_argument('--json', action='store_true', help='print JSON')
+    return parser
+
+
+def _jobs(logs: list[str], output: Path, each: bool) -> list[tuple[list[str], Path]]:
+    """Return (logs, bag) pairs."""
+    if not each:
+        return [(logs, output)]
+    bags = [output / Path(log).stem for log in logs]
+    for bag in bags:
+        if bags.count(bag) > 1:
+            raise UserError(f'two logs would become {bag}; import them one by one')
+        if bag.exists():
+            raise UserError(f'{bag} exists already; choose another folder')
+    return [([log], bag) for log, bag in zip(logs, bags, strict=True)]
+
+
+def _next(bags: list[Path], column_map: ColumnMap) -> str:
+    names = ' '.join(shlex.quote(str(bag)) for bag in bags)
+    return f'leo compare {names} --model {column_map.robot or "MODEL"}'
+
+
+def _summary(info: BagInfo) -> dict[str, Any]:
+    return {
+        'bag': str(info.path), 'seconds': info.duration, 'joints': list(info.joints),
+        'rate_hz': info.state_rate, 'episodes': len(info.episodes),
+        'samples': sum(episode.samples for episode in info.episodes),
+    }
+
+
+def _sentence(info: BagInfo, passive: bool) -> str:
+    samples = sum(episode.samples for episode in info.episodes)
+    return (
+        f'wrote {info.path}: {len(info.episodes)} episode(s), {samples} samples of '
+        f'{", ".join(info.joints)} at {info.state_rate:.0f} Hz'
+        f'{", passive (no input)" if passive else ""}'
+    )
+
