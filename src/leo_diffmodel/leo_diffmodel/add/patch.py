@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Add effects to a model: from explain.json, or from words on the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import datetime
+import json
+from pathlib import Path
+from typing import Any
+
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import get_effect, place, Placed
+from leo_sim.model import Model
+
+
+def from_explanation(model: Model, source: str | Path) -> tuple[Model, list[dict]]:
+    """The model with the effects and refitted constants of an explain.json, and its history.
+
+    Raises:
+        UserError: no such file, not an explain.json, another robot, or nothing named in it.
+    """
+    data = _read(Path(source))
+    robot = data['provenance']['robot']
+    if robot != model.robot.name:
+        raise UserError(f'{source} explains {robot!r}, the model is of {model.robot.name!r}')
+    if not data['effects']:
+        raise UserError(f'{source} names no effect (verdict {data["verdict"]}): nothing to add')
+    placed = [_placed(model, row) for row in data['effects']]
+    constants = {path: c['value'] for path, c in data['constants'].items()}
+    return changed(model, placed, constants), history(data)
+
+
+def from_words(model: Model, words: Sequence[str]) -> tuple[Model, list[dict]]:
+    """The model with one effect given as EFFECT[:WHERE] PARAM=VALUE …
+
+    Raises:
+        UserError: unknown effect, place or parameter, or a value that is no number.
+    """
+    name, _, where = words[0].partition(':')
+    effect = get_effect(name)
+    values = dict(_assignment(word) for word in words[1:])
+    placed = place(model.robot, effect, where or 'all', **values)
+    entry = {'added': words[0], 'by': 'hand', 'date': _today()}
+    return changed(model, [placed], {}), [entry]
+
+
+def changed(model: Model, placed: Sequence[Placed], constants: dict[str, float]) -> Model:
+    """A model with more effects and other constants."""
+    return Model(
+        model.robot,
+        effects=(*model.effects, *placed),
+        constants={**model.constants, **constants},
+        engine=model.engine_name,
+        integration_step=model.integration_step,
+    )
+
+
+def history(explanation: dict) -> list[dict]:
+    """History entries of an explain.json: what was added, from which bags, with which result."""
+    return [
+        {
+            'added': f'{row["name"]}:{row["where"]}',
+            'bags': explanation['provenance']['bags'],
+            'date': explanation['provenance']['date'],
+            'error_before': row['error_before'],
+            'error_after': row['error_after'],
+        }
+        for row in explanation['effects']
+    ]
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        data = json.loads(path.read_text())
+    except OSError as error:
+        raise UserError(f'{path}: {error.strerror}; run leo explain … -o DIR first') from error
+    except json.JSONDecodeError as error:
+        raise UserError(f'{path} is not JSON (line {error.lineno}): {error.msg}') from error
+    if not isinstance(data, dict) or not {'verdict', 'effects', 'provenance'} <= data.keys():
+        raise UserError(f'{path} is not an explain.json; leo explain … -o DIR writes one')
+    return data
+
+
+def _placed(model: Model, row: dict[str, Any]) -> Placed:
+    values = {name: p['value'] for name, p in row['parameters'].items()}
+    return place(model.robot, row['name'], row['where'], **values)
+
+
+def _assignment(word: str) -> tuple[str, float]:
+    name, equals, value = word.partition('=')
+    try:
+        return name, float(value)
+    except ValueError:
+        raise UserError(f'{word!r}: write PARAM=VALUE with a number, e.g. c=0.002') from None
+
+
+def _today() -> str:
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec='seconds')

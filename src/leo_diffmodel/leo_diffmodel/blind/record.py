@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Record a case through the simulated driver into a real bag; the bag tells no truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+import tempfile
+
+import yaml
+
+from leo_diffmodel.bags.writer import BagWriter
+from leo_diffmodel.blind.case import Case, RATE
+from leo_msgs_py import topics
+from leo_msgs_py.values import Applied, JointStates
+from leo_sim.drivers.base import DriverOptions
+from leo_sim.drivers.simulated import SimulatedDriver
+from leo_sim.model_file import write_effects
+
+
+def record(case: Case, folder: Path) -> Path:
+    """Run the case's robot with its inputs for its 20 s and write what a robot would publish."""
+    with tempfile.TemporaryDirectory() as private:
+        driver = SimulatedDriver(_options(case, Path(private)))
+    writer = BagWriter(folder, {'robot': case.robot.name})
+    states = writer.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
+    applied = writer.add_topic('/dynamic_joint_states', 'control_msgs/msg/DynamicJointState')
+    per_control = round(RATE * case.robot.control_period)
+    _write(writer, states, driver.read())
+    for value in case.inputs:
+        _write(writer, applied, driver.write(value))
+        for _ in range(per_control):
+            driver.advance(1 / RATE)
+            _write(writer, states, driver.read())
+    writer.close()
+    return folder
+
+
+def _options(case: Case, private: Path) -> DriverOptions:
+    hidden = private / 'hidden.yaml'
+    effects = write_effects((case.effect,) if case.effect else ())
+    hidden.write_text(yaml.safe_dump({'effects': effects}))
+    return DriverOptions(
+        robot=case.robot,
+        state_rate=RATE,
+        seed=case.seed,
+        noise=case.noise,
+        engine=case.engine[0],
+        integration_step=case.engine[1],
+        private={'hidden': str(hidden)},
+    )
+
+
+def _write(writer: BagWriter, channel: int, value: JointStates | Applied) -> None:
+    writer.write(channel, topics.serialize(value.to_message()), value.stamp_ns)

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Time blocks: the unit of hold-out and of the bootstrap, since neighbours in time are alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.windows import Windows
+
+Array = np.ndarray
+BLOCK_SECONDS = 2.0
+FEWEST = 8
+HELD_OUT_EVERY = 4
+FIRST_HELD = 2
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Numbered stretches of time over several recordings.
+
+    Attributes:
+        begin: first stamp of each recording [s], shape (R,).
+        length: block length in each recording [s], shape (R,).
+        offset: number of the first block of each recording, shape (R,).
+        held_sources: recordings held out whole; where there are none, every fourth block is.
+    """
+
+    begin: Array
+    length: Array
+    offset: Array
+    held_sources: tuple[int, ...] = ()
+
+    def index(self, windows: Windows, at: float = 0.0) -> Array:
+        """Block of each window's instant `at` (0 its first sample, 1 its last), shape (W,)."""
+        time = windows.start + at * windows.dt.sum(axis=1) - self.begin[windows.source]
+        number = np.floor(time / self.length[windows.source] + 1e-9).astype(int)
+        return self.offset[windows.source] + number
+
+    def held(self, windows: Windows) -> Array:
+        """Which windows lie wholly in held-out data, shape (W,)."""
+        if self.held_sources:
+            return np.isin(windows.source, self.held_sources)
+        first, last = self.index(windows), self.index(windows, 1.0)
+        return (first == last) & (first % HELD_OUT_EVERY == FIRST_HELD)
+
+    def train(self, windows: Windows) -> Array:
+        """Which windows share no time with held-out data, shape (W,)."""
+        if self.held_sources:
+            return ~self.held(windows)
+        first, last = self.index(windows), self.index(windows, 1.0)
+        return (first % HELD_OUT_EVERY != FIRST_HELD) & (last % HELD_OUT_EVERY != FIRST_HELD)
+
+
+def make_blocks(recordings: Sequence[Recording], hold_out: Sequence[Recording]) -> Blocks:
+    """Blocks of 2 s, or an eighth of a recording shorter than 16 s."""
+    begin, length, offset, count = [], [], [], 0
+    for recording in [*recordings, *hold_out]:
+        first = min(e.t[0] for e in recording.episodes)
+        duration = max(e.t[-1] for e in recording.episodes) - first
+        begin.append(first)
+        length.append(max(min(BLOCK_SECONDS, duration / FEWEST), 1e-9))
+        offset.append(count)
+        count += int(np.floor(duration / length[-1])) + 2
+    held = tuple(range(len(recordings), len(begin))) if hold_out else ()
+    return Blocks(np.array(begin), np.array(length), np.array(offset), held)

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compare a model with recordings, without fitting anything: the contents of compare.json."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare import errors, noise
+from leo_diffmodel.compare.provenance import provenance
+from leo_diffmodel.compare.torque import missing_torque, MissingTorque, where
+from leo_diffmodel.compare.windows import Windows
+from leo_msgs_py.errors import UserError
+from leo_sim.model import Model
+
+HORIZON_SECONDS = 1.0
+WORST_ROWS = 40
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How wrong a model is on recordings.
+
+    Attributes:
+        data: the contents of compare.json.
+        missing: the torque the model lacks, window by window.
+        sigma: noise of each channel, angles then rates, shape (2J,).
+    """
+
+    data: dict
+    missing: MissingTorque = field(repr=False)
+    sigma: np.ndarray = field(repr=False)
+
+
+def compare(recordings: Sequence[Recording], model: Model, step: float | None = None) -> Comparison:
+    """Score a model on recordings.
+
+    Args:
+        recordings: bags of one robot.
+        model: the model.
+        step: length of one step [s]; by default the control period of the data.
+
+    Raises:
+        UserError: the recordings are too short for a single window.
+    """
+    step = step or errors.step_seconds(recordings)
+    try:
+        windows = _windows(recordings, model, step)
+        sigma = noise.estimate(model, noise.noise_windows(recordings, errors.HISTORY))
+    except ValueError as error:
+        raise UserError(f'{recordings[0].path}: {error}; record at least 2 s') from error
+    prediction = errors.predict_windows(model, windows, sigma)
+    missing = missing_torque(recordings, model, sigma)
+    one = errors.one_step(prediction, step)
+    floor = one.pop('noise_floor')
+    horizon = errors.horizon_table(prediction, step)
+    data = {
+        'states': errors.state_names(model),
+        'step_seconds': step,
+        'one_step': one,
+        'observation': _observation(model, prediction, step),
+        'horizon': [{k: r[k] for k in ('steps', 'seconds', 'rmse')} for r in horizon],
+        'noise_floor': {
+            'one_step': floor,
+            'horizon': [
+                {'steps': r['steps'], 'seconds': r['seconds'], 'rmse': r['noise_floor']}
+                for r in horizon
+            ],
+        },
+        'noise': sigma.tolist(),
+        'where': where(missing, model)[:WORST_ROWS],
+        'budget': _budget(prediction),
+        'provenance': provenance(recordings, model),
+    }
+    return Comparison(data, missing, sigma)
+
+
+def _windows(recordings: Sequence[Recording], model: Model, step: float) -> Windows:
+    seconds = HORIZON_SECONDS
+    while True:
+        try:
+            return errors.horizon_windows(recordings, model, seconds)
+        except ValueError:
+            if seconds <= step:
+                raise
+            seconds /= 2
+
+
+def _observation(model: Model, prediction: errors.Prediction, step: float) -> dict | None:
+    if not model.robot.observation:
+        return None
+    return {'mse': errors.observation_mse(model, prediction, step)}
+
+
+def _budget(prediction: errors.Prediction) -> dict:
+    """Shares of the measured motion: what the model explains, what it misses, what is noise.
+
+    The motion is the change of the states within the windows; every state is weighed by its
+    own mean square, so that angles and rates count alike.
+    """
+    measured = prediction.windows.measured
+    motion = ((measured - measured[:, :1]) ** 2).mean(axis=(0, 1))
+    error = (prediction.error**2).mean(axis=(0, 1))
+    floor = np.minimum(prediction.floor.mean(axis=(0, 1)), error)
+    noise_share = float(np.mean(np.minimum(floor / motion, 1.0)))
+    missed = float(np.mean(np.clip((error - floor) / motion, 0.0, 1.0)))
+    explained = max(0.0, 1.0 - missed - noise_share)
+    return {'explained': explained, 'unexplained': missed, 'noise': noise_share}

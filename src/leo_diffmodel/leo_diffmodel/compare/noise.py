@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Measurement noise of a recording, from what no physics can explain in a short stretch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import chi2
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.pushes import respond
+from leo_diffmodel.compare.sizes import torque_scale
+from leo_diffmodel.compare.windows import cut, sample_period, Windows
+from leo_sim.model import Model
+
+Array = np.ndarray
+INTERVALS = 8
+ROUNDS = 8
+
+
+def noise_windows(recordings: Sequence[Recording], history: float = 0.0) -> Windows:
+    """The short windows the noise is read from: eight intervals each."""
+    return cut(recordings, INTERVALS * sample_period(recordings), history=history)
+
+
+def estimate(model: Model, windows: Windows) -> Array:
+    """Standard deviation of each channel, angles [rad] then rates [rad/s], shape (2J,).
+
+    Each short window is fitted with a free start state and free missing torques (constant,
+    growing in time and along the input), so that a wrong model does not count as noise. The
+    median over windows keeps stretches with a mistimed switch from counting either.
+    """
+    pushes = _pushes(model, windows)
+    predicted, columns = respond(model, windows, windows.measured[:, 0], pushes)
+    residual = windows.measured - predicted
+    sigma = np.maximum(residual.std(axis=(0, 1)), 1e-9)
+    for _ in range(ROUNDS):
+        sigma = _reweighted(residual, columns, sigma)
+    return sigma
+
+
+def _pushes(model: Model, windows: Windows) -> Array:
+    """Small torques at each joint: constant, a ramp, and along the input; shape (3J, W, K, J)."""
+    joints = windows.q.shape[-1]
+    size = 1e-3 * torque_scale(model.robot)
+    flat = np.ones_like(windows.dt)
+    ramp = np.broadcast_to(np.linspace(-1, 1, windows.steps), flat.shape)
+    along = windows.inputs.sum(axis=-1)
+    along = along / max(float(np.abs(along).max()), 1e-12)
+    shapes = [s[..., None] * np.eye(joints)[j] for j in range(joints) for s in (flat, ramp, along)]
+    return size * np.stack(shapes)
+
+
+def _reweighted(residual: Array, columns: Array, sigma: Array) -> Array:
+    """One round: project with the present weights, then rescale each channel."""
+    channels = residual.shape[-1]
+    e = (residual / sigma).reshape(len(residual), -1)
+    a = (columns / sigma[:, None]).reshape(len(residual), -1, columns.shape[-1])
+    basis = _orthonormal(a)
+    rest = e - (basis @ (np.swapaxes(basis, -1, -2) @ e[..., None]))[..., 0]
+    free = 1.0 - (basis**2).sum(axis=-1)
+    square = (rest**2).reshape(len(rest), -1, channels).sum(axis=1)
+    degrees = free.reshape(len(rest), -1, channels).sum(axis=1)
+    typical = np.median(degrees, axis=0)
+    ratio = np.median(square / np.maximum(degrees, 1e-3), axis=0)
+    return sigma * np.sqrt(ratio * typical / chi2.median(typical))
+
+
+def _orthonormal(columns: Array) -> Array:
+    """Orthonormal basis of each window's columns; columns that vanish are left out."""
+    left, size, _ = np.linalg.svd(columns, full_matrices=False)
+    return left * (size > 1e-7 * size[..., :1])[..., None, :]

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where a result comes from, so that it can be made again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import datetime
+from importlib.metadata import version
+import platform
+import shlex
+import sys
+
+from leo_diffmodel.bags.recording import Recording
+from leo_sim.model import Model
+
+PACKAGES = ('leo_sim', 'leo_diffmodel', 'numpy', 'scipy', 'pybullet')
+
+
+def provenance(recordings: Sequence[Recording], model: Model) -> dict:
+    """Bags with their hashes, the model, versions, the command line and the date."""
+    return {
+        'bags': [{'path': str(r.path), 'sha256': r.sha256} for r in recordings],
+        'robot': model.robot.name,
+        'effects_in_model': [p.effect.name for p in model.effects],
+        'command': shlex.join(sys.argv),
+        'date': datetime.datetime.now(datetime.UTC).isoformat(timespec='seconds'),
+        'python': platform.python_version(),
+        'versions': {name: version(name) for name in PACKAGES},
+        'seed': 0,
+    }

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Typical sizes of a robot: what its motors can give, what its links weigh."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from leo_sim.robot import Actuator, Robot
+
+
+def stall_torque(robot: Robot, joint: str) -> float | None:
+    """Largest torque of the motor at a joint at rest [N m]; None where there is no motor."""
+    actuator = _actuator(robot, joint)
+    return None if actuator is None else actuator.limit * _torque_per_input(actuator)
+
+
+def in_volts(robot: Robot, joint: str, torque: float) -> float | None:
+    """The voltage that gives a torque at rest [V]; None without a voltage-driven motor there."""
+    actuator = _actuator(robot, joint)
+    if actuator is None or actuator.torque_constant is None:
+        return None
+    return torque / _torque_per_input(actuator)
+
+
+def torque_scale(robot: Robot) -> float:
+    """The largest motor torque, or else the largest torque of gravity about a link's joint [N m]."""
+    torques = [stall_torque(robot, a.joint) or 0.0 for a in robot.actuators]
+    return max(torques, default=0.0) or gravity_scale(robot)
+
+
+def gravity_scale(robot: Robot) -> float:
+    """The largest weight of a link times the distance of its CoM from its joint [N m]."""
+    g = robot.constants['gravity'].value
+    return max(link.body.mass * g * float(np.linalg.norm(link.body.com)) for link in robot.links)
+
+
+def inertia_scale(robot: Robot) -> float:
+    """The largest inertia of a link about its own joint [kg m2]."""
+    values = {path: c.value for path, c in robot.constants.items()}
+    return max(_inertia(values, f'links.{link}.') for link in robot.moving_links)
+
+
+def mass_scale(robot: Robot) -> float:
+    """Mass of the heaviest moving link [kg]."""
+    return max(robot.constants[f'links.{link}.mass'].value for link in robot.moving_links)
+
+
+def _inertia(values: dict[str, float], path: str) -> float:
+    com = np.array([values[path + c] for c in ('com_x', 'com_y', 'com_z')])
+    return float(values[path + 'inertia'] + values[path + 'mass'] * com @ com)
+
+
+def _torque_per_input(actuator: Actuator) -> float:
+    if actuator.torque_constant is None or actuator.resistance is None:
+        return 1.0
+    return actuator.torque_constant / actuator.resistance
+
+
+def _actuator(robot: Robot, joint: str) -> Actuator | None:
+    return next((a for a in robot.actuators if a.joint == joint), None)

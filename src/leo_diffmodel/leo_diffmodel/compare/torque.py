@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The torque the model lacks at each joint and instant, and where it is lacking most."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.errors import HISTORY
+from leo_diffmodel.compare.pushes import respond
+from leo_diffmodel.compare.sizes import in_volts, stall_torque, torque_scale
+from leo_diffmodel.compare.windows import cut, sample_period, Windows
+from leo_sim.model import Model
+
+Array = np.ndarray
+INTERVALS = 5
+BINS = 8
+WORST_WINDOWS = 5
+
+
+@dataclass(frozen=True)
+class MissingTorque:
+    """Missing torque by least squares over short windows, each with a free start state.
+
+    Attributes:
+        time: middle of each window [s], shape (W,).
+        torque: constant torque that the model lacks there [N m], shape (W, J).
+        spread: its standard deviation from measurement noise [N m], shape (W, J).
+        q: mean joint angle [rad], shape (W, J).
+        dq: mean joint rate [rad/s], shape (W, J).
+        inputs: mean input [V or N m], shape (W, A).
+        windows: the short windows.
+    """
+
+    time: Array
+    torque: Array
+    spread: Array
+    q: Array
+    dq: Array
+    inputs: Array
+    windows: Windows
+
+
+def missing_torque(
+    recordings: Sequence[Recording], model: Model, sigma: Array, seconds: float | None = None
+) -> MissingTorque:
+    """Estimate the missing torque; positive turns the joint forward.
+
+    Args:
+        recordings: the data.
+        model: the model.
+        sigma: noise of each channel, shape (2J,).
+        seconds: window length; by default five samples or a control step, the longer one.
+    """
+    length = seconds or INTERVALS * sample_period(recordings)
+    history = HISTORY if model.has_memory else 0.0
+    windows = cut(recordings, length, history=history)
+    joints = windows.q.shape[-1]
+    unit = 1e-3 * torque_scale(model.robot)
+    flat = np.broadcast_to(np.eye(joints)[:, None, None], (joints, *windows.dt.shape, joints))
+    predicted, columns = respond(model, windows, windows.measured[:, 0], unit * flat)
+    e = ((windows.measured - predicted) / sigma).reshape(windows.count, -1)
+    a = (columns / sigma[:, None]).reshape(windows.count, e.shape[1], -1)
+    gram = np.swapaxes(a, -1, -2) @ a
+    inverse = np.linalg.inv(gram)
+    found = (inverse @ (np.swapaxes(a, -1, -2) @ e[..., None]))[..., 0]
+    variance = np.diagonal(inverse, axis1=-2, axis2=-1)
+    return MissingTorque(
+        time=windows.start + 0.5 * windows.dt.sum(axis=1),
+        torque=unit * found[:, -joints:],
+        spread=unit * np.sqrt(variance[:, -joints:]),
+        q=windows.q.mean(axis=1),
+        dq=windows.dq.mean(axis=1),
+        inputs=windows.inputs.mean(axis=1),
+        windows=windows,
+    )
+
+
+def where(missing: MissingTorque, model: Model) -> list[dict]:
+    """Share of the missing torque's square by joint, variable and bin, worst first."""
+    rows = []
+    excess = missing.torque**2 - missing.spread**2
+    total = float(np.maximum(excess.sum(), 1e-30))
+    for j, joint in enumerate(model.robot.joint_names):
+        for name, values in _variables(missing, j).items():
+            edges = np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)))
+            for low, high in zip(edges[:-1], edges[1:], strict=True):
+                inside = (values >= low) & (values <= high)
+                rows.append(_row(missing, model, j, joint, name, (low, high), inside, total))
+    return sorted(rows, key=lambda r: -r['share'])
+
+
+def _variables(missing: MissingTorque, j: int) -> dict[str, Array]:
+    values = {'angle': missing.q[:, j], 'rate': missing.dq[:, j], 'time': missing.time}
+    if j < missing.inputs.shape[1]:
+        values['input'] = missing.inputs[:, j]
+    return values
+
+
+def _row(
+    missing: MissingTorque,
+    model: Model,
+    j: int,
+    joint: str,
+    name: str,
+    limits: tuple[float, float],
+    inside: Array,
+    total: float,
+) -> dict:
+    torque = missing.torque[inside, j]
+    square = float((torque**2 - missing.spread[inside, j] ** 2).sum())
+    typical = float(np.sqrt(max((torque**2).mean(), 0.0)))
+    worst = np.flatnonzero(inside)[np.argsort(-np.abs(torque))[:WORST_WINDOWS]]
+    stall = stall_torque(model.robot, joint)
+    begin, length = missing.windows.start, missing.windows.dt.sum(axis=1)
+    return {
+        'joint': joint,
+        'variable': name,
+        'bin': [float(limits[0]), float(limits[1])],
+        'share': max(0.0, square / total),
+        'torque_nm': float(torque.mean()),
+        'torque_rms_nm': typical,
+        'volts': in_volts(model.robot, joint, typical),
+        'stall_percent': None if stall is None else 100 * typical / stall,
+        'windows': [[float(begin[w]), float(begin[w] + length[w])] for w in worst],
+    }

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Explain recordings: the whole answer as one object, and as the JSON of design.md section 7."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+import time
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare import errors
+from leo_diffmodel.compare.provenance import provenance
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain import evidence, rows, verdict
+from leo_diffmodel.explain.classes import Facts
+from leo_diffmodel.explain.engine import Search, search
+from leo_sim.effects import Effect
+from leo_sim.model import Model
+
+HORIZON_SECONDS = 1.0
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What `leo explain` says.
+
+    Attributes:
+        verdict: fine, named, ambiguous, unknown or untestable.
+        sentence: the answer in plain words.
+        effects: the supported effects, rows as in explain.json.
+        constants: the uncertain constants as refitted.
+        hypotheses: all candidates of the first round, best first.
+        not_testable: effects this data cannot show, with the reason.
+        next_run: what to record next, or None.
+        errors: held-out errors before and after beside the noise floor.
+        seconds: what the search took.
+        provenance: bags, hashes, model, seeds, versions.
+        model: the repaired model; the model as given where nothing was named.
+        search: the search itself, for the report; None where untestable.
+    """
+
+    verdict: str
+    sentence: str
+    effects: list[dict]
+    constants: dict[str, dict]
+    hypotheses: list[dict]
+    not_testable: list[dict]
+    next_run: str | None
+    errors: dict
+    seconds: float
+    provenance: dict
+    model: Model = field(repr=False)
+    search: Search | None = field(repr=False, default=None)
+
+    def to_json(self) -> dict:
+        """The contents of explain.json."""
+        names = (
+            'verdict', 'sentence', 'effects', 'constants', 'hypotheses', 'not_testable', 'next_run',
+            'errors', 'seconds', 'provenance',
+        )  # fmt: skip
+        return {name: getattr(self, name) for name in names}
+
+
+def explain(
+    recordings: Sequence[Recording],
+    model: Model,
+    hold_out: Sequence[Recording] = (),
+    extra: Sequence[Effect] = (),
+    progress: Callable[[str], None] = lambda _: None,
+) -> Explanation:
+    """Name what the model lacks, or say that nothing, or nothing known, is missing.
+
+    Args:
+        recordings: bags of one robot, already read.
+        model: the model to explain.
+        hold_out: bags no fit may see; by default every fourth time block is held out.
+        extra: effects of the user's own.
+        progress: told what is being tried.
+    """
+    began = time.monotonic()
+    origin = provenance([*recordings, *hold_out], model)
+    reason = _untestable(recordings, hold_out, model)
+    if reason:
+        return _nothing(reason, model, origin, time.monotonic() - began)
+    found = search(recordings, hold_out, model, extra, progress)
+    held = held_windows(list(hold_out) or list(recordings), found, model, bool(hold_out))
+    free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
+    step = errors.step_seconds(recordings)
+    context = rows.Context(found, model, Facts(model.robot, bool(free)), held, step)
+    return _answer(context, origin, began)
+
+
+def held_windows(
+    recordings: list[Recording], found: Search, model: Model, whole_bags: bool
+) -> Windows:
+    """Windows of the data no fit has seen, as long as the longest horizon that fits."""
+    seconds = HORIZON_SECONDS
+    while True:
+        try:
+            windows = errors.horizon_windows(recordings, model, seconds)
+            mask = np.ones(windows.count, bool) if whole_bags else found.blocks.held(windows)
+            if mask.any():
+                return windows.take(mask)
+        except ValueError:
+            pass
+        seconds /= 2
+
+
+def _answer(context: rows.Context, origin: dict, began: float) -> Explanation:
+    found = context.found
+    after = context.predict(found.final)
+    named = rows.named(context)
+    ratio = evidence.unexplained(found.final)
+    share = errors.share_left(context.predict(found.null), after)
+    decision = verdict.decide(named, ratio, share)
+    tables = rows.error_tables(context, after) | {
+        'ladder': rows.ladder(context, after),
+        'chi2_ratio': ratio,
+        'unexplained_share': share,
+    }
+    return Explanation(
+        verdict=decision,
+        sentence=verdict.sentence(decision, named, _change(context, after)),
+        effects=rows.effect_rows(context),
+        constants=rows.constant_rows(found),
+        hypotheses=rows.hypothesis_rows(context),
+        not_testable=rows.not_testable(found),
+        next_run=_next_run(decision, context),
+        errors=tables,
+        seconds=time.monotonic() - began,
+        provenance=origin,
+        model=found.final.hypothesis.model(context.base, found.final.theta),
+        search=found,
+    )
+
+
+def _change(context: rows.Context, after: errors.Prediction) -> str:
+    values = [context.headline(f) for f in (context.found.null, context.found.final)]
+    floor = np.mean(errors.floor_ahead(after, rows.HEADLINE_SECONDS))
+    return (
+        f'held-out error {rows.HEADLINE_SECONDS:g} s ahead '
+        f'{values[0]:.3g} -> {values[1]:.3g}, noise floor {floor:.3g} (rms, rad and rad/s)'
+    )
+
+
+def _next_run(decision: str, context: rows.Context) -> str | None:
+    """What would settle an open answer, in the words of the effects concerned."""
+    if decision == 'ambiguous':
+        close = [
+            r.scored.candidate.effect
+            for step in context.found.rounds
+            for r in evidence.open_rivals(evidence.rivals(step, context.facts))
+        ]
+        return '; '.join(dict.fromkeys(e.reveal for e in close))
+    if decision == 'unknown':
+        return 'repeat the run, then vary one thing at a time: speed, load, angle, supply'
+    return None

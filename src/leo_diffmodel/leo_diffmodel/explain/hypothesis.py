@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A hypothesis: a set of effects that may be missing, with the constants refitted beside them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_sim.effects import Effect, Parameter, place, Placed
+from leo_sim.model import Model
+from leo_sim.robot import Constant
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect at one place.
+
+    Attributes:
+        effect: the law.
+        where: a joint or link name, or 'all' for one shared value.
+        parameters: its parameters with this robot's units, neutral values and bounds.
+    """
+
+    effect: Effect
+    where: str
+    parameters: tuple[Parameter, ...]
+
+    @property
+    def label(self) -> str:
+        """As typed on the command line: effect:where."""
+        return f'{self.effect.name}:{self.where}'
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Candidates and uncertain constants, their values in one parameter vector.
+
+    The vector holds each candidate's parameters in the order declared, then the constants.
+    """
+
+    candidates: tuple[Candidate, ...] = ()
+    constants: tuple[Constant, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """Length of the parameter vector."""
+        return sum(len(c.parameters) for c in self.candidates) + len(self.constants)
+
+    @property
+    def low(self) -> Array:
+        """Lower bound of each parameter."""
+        return np.array([p.low for p in self._parameters()] + [c[0] for c in self._ranges()])
+
+    @property
+    def high(self) -> Array:
+        """Upper bound of each parameter."""
+        return np.array([p.high for p in self._parameters()] + [c[1] for c in self._ranges()])
+
+    @property
+    def neutral(self) -> Array:
+        """The vector that changes nothing."""
+        values = [p.neutral for p in self._parameters()]
+        return np.array(values + [c.value for c in self.constants])
+
+    def with_candidate(self, candidate: Candidate) -> Hypothesis:
+        """This hypothesis and one more effect."""
+        return Hypothesis((*self.candidates, candidate), self.constants)
+
+    def without(self, index: int) -> Hypothesis:
+        """This hypothesis less its effect at `index`."""
+        rest = self.candidates[:index] + self.candidates[index + 1 :]
+        return Hypothesis(rest, self.constants)
+
+    def offset(self, index: int) -> int:
+        """Where in the vector the parameters of candidate `index` begin."""
+        return sum(len(c.parameters) for c in self.candidates[:index])
+
+    def values(self, theta: Array, index: int) -> dict[str, float]:
+        """The parameters of candidate `index` by name."""
+        first = self.offset(index)
+        names = [p.name for p in self.candidates[index].parameters]
+        return {n: float(v) for n, v in zip(names, theta[first:], strict=False)}
+
+    def placed(self, base: Model, theta: Array) -> tuple[Placed, ...]:
+        """The candidates as effects with values; `theta` is (P,) or (S, P)."""
+        return tuple(self._placed(base, theta, i) for i in range(len(self.candidates)))
+
+    def model(self, base: Model, theta: Array) -> Model:
+        """`base` with these effects and constants; `theta` (S, P) makes S models at once."""
+        first = self.size - len(self.constants)
+        tuned = {c.path: _lead(theta[..., first + i]) for i, c in enumerate(self.constants)}
+        return Model(
+            base.robot,
+            effects=(*base.effects, *self.placed(base, theta)),
+            constants={**base.constants, **tuned},
+            engine=base.engine_name,
+            integration_step=base.integration_step,
+        )
+
+    def _placed(self, base: Model, theta: Array, index: int) -> Placed:
+        candidate, first = self.candidates[index], self.offset(index)
+        values = {
+            p.name: _lead(theta[..., first + i])
+            for i, p in enumerate(candidate.parameters)
+        }
+        return place(base.robot, candidate.effect, candidate.where, **values)
+
+    def _parameters(self) -> list[Parameter]:
+        return [p for c in self.candidates for p in c.parameters]
+
+    def _ranges(self) -> list[tuple[float, float]]:
+        return [c.uncertain or (c.value, c.value) for c in self.constants]
+
+
+def _lead(value: Array) -> float | Array:
+    """Scalars as floats; one value a model as (S, 1, 1), to broadcast over windows and joints."""
+    return float(value) if np.ndim(value) == 0 else value[:, None, None]

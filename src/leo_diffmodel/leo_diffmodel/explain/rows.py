@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The rows of explain.json: effects, hypotheses and errors with names and units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.compare import errors
+from leo_diffmodel.compare.errors import Prediction
+from leo_diffmodel.explain import evidence
+from leo_diffmodel.explain.classes import Facts
+from leo_diffmodel.explain.engine import Search
+from leo_diffmodel.explain.fit import Fit
+from leo_diffmodel.explain.search import Round, Scored
+from leo_diffmodel.explain.verdict import Named
+from leo_sim.model import Model
+
+HEADLINE_SECONDS = 0.5
+
+
+@dataclass(frozen=True)
+class Context:
+    """What every row needs.
+
+    Attributes:
+        found: the finished search.
+        base: the model as given.
+        facts: what decides which effects are the same thing.
+        held: windows no fit has seen, for the errors.
+        step: one control period [s].
+    """
+
+    found: Search
+    base: Model
+    facts: Facts
+    held: errors.Windows
+    step: float
+
+    def predict(self, fitted: Fit) -> Prediction:
+        """Held-out windows as the fitted hypothesis predicts them from their measured start."""
+        model = fitted.hypothesis.model(self.base, fitted.theta)
+        return errors.predict_windows(model, self.held, self.found.problem.sigma)
+
+    def headline(self, fitted: Fit) -> float:
+        """Mean held-out rms error over the states, 0.5 s ahead."""
+        return float(np.mean(errors.ahead(self.predict(fitted), HEADLINE_SECONDS)))
+
+
+def effect_rows(context: Context) -> list[dict]:
+    """One row for each supported effect, in the order found."""
+    found, final = context.found, context.found.final
+    before = context.headline(found.null)
+    rows = []
+    for index, candidate in enumerate(final.hypothesis.candidates):
+        step = _round_of(found, candidate)
+        after = context.headline(step.scored[0].fit or final)
+        row = _row(step.scored[0], final, index, before, after)
+        row['inclusion_probability'] = evidence.inclusion(
+            step, context.facts, found.blocks.index(step.problem.windows)
+        )
+        row['confusable_with'] = _confusable(step, context.facts)
+        rows.append(row)
+        before = after
+    return rows
+
+
+def hypothesis_rows(context: Context) -> list[dict]:
+    """All candidates of the first round, best first; those ruled out by the scan have no fit."""
+    first = context.found.rounds[0]
+    before = context.headline(first.null)
+    rows = []
+    for scored in first.scored:
+        if scored.fit is None:
+            rows.append(_ruled_out(scored, before))
+            continue
+        index = len(scored.fit.hypothesis.candidates) - 1
+        row = _row(scored, scored.fit, index, before, context.headline(scored.fit))
+        row['inclusion_probability'] = None
+        row['confusable_with'] = []
+        rows.append(row)
+    return rows
+
+
+def named(context: Context) -> list[Named]:
+    """The supported effects as the verdict sentence says them."""
+    found, final = context.found, context.found.final
+    out = []
+    for index, candidate in enumerate(final.hypothesis.candidates):
+        step = _round_of(found, candidate)
+        near = evidence.rivals(step, context.facts)
+        out.append(
+            Named(
+                candidate.label,
+                _values_text(final, index),
+                tuple(r.scored.candidate.label for r in near if r.why),
+                tuple(r.scored.candidate.label for r in evidence.open_rivals(near)),
+            )
+        )
+    return out
+
+
+def error_tables(context: Context, after: Prediction) -> dict:
+    """Held-out errors before, after and the floor of noise, one step and against horizon."""
+    before = context.predict(context.found.null)
+    one = [errors.one_step(p, context.step) for p in (before, after)]
+    late = errors.horizon_table(after, context.step)
+    early = errors.horizon_table(before, context.step)
+    return {
+        'states': errors.state_names(context.base),
+        'one_step': {
+            'before': one[0]['rmse'],
+            'after': one[1]['rmse'],
+            'noise_floor': one[1]['noise_floor']['rmse'],
+            'mean': {
+                'before': float(np.mean(one[0]['rmse'])),
+                'after': float(np.mean(one[1]['rmse'])),
+                'noise_floor': float(np.mean(one[1]['noise_floor']['rmse'])),
+            },
+        },
+        'horizon': [
+            {
+                'steps': b['steps'],
+                'seconds': b['seconds'],
+                'before': b['rmse'],
+                'after': a['rmse'],
+                'noise_floor': a['noise_floor'],
+            }
+            for b, a in zip(early, late, strict=True)
+        ],
+    }
+
+
+def ladder(context: Context, after: Prediction) -> list[dict]:
+    """Held-out error of the model as given, with each effect added, and of noise alone."""
+    found = context.found
+    kept = found.final.hypothesis.candidates
+    steps = [('as given', found.null)]
+    for step in found.rounds:
+        top = step.scored[0]
+        if top.candidate in kept and top.fit is not None and top.candidate != kept[-1]:
+            steps.append((f'+ {top.candidate.label}', top.fit))
+    if kept:
+        steps.append((f'+ {kept[-1].label}', found.final))
+    rows = [
+        {'model': name, 'rmse': errors.ahead(context.predict(f), HEADLINE_SECONDS)}
+        for name, f in steps
+    ]
+    rows.append({'model': 'noise floor', 'rmse': errors.floor_ahead(after, HEADLINE_SECONDS)})
+    return [{**row, 'seconds': HEADLINE_SECONDS} for row in rows]
+
+
+def constant_rows(found: Search) -> dict[str, dict]:
+    """The uncertain constants as refitted together with the supported effects."""
+    final = found.final
+    first = final.hypothesis.size - len(final.hypothesis.constants)
+    return {
+        c.path: {
+            'value': float(final.theta[first + i]),
+            'unit': c.unit,
+            'ci95': list(final.ci95(first + i)),
+        }
+        for i, c in enumerate(final.hypothesis.constants)
+    }
+
+
+def not_testable(found: Search) -> list[dict]:
+    """Effects that even at their largest amplitude would not rise above the threshold."""
+    first = found.rounds[0]
+    return [
+        {
+            'name': s.candidate.effect.name,
+            'where': s.candidate.where,
+            'why': f'its largest trace in this data is {s.evidence:.1f} nats, '
+            f'{first.threshold:.1f} are needed; {s.candidate.effect.reveal}',
+        }
+        for s in first.scored
+        if s.evidence < first.threshold
+    ]
+
+
+def _round_of(found: Search, candidate) -> Round:  # type: ignore[no-untyped-def]
+    return next(r for r in found.rounds if r.scored[0].candidate == candidate)
+
+
+def _row(scored: Scored, fitted: Fit, index: int, before: float, after: float) -> dict:
+    candidate = fitted.hypothesis.candidates[index]
+    return {
+        'name': candidate.effect.name,
+        'where': candidate.where,
+        'parameters': _parameters(fitted, index),
+        'gain_train': scored.gain_train,
+        'gain_held_out': scored.gain_held_out,
+        'error_before': before,
+        'error_after': after,
+    }
+
+
+def _ruled_out(scored: Scored, before: float) -> dict:
+    return {
+        'name': scored.candidate.effect.name,
+        'where': scored.candidate.where,
+        'parameters': {},
+        'gain_train': scored.gain_train,
+        'gain_held_out': None,
+        'error_before': before,
+        'error_after': None,
+        'inclusion_probability': 0.0,
+        'confusable_with': [],
+    }
+
+
+def _parameters(fitted: Fit, index: int) -> dict:
+    first = fitted.hypothesis.offset(index)
+    return {
+        p.name: {
+            'value': float(fitted.theta[first + i]),
+            'unit': p.unit,
+            'ci95': list(fitted.ci95(first + i)),
+        }
+        for i, p in enumerate(fitted.hypothesis.candidates[index].parameters)
+    }
+
+
+def _values_text(fitted: Fit, index: int) -> str:
+    return ', '.join(
+        f'{name} = {p["value"]:.4g} {p["unit"]} [{p["ci95"][0]:.3g}, {p["ci95"][1]:.3g}]'.replace(
+            '  ', ' '
+        )
+        for name, p in _parameters(fitted, index).items()
+    )
+
+
+def _confusable(step: Round, facts: Facts) -> list[dict]:
+    return [
+        {
+            'name': r.scored.candidate.effect.name,
+            'where': r.scored.candidate.where,
+            'separable_nats': r.separable_nats,
+            'same_thing': r.why,
+        }
+        for r in evidence.rivals(step, facts)
+    ]

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scan each effect over finite amplitudes: friction, dead band and delay have no slope at zero."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import itertools
+
+import numpy as np
+
+from leo_diffmodel.explain import shooting
+from leo_diffmodel.explain.fit import Fit, Problem
+from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
+from leo_sim.effects import Parameter
+
+Array = np.ndarray
+FRACTIONS = (0.004, 0.02, 0.08, 0.3)
+DELAYS = (0.002, 0.006, 0.015, 0.04)
+ANGLES = (0.003, 0.015, 0.06, 0.2)
+LIMITS = (0.95, 0.8, 0.6, 0.4)
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Sizes that make an amplitude small or large on this robot and in this data.
+
+    Attributes:
+        torque: the largest the motor, or else gravity, gives [N m].
+        rate: rms joint rate [rad/s].
+        inertia: at the joint [kg m2].
+        mass: of the heaviest moving link [kg].
+        input: the largest applied [V or N m].
+    """
+
+    torque: float
+    rate: float
+    inertia: float
+    mass: float
+    input: float
+
+    def amplitudes(self, parameter: Parameter) -> Array:
+        """Amplitudes of one sign to try, small to large, as change from neutral."""
+        if parameter.unit == 's':
+            return np.array(DELAYS)
+        if parameter.unit == 'rad':
+            return np.array(ANGLES)
+        if parameter.unit == 'V' and parameter.neutral > 0:
+            return np.array([f * self.input - parameter.neutral for f in LIMITS])
+        return self._size(parameter.unit) * np.array(FRACTIONS)
+
+    def _size(self, unit: str) -> float:
+        sizes = {
+            'N m': self.torque,
+            'N m s/rad': self.torque / self.rate,
+            'N m s2/rad2': self.torque / self.rate**2,
+            'N m/rad': self.torque,
+            'kg m2': 3 * self.inertia,
+            'kg': 3 * self.mass,
+            'N': 3 * 9.81 * self.mass,
+            'V': self.input,
+        }
+        return sizes.get(unit, 1.0)
+
+
+@dataclass(frozen=True)
+class Scan:
+    """What a scan of one candidate found.
+
+    Attributes:
+        candidate: the effect and its place.
+        theta: the best parameters, shape (P,).
+        gain: on the training windows [nats], nuisances projected out.
+        signatures: change of the whitened prediction for each point tried, unit length,
+            shape (S, M); what threshold draws and confusability are computed from.
+        evidence: 0.5 |signature|^2 of the largest amplitude [nats].
+    """
+
+    candidate: Candidate
+    theta: Array
+    gain: float
+    signatures: Array
+    evidence: float
+
+
+class Scanner:
+    """Scans candidates on top of one fitted hypothesis."""
+
+    def __init__(self, problem: Problem, null: Fit, scales: Scales):
+        """Linearise at `null` once; every candidate reuses it."""
+        self._problem, self._null, self._scales = problem, null, scales
+        linear = shooting.linearise(
+            problem.base, problem.windows, problem.sigma, null.hypothesis, null.theta, null.start
+        )
+        rest, _, _, _ = shooting.eliminate(linear)
+        self._root = np.sqrt(shooting.robust_weight(rest))
+        self._basis = np.linalg.qr(linear.by_start * self._root[..., None])[0]
+        self._nuisance = self._constants(linear.by_theta)
+        self.residual = self._project(linear.residual)
+
+    def scan(self, candidate: Candidate) -> Scan:
+        """The best point of the grid; along each ray the closed form picks the amplitude."""
+        grid = self._grid(candidate)
+        hypothesis = self._null.hypothesis.with_candidate(candidate)
+        thetas = self._thetas(hypothesis, candidate, grid)
+        model = hypothesis.model(self._problem.base, thetas)
+        starts = np.broadcast_to(self._null.start, (len(grid), *self._null.start.shape))
+        e = shooting.whiten(
+            self._problem.windows,
+            shooting.predict(model, self._problem.windows, starts),
+            self._problem.sigma,
+        )
+        change = self.residual - self._project(e)
+        length2 = np.maximum((change**2).sum(-1), 1e-12)
+        along = change @ self.residual
+        stretch = np.clip(along / length2, 0.2, 5.0)
+        gains = stretch * along - 0.5 * stretch**2 * length2
+        best = int(np.argmax(gains))
+        theta = self._stretched(candidate, grid[best], float(stretch[best]))
+        full = np.concatenate([self._null.theta[: self._split], theta, self._tail])
+        unit = change / np.sqrt(length2)[:, None]
+        return Scan(candidate, full, float(gains[best]), unit, float(0.5 * length2.max()))
+
+    @property
+    def _split(self) -> int:
+        return self._null.hypothesis.size - len(self._null.hypothesis.constants)
+
+    @property
+    def _tail(self) -> Array:
+        return self._null.theta[self._split :]
+
+    def _thetas(self, hypothesis: Hypothesis, candidate: Candidate, grid: Array) -> Array:
+        thetas = np.empty((len(grid), hypothesis.size))
+        first, count = self._split, len(candidate.parameters)
+        thetas[:, :first] = self._null.theta[:first]
+        thetas[:, first : first + count] = grid
+        thetas[:, first + count :] = self._tail
+        return thetas
+
+    def _stretched(self, candidate: Candidate, point: Array, stretch: float) -> Array:
+        parameters = candidate.parameters
+        neutral = np.array([p.neutral for p in parameters])
+        scaled = [i in _amplitude_indices(parameters) for i in range(len(parameters))]
+        moved = np.where(scaled, neutral + stretch * (point - neutral), point)
+        return np.clip(moved, [p.low for p in parameters], [p.high for p in parameters])
+
+    def _grid(self, candidate: Candidate) -> Array:
+        """All points to try, shape (S, parameters of the effect)."""
+        parameters = candidate.parameters
+        amplitude = _amplitude_indices(parameters)
+        rays = [r for r in itertools.product((-1, 0, 1), repeat=len(amplitude)) if any(r)]
+        shapes = [self._shape(p) for i, p in enumerate(parameters) if i not in amplitude]
+        sizes = self._scales.amplitudes(parameters[0])
+        if candidate.effect.hook == 'torque' and not candidate.effect.dry:
+            sizes = sizes[1:2]  # linear in its amplitude: one point gives the whole ray
+        points = []
+        for ray, size, *shape in itertools.product(rays, sizes, *shapes):
+            rest = iter(shape)
+            moves = dict(zip(amplitude, ray, strict=True))
+            point = [
+                p.neutral + moves[i] * size if i in moves else next(rest)
+                for i, p in enumerate(parameters)
+            ]
+            if all(p.low <= v <= p.high for p, v in zip(parameters, point, strict=True)):
+                points.append(point)
+        return np.array(points)
+
+    def _shape(self, parameter: Parameter) -> tuple[float, ...]:
+        """Values to try of a parameter that shapes an effect without scaling it."""
+        if parameter.unit == 'rad':
+            return (-np.pi / 2, 0.0, np.pi / 2, np.pi)
+        if parameter.unit == 'rad/s':
+            return (0.05 * self._scales.rate, 0.25 * self._scales.rate)
+        return tuple(float(n) for n in range(1, 17))
+
+    def _constants(self, by_theta: Array) -> Array | None:
+        if not by_theta.shape[-1]:
+            return None
+        rows = by_theta * self._root[..., None]
+        rows = rows - self._basis @ (np.swapaxes(self._basis, -1, -2) @ rows)
+        flat = rows[self._problem.train].reshape(-1, rows.shape[-1])
+        return np.linalg.qr(flat)[0]
+
+    def _project(self, e: Array) -> Array:
+        """Weighted residuals of the training windows, nuisances out, shape (..., M)."""
+        e = (e * self._root)[..., self._problem.train, :]
+        basis = self._basis[self._problem.train]
+        seen = np.swapaxes(basis, -1, -2) @ e[..., None]
+        e = (e[..., None] - basis @ seen)[..., 0]
+        flat = e.reshape(*e.shape[:-2], -1)
+        if self._nuisance is None:
+            return flat
+        return flat - (flat @ self._nuisance) @ self._nuisance.T
+
+
+def _amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
+    """The first parameter, and those of its unit, scale an effect; the others shape it."""
+    unit = parameters[0].unit
+    return tuple(i for i, p in enumerate(parameters) if p.unit == unit)

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Multiple shooting: every window has its own free start state, all share the parameters.
+
+The measured start of a window is noisy, so it is not trusted: the start state is a nuisance
+of the window, eliminated by an orthogonal projection (a Schur complement), which leaves a
+log-likelihood of the parameters alone. For small noise this equals whitening with the start
+noise propagated through the window (gap_engine.md section 1.1), and it stays right for long ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.hypothesis import Hypothesis
+from leo_sim.batch import rollout
+from leo_sim.model import Model
+
+Array = np.ndarray
+HUBER = 2.5
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A hypothesis linearised at one point, in units of the measurement noise.
+
+    Attributes:
+        residual: (measured - predicted) / sigma, shape (W, N), N = (K+1) 2J.
+        by_start: its sensitivity to the window's start state, shape (W, N, 2J).
+        by_theta: its sensitivity to the parameters, shape (W, N, P).
+    """
+
+    residual: Array
+    by_start: Array
+    by_theta: Array
+
+
+def predict(model: Model, windows: Windows, start: Array) -> Array:
+    """Sensed states from the start states (..., W, 2J); shape (..., W, K+1, 2J)."""
+    joints = windows.q.shape[-1]
+    q, dq = rollout(
+        model,
+        start[..., :joints],
+        start[..., joints:],
+        windows.inputs,
+        windows.dt,
+        enabled=windows.enabled,
+        history=windows.history,
+    )
+    return np.concatenate([q, dq], axis=-1)
+
+
+def whiten(windows: Windows, predicted: Array, sigma: Array) -> Array:
+    """(measured - predicted) / sigma with time and channel in one axis, shape (..., W, N)."""
+    scaled = (windows.measured - predicted) / sigma
+    return scaled.reshape(*scaled.shape[:-2], -1)
+
+
+def linearise(
+    base: Model, windows: Windows, sigma: Array, hypothesis: Hypothesis, theta: Array, start: Array
+) -> Linear:
+    """All finite differences of a hypothesis in one batched rollout.
+
+    Args:
+        base: the model the hypothesis changes.
+        windows: the data.
+        sigma: noise of each channel, shape (2J,).
+        hypothesis: what is free.
+        theta: parameters, shape (P,).
+        start: start states, shape (W, 2J).
+    """
+    states, size = start.shape[-1], len(theta)
+    nudge, step = 0.5 * sigma, difference_steps(hypothesis, theta)
+    starts = np.broadcast_to(start, (1 + states + size, *start.shape)).copy()
+    thetas = np.broadcast_to(theta, (1 + states + size, size)).copy()
+    for i in range(states):
+        starts[1 + i, :, i] += nudge[i]
+    for i in range(size):
+        thetas[1 + states + i, i] += step[i]
+    model = hypothesis.model(base, thetas) if size else base
+    e = whiten(windows, predict(model, windows, starts), sigma)
+    by_start = np.stack([(e[1 + i] - e[0]) / nudge[i] for i in range(states)], axis=-1)
+    columns = [(e[1 + states + i] - e[0]) / step[i] for i in range(size)]
+    by_theta = np.stack(columns, axis=-1) if size else np.zeros((*e[0].shape, 0))
+    return Linear(e[0], by_start, by_theta)
+
+
+def difference_steps(hypothesis: Hypothesis, theta: Array) -> Array:
+    """Finite steps: 5 % of what each parameter is away from neutral, turned off the bounds."""
+    away = np.abs(theta - hypothesis.neutral)
+    step = 0.05 * np.maximum(away, 1e-3 * np.maximum(np.abs(theta), 1e-6))
+    return np.where(theta + step > hypothesis.high, -step, step)
+
+
+def eliminate(linear: Linear, weight: Array | None = None) -> tuple[Array, Array, Array, Array]:
+    """Project the start states out.
+
+    Returns:
+        residual and by_theta without what the start states explain, then the two maps that give
+        the start state's own step: solve (W, 2J) for the residual and gain (W, 2J, P).
+    """
+    root = 1.0 if weight is None else np.sqrt(weight)[..., None]
+    basis, triangle = np.linalg.qr(linear.by_start * root)
+    residual, by_theta = linear.residual[..., None] * root, linear.by_theta * root
+    seen, gain = _times(basis, residual), _times(basis, by_theta)
+    rest = (residual - basis @ seen)[..., 0]
+    return (
+        rest,
+        by_theta - basis @ gain,
+        np.linalg.solve(triangle, seen)[..., 0],
+        np.linalg.solve(triangle, gain),
+    )
+
+
+def _times(basis: Array, columns: Array) -> Array:
+    return np.swapaxes(basis, -1, -2) @ columns
+
+
+def robust_weight(residual: Array) -> Array:
+    """Huber weights: 1 within 2.5 sigma, falling as 1/|r| outside."""
+    return np.minimum(1.0, HUBER / np.maximum(np.abs(residual), 1e-12))
+
+
+def huber(residual: Array) -> Array:
+    """Huber loss of each window [nats], from residuals (..., W, N)."""
+    size = np.abs(residual)
+    loss = np.where(size <= HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER))
+    return loss.sum(axis=-1)

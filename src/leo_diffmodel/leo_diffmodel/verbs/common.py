@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the commands that read bags and a model share."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+import json
+from pathlib import Path
+import sys
+
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from leo_diffmodel.bags.recording import read_bag, Recording
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import Effect, get_effect
+from leo_sim.model import Model
+from leo_sim.model_file import load_model
+
+NEGATIVE = {'ambiguous', 'unknown', 'untestable'}
+
+
+def parser(verb: str, about: str, examples: Sequence[str]) -> argparse.ArgumentParser:
+    """A parser with examples below its help."""
+    return argparse.ArgumentParser(
+        prog=f'leo {verb}',
+        description=about,
+        epilog='examples:\n' + '\n'.join(f'  {line}' for line in examples),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+
+def add_bag_arguments(arguments: argparse.ArgumentParser, hold_out: bool = True) -> None:
+    """Bags, model, topic map, JSON; and held-out bags and own effects where they make sense."""
+    arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
+    arguments.add_argument(
+        '--model', required=True, help='a model file, a robot name or a robot folder'
+    )
+    arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
+    arguments.add_argument('--json', action='store_true', help='print the result as JSON')
+    if hold_out:
+        arguments.add_argument(
+            '--hold-out', nargs='+', default=[], metavar='BAG', help='bags no fit may see'
+        )
+        arguments.add_argument(
+            '--effect', action='append', default=[], metavar='FILE.py', help='an effect of yours'
+        )
+
+
+def read_bags(paths: Sequence[str], model: Model, topic_map: str | None) -> list[Recording]:
+    """Read bags of the model's robot; their warnings go to stderr."""
+    recordings = [read_bag(path, model.robot, topic_map) for path in paths]
+    for recording in recordings:
+        for warning in recording.warnings:
+            print(f'warning: {warning}', file=sys.stderr)
+    return recordings
+
+
+def load(arguments: argparse.Namespace) -> Model:
+    """The model the command line names."""
+    return load_model(arguments.model)
+
+
+def own_effects(arguments: argparse.Namespace) -> list[Effect]:
+    """The effect files given on the command line."""
+    return [get_effect(path) for path in arguments.effect]
+
+
+def fresh_folder(path: str | None) -> Path | None:
+    """A folder to write to; it may exist, but not as a file."""
+    if path is None:
+        return None
+    folder = Path(path)
+    if folder.exists() and not folder.is_dir():
+        raise UserError(f'{folder} is a file; -o takes a folder')
+    return folder
+
+
+def write_json(folder: Path, name: str, data: dict) -> Path:
+    """Write a JSON file whole or not at all."""
+    folder.mkdir(parents=True, exist_ok=True)
+    target, part = folder / name, folder / f'.{name}.part'
+    part.write_text(json.dumps(data, indent=1, allow_nan=False) + '\n')
+    part.replace(target)
+    return target
+
+
+@contextmanager
+def progress(title: str) -> Iterator[Callable[[str], None]]:
+    """A line on stderr that says what is being done and for how long."""
+    columns = (SpinnerColumn(), TextColumn('{task.description}'), TimeElapsedColumn())
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(title)
+        yield lambda text: bar.update(task, description=f'{title}: {text}')

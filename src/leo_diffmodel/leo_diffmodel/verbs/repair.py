@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""leo repair: compare, explain and add, again until nothing more is supported."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from leo_diffmodel.add.ladder import ladder
+from leo_diffmodel.add.patch import history
+from leo_diffmodel.compare.comparison import compare
+from leo_diffmodel.explain.explanation import explain, Explanation
+from leo_diffmodel.verbs import common
+from leo_diffmodel.verbs.explain import show, write
+from leo_msgs_py.errors import UserError
+from leo_sim.model_file import save_model
+
+EXAMPLES = (
+    'leo repair bags/run1 --model pendulum -o out/repair',
+    'leo repair bags/run1 bags/run2 --hold-out bags/run3 --model pendulum -o out/repair',
+)
+
+
+def main(argv: list[str]) -> int:
+    """Run `leo repair`; exit status as `leo explain`."""
+    arguments = _parser().parse_args(argv)
+    folder = common.fresh_folder(arguments.output)
+    assert folder is not None  # -o is required
+    target = folder / 'model.yaml'
+    if target.exists():
+        raise UserError(f'{target} exists; a model is never overwritten: choose another -o')
+    model = common.load(arguments)
+    recordings = common.read_bags(arguments.bags, model, arguments.topic_map)
+    held = common.read_bags(arguments.hold_out, model, arguments.topic_map)
+    with common.progress('repairing') as told:
+        before = compare(recordings, model)
+        result = explain(recordings, model, held, common.own_effects(arguments), told)
+    rows = ladder(result)
+    common.write_json(folder, 'compare.json', before.data)
+    write(folder, result, [*recordings, *held])
+    save_model(target, result.model, history(result.to_json()))
+    if arguments.json:
+        print(json.dumps(result.to_json() | {'ladder': rows, 'model': str(target)}))
+    else:
+        _print(result, rows, folder, target)
+    return 1 if result.verdict in common.NEGATIVE else 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    arguments = common.parser('repair', __doc__ or '', EXAMPLES)
+    common.add_bag_arguments(arguments)
+    arguments.add_argument('-o', dest='output', required=True, metavar='DIR')
+    return arguments
+
+
+def _print(result: Explanation, rows: list[dict], folder: Path, target: Path) -> None:
+    show(result)
+    if rows:
+        names = [f'{s["name"]} [{s["unit"]}]' for s in result.errors['states']]
+        table = Table(title=f'held-out rms error {rows[0]["seconds"]:.2g} s ahead')
+        table.add_column('model')
+        for name in names:
+            table.add_column(name, justify='right')
+        for row in rows:
+            table.add_row(row['model'], *[f'{e:.4g}' for e in row['rmse']])
+        Console().print(table)
+    print(f'wrote {target}, {folder}/explain.json and {folder}/report.html')
+    print(f'next: leo learn --model {target}')
