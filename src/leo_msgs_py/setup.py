@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Package leo_msgs_py, for pip and for colcon."""
+
 from setuptools import find_packages, setup
 
 PACKAGE = 'leo_msgs_py'
@@ -27,7 +28,10 @@ setup(
     extras_require={'test': ['pytest', 'hypothesis']},
     entry_points={
         'console_scripts': ['leo = leo_msgs_py.cli:main'],
-        'leo.verbs': [],
+        'leo.verbs': [
+            f'{verb} = leo_msgs_py.verbs.{verb}:main'
+            for verb in ('node', 'param', 'run', 'service', 'topic')
+        ],
     },
     zip_safe=False,
 )

@@ -8,7 +8,7 @@ into rclpy's arguments: `node.create_publisher(*topics.JOINT_STATES)`.
 from typing import Any, NamedTuple
 
 from leo_msgs_py import messages as m
-from leo_msgs_py.qos import QoSProfile, best_effort, latched, reliable
+from leo_msgs_py.qos import best_effort, latched, QoSProfile, reliable
 
 
 class Topic(NamedTuple):

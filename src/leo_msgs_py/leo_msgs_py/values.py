@@ -119,9 +119,7 @@ class Applied:
             dict(zip(v.interface_names, v.values, strict=False)) for v in message.interface_values
         ]
         interface = interface or _input_interface(tables)
-        rows = {
-            n: t for n, t in zip(message.joint_names, tables, strict=False) if interface in t
-        }
+        rows = {n: t for n, t in zip(message.joint_names, tables, strict=False) if interface in t}
         if not rows:
             raise UserError(
                 f'no joint of {list(message.joint_names)} has the interface {interface!r}'

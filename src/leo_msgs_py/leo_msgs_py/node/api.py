@@ -12,8 +12,8 @@ All callbacks run in the thread that spins. `spin` returns on SIGINT, SIGTERM an
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
+import time
 from typing import Any
 
 from leo_msgs_py.messages import HAVE_ROS

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
+import re
 from typing import Any
 
 import yaml
@@ -99,9 +99,7 @@ def _rule(flag: str, text: str) -> tuple[str | None, str, str]:
     return found['node'], found['from'], found['to']
 
 
-def _remap(
-    node: str | None, name: str, to: str, result: RosArgs, default_node: str
-) -> None:
+def _remap(node: str | None, name: str, to: str, result: RosArgs, default_node: str) -> None:
     if node not in (None, default_node):
         return
     if name in ('__node', '__name'):

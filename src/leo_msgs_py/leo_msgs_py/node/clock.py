@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
+import time
 from typing import Any
 
 from leo_msgs_py.values import time_message

@@ -8,7 +8,7 @@ import os
 import signal
 import threading
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any, TYPE_CHECKING
 
 from leo_msgs_py.wire.graph import Graph
 from leo_msgs_py.wire.participant import Participant, Reader, Waker
@@ -82,7 +82,8 @@ class Context:
 
     def _run_timers(self) -> bool:
         timers = [timer for node in self.nodes for timer in node.timers]
-        return any([timer.call_if_due() for timer in timers])
+        due = [timer.call_if_due() for timer in timers]
+        return any(due)
 
 
 class _Signals:

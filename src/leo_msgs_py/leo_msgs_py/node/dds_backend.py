@@ -13,10 +13,10 @@ from leo_msgs_py.node.clock import Clock, Timer
 from leo_msgs_py.node.context import Context
 from leo_msgs_py.node.entities import Client, Publisher, Service, Subscription
 from leo_msgs_py.node.graph_queries import GraphQueries
-from leo_msgs_py.node.log import NUMBERS, Logger
+from leo_msgs_py.node.log import Logger, NUMBERS
 from leo_msgs_py.node.parameter_services import ParameterServices
 from leo_msgs_py.node.parameters import Parameter, Parameters, to_value_message
-from leo_msgs_py.qos import QoSProfile, best_effort, latched, reliable
+from leo_msgs_py.qos import best_effort, latched, QoSProfile, reliable
 from leo_msgs_py.wire import config, names
 from leo_msgs_py.wire.types import full_name, type_name
 

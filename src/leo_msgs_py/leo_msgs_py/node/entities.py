@@ -3,15 +3,15 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
+import time
 from typing import Any
 
 from leo_msgs_py.node.context import Context
 from leo_msgs_py.qos import QoSProfile
 from leo_msgs_py.wire import names, qos, services
 from leo_msgs_py.wire.participant import Reader, Writer
-from leo_msgs_py.wire.types import Message, deserialize, serialize, type_name
+from leo_msgs_py.wire.types import deserialize, Message, serialize, type_name
 
 _SERVICE_QOS = QoSProfile(depth=10)
 _POLL_S = 0.01

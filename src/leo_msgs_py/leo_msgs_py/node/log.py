@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import sys
 import time
-from collections.abc import Callable
 
 from leo_msgs_py.node.args import LEVELS
 

@@ -7,10 +7,10 @@ from typing import Any
 
 from leo_msgs_py import messages as m
 from leo_msgs_py.node.parameters import (
-    Parameter,
-    Parameters,
     from_value_message,
+    Parameter,
     parameter_type,
+    Parameters,
     to_value_message,
 )
 

@@ -147,7 +147,7 @@ def parameter_type(value: Any) -> int:
         if isinstance(value, scalar):
             return number
     if isinstance(value, (list, tuple, np.ndarray)):
-        return _array_type(np.asarray(value).tolist() if isinstance(value, np.ndarray) else list(value))
+        return _array_type(value.tolist() if isinstance(value, np.ndarray) else list(value))
     raise UserError(f'{value!r} is no ROS parameter value')
 
 

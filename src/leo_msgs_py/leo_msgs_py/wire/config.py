@@ -22,9 +22,7 @@ def discovery_range() -> str:
     """ROS_AUTOMATIC_DISCOVERY_RANGE, LOCALHOST where unset."""
     text = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') or 'LOCALHOST'
     if text not in RANGES:
-        raise UserError(
-            f'ROS_AUTOMATIC_DISCOVERY_RANGE={text!r} is none of {", ".join(RANGES)}'
-        )
+        raise UserError(f'ROS_AUTOMATIC_DISCOVERY_RANGE={text!r} is none of {", ".join(RANGES)}')
     return text
 
 

@@ -10,7 +10,7 @@ from functools import cache
 
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import Fielddefs, FieldDesc, Typesdict
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from rosbags.typesys.store import Typestore
 
 from leo_msgs_py.errors import UserError

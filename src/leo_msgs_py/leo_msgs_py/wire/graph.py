@@ -17,7 +17,7 @@ from cyclonedds.core import InstanceState
 from leo_msgs_py.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from leo_msgs_py.wire import qos
 from leo_msgs_py.wire.participant import Participant
-from leo_msgs_py.wire.types import Message, deserialize, message_class, serialize
+from leo_msgs_py.wire.types import deserialize, Message, message_class, serialize
 
 _TOPIC = 'ros_discovery_info'
 _INFO = 'rmw_dds_common/msg/ParticipantEntitiesInfo'

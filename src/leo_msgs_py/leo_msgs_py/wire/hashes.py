@@ -5,7 +5,7 @@ from functools import cache
 
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import FieldDesc
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import get_typestore, Stores
 from rosbags.typesys.store import Typestore
 
 from leo_msgs_py.wire.definitions import fields, typestore

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable
+import ctypes
 from typing import Any
 
 from cyclonedds.core import (
@@ -184,6 +184,3 @@ class Waker:
 def delete(entity: Entity) -> None:
     """Delete a Cyclone entity now and not when it is collected."""
     entity.__del__()
-
-
-

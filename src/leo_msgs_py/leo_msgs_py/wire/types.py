@@ -3,7 +3,7 @@
 
 from collections.abc import Callable, Iterable
 from functools import cache
-from typing import Any, ClassVar, cast
+from typing import Any, cast, ClassVar
 
 import numpy as np
 from rosbags.interfaces import Nodetype
@@ -11,7 +11,7 @@ from rosbags.interfaces.typing import FieldDesc
 from rosbags.typesys.base import normalize_fieldname
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.wire.definitions import SERVICES, fields, typestore
+from leo_msgs_py.wire.definitions import fields, SERVICES, typestore
 
 Convert = Callable[[Any], Any]
 PLACEHOLDER = 'structure_needs_at_least_one_member'

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The `leo` command: finds the verb among the entry points `leo.verbs` and hands over."""
+
+from __future__ import annotations
+
+import difflib
+from importlib.metadata import entry_points, EntryPoint
+import os
+import sys
+
+from leo_msgs_py.errors import UserError
+
+_USAGE = """\
+usage: leo VERB ...
+
+Find out where and why a robot's simulator is wrong, repair it, retrain the controller.
+
+verbs:
+  {verbs}
+
+'leo VERB --help' says more about each, with examples:
+  leo run leo_sim robot --ros-args -p robot:=pendulum
+  leo topic list -t
+"""
+_BAD_INPUT = 2
+_INTERRUPTED = 130
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run a verb.
+
+    Args:
+        argv: arguments without the program name; None takes the process's.
+
+    Returns:
+        Exit status: the verb's own, 2 for bad input (one line on stderr), 130 interrupted.
+    """
+    words = sys.argv[1:] if argv is None else argv
+    try:
+        status = _dispatch(words)
+        sys.stdout.flush()
+    except UserError as error:
+        print(f'leo: error: {" ".join(str(error).split())}', file=sys.stderr)
+        return _BAD_INPUT
+    except KeyboardInterrupt:
+        return _INTERRUPTED
+    except BrokenPipeError:
+        # Whoever read the output is gone; keep the interpreter from flushing into it at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    return status
+
+
+def _dispatch(words: list[str]) -> int:
+    verbs = {entry.name: entry for entry in entry_points(group='leo.verbs')}
+    if not words or words[0] in ('-h', '--help', 'help'):
+        print(_USAGE.format(verbs='\n  '.join(sorted(verbs))), end='')
+        return 0 if words else _BAD_INPUT
+    status: int = _find(words[0], verbs).load()(words[1:])
+    return status
+
+
+def _find(name: str, verbs: dict[str, EntryPoint]) -> EntryPoint:
+    if name in verbs:
+        return verbs[name]
+    near = difflib.get_close_matches(name, verbs, n=1)
+    hint = f'did you mean {near[0]!r}?' if near else "see 'leo --help'"
+    raise UserError(f'unknown verb {name!r}; {hint}')

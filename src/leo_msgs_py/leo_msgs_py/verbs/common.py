@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the graph verbs share: command lines, a node to look around with, printing."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+import json
+import os
+import time
+from typing import Any, NoReturn
+
+import yaml
+
+from leo_msgs_py.errors import UserError
+
+_AT_LEAST_S = 0.5
+_QUIET_S = 0.3
+_AT_MOST_S = 3.0
+
+
+class Parser(argparse.ArgumentParser):
+    """A command line whose mistakes are UserErrors and whose help shows examples."""
+
+    def __init__(self, prog: str, description: str, examples: str) -> None:
+        super().__init__(
+            prog=prog,
+            description=description,
+            epilog=f'examples:\n{examples}',
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+
+    def error(self, message: str) -> NoReturn:
+        """Raise instead of printing the usage."""
+        raise UserError(f"{self.prog}: {message}; see '{self.prog} --help'")
+
+    def add_json(self) -> None:
+        """Accept `--json`."""
+        self.add_argument('--json', action='store_true', help='print JSON')
+
+
+def dispatch(prog: str, description: str, verbs: dict[str, Callable[[list[str]], int]],
+             argv: list[str], examples: str) -> int:  # fmt: skip
+    """Run one of a verb's sub-verbs."""
+    parser = Parser(prog, description, examples)
+    parser.add_argument('verb', choices=list(verbs), metavar='|'.join(verbs))
+    parser.add_argument('args', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
+    options = parser.parse_args(argv)
+    return verbs[options.verb](options.args)
+
+
+@contextmanager
+def probe() -> Iterator[Any]:
+    """A hidden node to look at the graph with; left again at the end."""
+    from leo_msgs_py.node import api
+
+    node = api.create_node(f'_leo_{os.getpid()}', ['--ros-args', '--log-level', 'error'])
+    try:
+        yield node
+    finally:
+        api.shutdown()
+
+
+def settle(node: Any) -> None:
+    """Spin until discovery has been quiet for a moment, a few seconds at most."""
+    from leo_msgs_py.node import api
+
+    start = changed = time.monotonic()
+    seen: Any = None
+    while api.ok():
+        now = time.monotonic()
+        state = (
+            sorted(node.get_node_names_and_namespaces()),
+            node.get_topic_names_and_types(),
+            node.get_service_names_and_types(),
+        )
+        if state != seen:
+            seen, changed = state, now
+        calm = now - start >= _AT_LEAST_S and now - changed >= _QUIET_S
+        if calm or now - start >= _AT_MOST_S:
+            return
+        api.spin_once(node, 0.05)
+
+
+def absolute(name: str) -> str:
+    """Topic or service name as typed, made absolute."""
+    return name if name.startswith('/') else f'/{name}'
+
+
+def where() -> str:
+    """Which domain and discovery range was looked in, and what else to try."""
+    from leo_msgs_py.wire import config
+
+    return (
+        f'in ROS_DOMAIN_ID {config.domain_id()} with ROS_AUTOMATIC_DISCOVERY_RANGE '
+        f'{config.discovery_range()}; both sides need the same (ROS itself defaults to SUBNET)'
+    )
+
+
+def one_type(name: str, found: list[tuple[str, list[str]]], what: str) -> str:
+    """Type of a topic or service.
+
+    Raises:
+        UserError: it does not exist (listing those there are) or has several types.
+    """
+    kinds = dict(found).get(name)
+    if kinds is None:
+        there = ', '.join(known for known, _ in found if not _hidden(known))
+        raise UserError(f'no {what} {name}; there are: {there or "none, " + where()}')
+    if len(kinds) > 1:
+        raise UserError(f'{what} {name} has several types, name one: {", ".join(kinds)}')
+    return kinds[0]
+
+
+def show(options: argparse.Namespace, data: Any, lines: list[str]) -> None:
+    """Print data as JSON where asked for, else the lines."""
+    print(json.dumps(data) if options.json else '\n'.join(lines), flush=True)
+
+
+def as_yaml(data: Any) -> str:
+    """YAML as `ros2 topic echo` prints it."""
+    return yaml.safe_dump(data, allow_unicode=True, sort_keys=False, width=10**6)
+
+
+def from_yaml(text: str) -> Any:
+    """A mapping typed on the command line; UserError where it is none."""
+    try:
+        data = yaml.safe_load(text) if text else {}
+    except yaml.YAMLError as error:
+        raise UserError(f'{text!r} is not YAML') from error
+    if not isinstance(data, dict):
+        raise UserError(f'{text!r} is no message; write fields as {{name: value, ...}}')
+    return data
+
+
+def _hidden(name: str) -> bool:
+    return any(token.startswith('_') for token in name.split('/'))

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo param`: list, get and set the parameters of nodes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import yaml
+
+from leo_msgs_py import messages as m
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.node.parameters import from_value_message, to_value_message
+from leo_msgs_py.verbs import common
+from leo_msgs_py.verbs import node as node_verb
+
+_LIST_EXAMPLES = '  leo param list\n  leo param list /robot\n'
+_GET_EXAMPLES = '  leo param get /robot realtime_factor\n'
+_SET_EXAMPLES = '  leo param set /robot noise 0.001\n'
+_TIMEOUT_S = 5.0
+
+
+def main(argv: list[str]) -> int:
+    """Run `leo param list|get|set`."""
+    verbs = {'list': _list, 'get': _get, 'set': _set}
+    examples = _LIST_EXAMPLES + _GET_EXAMPLES + _SET_EXAMPLES
+    description = 'List, get and set the parameters of nodes.'
+    return common.dispatch('leo param', description, verbs, argv, examples)
+
+
+def _list(argv: list[str]) -> int:
+    parser = common.Parser('leo param list', 'List parameters.', _LIST_EXAMPLES)
+    parser.add_argument('node', nargs='?', help='for example /robot; all where left away')
+    parser.add_json()
+    options = parser.parse_args(argv)
+    with common.probe() as node:
+        common.settle(node)
+        wanted = [node_verb.find(node, options.node)] if options.node else node_verb.names(node)
+        found = {name: _names(node, name) for name in wanted}
+    lines = [line for name, ps in found.items() for line in (f'{name}:', *(f'  {p}' for p in ps))]
+    common.show(options, found, lines)
+    return 0
+
+
+def _get(argv: list[str]) -> int:
+    parser = common.Parser('leo param get', 'Print a parameter.', _GET_EXAMPLES)
+    parser.add_argument('node')
+    parser.add_argument('parameter')
+    parser.add_json()
+    options = parser.parse_args(argv)
+    with common.probe() as node:
+        common.settle(node)
+        name = node_verb.find(node, options.node)
+        request = m.GetParameters.Request(names=[options.parameter])
+        response = _ask(node, name, m.GetParameters, 'get_parameters', request)
+        if not len(response.values) or not response.values[0].type:
+            raise _unknown(node, name, options.parameter)
+        value = from_value_message(response.values[0])
+    common.show(options, value, [common.as_yaml(value).removesuffix('...\n').rstrip()])
+    return 0
+
+
+def _set(argv: list[str]) -> int:
+    parser = common.Parser('leo param set', 'Set a parameter.', _SET_EXAMPLES)
+    parser.add_argument('node')
+    parser.add_argument('parameter')
+    parser.add_argument('value', help='as YAML: 1, 1.5, true, text, [1, 2]')
+    options = parser.parse_args(argv)
+    with common.probe() as node:
+        common.settle(node)
+        name = node_verb.find(node, options.node)
+        if options.parameter not in _names(node, name):
+            raise _unknown(node, name, options.parameter)
+        value = to_value_message(yaml.safe_load(options.value))
+        parameter = m.ParameterMessage(name=options.parameter, value=value)
+        request = m.SetParameters.Request(parameters=[parameter])
+        response = _ask(node, name, m.SetParameters, 'set_parameters', request)
+        (result,) = response.results
+    if not result.successful:
+        raise UserError(f'{name} refused: {result.reason}')
+    print(f'{name}: {options.parameter} = {options.value}')
+    return 0
+
+
+def _names(node: Any, name: str) -> list[str]:
+    request = m.ListParameters.Request()
+    response = _ask(node, name, m.ListParameters, 'list_parameters', request)
+    return sorted(response.result.names)
+
+
+def _unknown(node: Any, name: str, parameter: str) -> UserError:
+    return UserError(
+        f'{name} has no parameter {parameter!r}; it has: {", ".join(_names(node, name))}'
+    )
+
+
+def _ask(node: Any, name: str, kind: Any, service: str, request: Any) -> Any:
+    from leo_msgs_py.node import api
+
+    client = node.create_client(kind, f'{name}/{service}')
+    try:
+        return api.call(node, client, request, _TIMEOUT_S)
+    except TimeoutError as error:
+        raise UserError(f'{name} serves no parameters: {error}') from error
+    finally:
+        node.destroy_client(client)

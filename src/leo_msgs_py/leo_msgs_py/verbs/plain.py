@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Messages as plain dictionaries and back, for YAML and JSON (ROS's classes and ours)."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.messages import load
+
+_PLACEHOLDER = 'structure_needs_at_least_one_member'
+_SEQUENCE = re.compile(r'sequence<([\w/]+)(?:, \d+)?>|([\w/]+)\[\d+\]')
+
+
+def to_plain(value: Any) -> Any:
+    """A message as nested dictionaries, lists and scalars, fields in order."""
+    if hasattr(value, 'get_fields_and_field_types'):
+        names = value.get_fields_and_field_types()
+        return {n: to_plain(getattr(value, n)) for n in names if n != _PLACEHOLDER}
+    if isinstance(value, bytes):
+        return list(value) if len(value) != 1 else value[0]
+    if hasattr(value, 'tolist'):
+        return value.tolist()
+    return [to_plain(item) for item in value] if isinstance(value, (list, tuple)) else value
+
+
+def fill(message: Any, data: dict[str, Any]) -> Any:
+    """Set a message's fields from a dictionary and return it.
+
+    Raises:
+        UserError: no such field (listing those there are), or a value that does not fit.
+    """
+    kinds = message.get_fields_and_field_types()
+    for name, value in data.items():
+        if name not in kinds:
+            there = ', '.join(n for n in kinds if n != _PLACEHOLDER) or 'none'
+            raise UserError(f'{type(message).__name__} has no field {name!r}; it has: {there}')
+        try:
+            setattr(message, name, _convert(getattr(message, name), value, kinds[name]))
+        except (TypeError, ValueError, AssertionError) as error:
+            raise UserError(
+                f'{type(message).__name__}.{name} ({kinds[name]}) cannot be {value!r}'
+            ) from error
+    return message
+
+
+def _convert(current: Any, value: Any, kind: str) -> Any:
+    if hasattr(current, 'get_fields_and_field_types'):
+        return fill(current, _mapping(value))
+    found = _SEQUENCE.fullmatch(kind)
+    element = (found[1] or found[2]) if found else ''
+    if '/' in element:
+        cls = load(element.replace('/', '/msg/'))
+        return [fill(cls(), _mapping(item)) for item in value]
+    if kind in ('double', 'float'):
+        return float(value)
+    if element in ('double', 'float'):
+        return [float(item) for item in value]
+    if kind.startswith('string') and not isinstance(value, str):
+        raise TypeError(kind)
+    if isinstance(current, int) and not isinstance(value, int):
+        raise TypeError(kind)
+    return value
+
+
+def _mapping(value: Any) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise UserError(f'{value!r} should be a mapping {{field: value, ...}}')
+    return value

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo run`: start an executable of a package, as `ros2 run` does."""
+
+from __future__ import annotations
+
+import argparse
+from importlib.metadata import entry_points, EntryPoint
+import sys
+
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.verbs.common import Parser
+
+_EXAMPLES = """\
+  leo run leo_sim robot --ros-args -p robot:=pendulum -p seed:=3
+  leo run leo_diffmodel diffmodel --ros-args -r __ns:=/left
+  leo run leo_learner learner --ros-args --params-file learner.yaml --log-level debug
+"""
+
+
+def main(argv: list[str]) -> int:
+    """Run an executable; its own exit status."""
+    there = ''.join(f'  {name}\n' for name in _names())
+    parser = Parser(
+        'leo run',
+        'Start an executable of a package, as `ros2 run` does.',
+        f'{_EXAMPLES}\nexecutables:\n{there}',
+    )
+    parser.add_argument('package', help='for example leo_sim')
+    parser.add_argument('executable', help='for example robot')
+    parser.add_argument('args', nargs=argparse.REMAINDER, help='--ros-args -p name:=value ...')
+    options = parser.parse_args(argv)
+    entry = _find(options.package, options.executable)
+    sys.argv = [f'{options.package}/{options.executable}', *options.args]
+    return int(entry.load()(options.args) or 0)
+
+
+def _executables() -> dict[str, EntryPoint]:
+    return {entry.name: entry for entry in entry_points(group='leo.executables')}
+
+
+def _names() -> list[str]:
+    return [name.replace('.', ' ', 1) for name in sorted(_executables())]
+
+
+def _find(package: str, executable: str) -> EntryPoint:
+    entry = _executables().get(f'{package}.{executable}')
+    if entry is None:
+        there = ', '.join(_names()) or 'none; install the packages first'
+        raise UserError(f'no executable {executable!r} in package {package!r}; there are: {there}')
+    return entry

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo service`: list and call services."""
+
+from __future__ import annotations
+
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.messages import load
+from leo_msgs_py.verbs import common
+from leo_msgs_py.verbs.plain import fill, to_plain
+
+_LIST_EXAMPLES = '  leo service list -t\n'
+_CALL_EXAMPLES = (
+    '  leo service call /robot/reset\n'
+    "  leo service call /robot/torque std_srvs/srv/SetBool '{data: true}'\n"
+)
+
+
+def main(argv: list[str]) -> int:
+    """Run `leo service list|call`."""
+    verbs = {'list': _list, 'call': _call}
+    examples = _LIST_EXAMPLES + _CALL_EXAMPLES
+    return common.dispatch('leo service', 'List and call services.', verbs, argv, examples)
+
+
+def _list(argv: list[str]) -> int:
+    parser = common.Parser('leo service list', 'List the services.', _LIST_EXAMPLES)
+    parser.add_argument('-t', '--show-types', action='store_true', help='with their types')
+    parser.add_json()
+    options = parser.parse_args(argv)
+    with common.probe() as node:
+        common.settle(node)
+        own = f'/{node.get_name()}/'
+        found = [s for s in node.get_service_names_and_types() if not s[0].startswith(own)]
+    lines = [f'{n} [{", ".join(t)}]' if options.show_types else n for n, t in found]
+    common.show(options, dict(found), lines)
+    return 0
+
+
+def _call(argv: list[str]) -> int:
+    parser = common.Parser('leo service call', 'Call a service.', _CALL_EXAMPLES)
+    parser.add_argument('service')
+    parser.add_argument('type', nargs='?', help='type; found out where left away')
+    parser.add_argument('values', nargs='?', default='', help='fields of the request as YAML')
+    parser.add_argument('--timeout', type=float, default=10.0, help='wait so long [s]')
+    parser.add_json()
+    options = parser.parse_args(argv)
+    if options.type and '/' not in options.type:
+        options.type, options.values = None, options.type
+    from leo_msgs_py.node import api
+
+    with common.probe() as node:
+        common.settle(node)
+        service = common.absolute(options.service)
+        known = node.get_service_names_and_types()
+        kind = common.one_type(service, known, 'service')
+        srv_type = load(options.type or kind)
+        request = fill(srv_type.Request(), common.from_yaml(options.values))
+        client = node.create_client(srv_type, service)
+        try:
+            response = api.call(node, client, request, options.timeout)
+        except TimeoutError as error:
+            raise UserError(f'{error}; is its node still running?') from error
+    data = to_plain(response)
+    common.show(options, data, [common.as_yaml(data).rstrip()])
+    return 0
