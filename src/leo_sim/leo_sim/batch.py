@@ -27,7 +27,8 @@ class History(NamedTuple):
 
 
 def rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any = None,
-            history: History | tuple[Any, ...] | None = None) -> tuple[Any, Any]:
+            history: History | tuple[Any, ...] | None = None,
+            push: Any = None) -> tuple[Any, Any]:
     """Measured angles and rates along open-loop windows.
 
     The same numbers as `Model.step` over each interval, to rounding. Without a history the
@@ -41,16 +42,17 @@ def rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any 
         dt: s, (W, K), or a float.
         enabled: Booleans (..., W, K, A), or None for all motors on.
         history: The samples before.
+        push: Extra torque on the links held over each interval, N m, (..., W, K, J).
 
     Returns:
         q and dq of the measured state, (..., W, K + 1, J); (S, W, K + 1, J) for a scan.
     """
     with np.errstate(all='ignore'):
-        return _rollout(model, q0, dq0, inputs, dt, enabled, history)
+        return _rollout(model, q0, dq0, inputs, dt, enabled, history, push)
 
 
 def _rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any,
-             history: Any) -> tuple[Any, Any]:
+             history: Any, push: Any) -> tuple[Any, Any]:
     laws, dynamics = model.laws, model.rigid
     inputs = np.asarray(inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(dt, dtype=float), inputs.shape[-3:-1])
@@ -60,7 +62,8 @@ def _rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any
     for k in range(inputs.shape[-2]):
         h, count = _substep(periods[:, k], model.integration_step)
         q, dq, memory = integrate(laws, dynamics, q, dq, memory, inputs[..., k, :],
-                                  _on(enabled, k), h, count)
+                                  _on(enabled, k), h, count,
+                                  0.0 if push is None else push[..., k, :])
         measured.append(laws.sense(q, dq, memory, 0.0)[:2])
     return _stacked([m[0] for m in measured]), _stacked([m[1] for m in measured])
 

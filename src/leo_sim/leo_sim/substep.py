@@ -56,11 +56,12 @@ def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any
     torques = laws.torques(q, dq, motor_speed, u, enabled, load)
     rotor = laws.rotor_inertia + 0.5 * h * drag.motor
     link = 0.5 * h * drag.joint
-    driving = torques.motor + torques.joint
+    joint = torques.joint + push
+    driving = torques.motor + joint
     if laws.gap is not None:
         geared = laws.gap > 0
         link = link + np.where(geared, 0.0, rotor)
-        driving = torques.joint + np.where(geared, 0.0, torques.motor)
+        driving = joint + np.where(geared, 0.0, torques.motor)
     else:
         link = link + rotor
     driving = driving + np.zeros_like(dq)
@@ -78,7 +79,7 @@ def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any
 
 
 def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, inputs: Any,
-              enabled: Any, h: Any, count: int) -> tuple[Any, Any, Memory]:
+              enabled: Any, h: Any, count: int, push: Any = 0.0) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held.
 
     Args:
@@ -90,6 +91,7 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
         enabled: Booleans (..., A) or None for all.
         h: Substep s: a float, or an array that broadcasts with q.
         count: Number of substeps.
+        push: Extra torque on the links, N m, (..., J).
     """
     memory = rested(laws, dq, memory)
     drag = slowing(laws, dynamics, q, dq, inputs, enabled)
