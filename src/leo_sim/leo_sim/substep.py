@@ -48,7 +48,7 @@ def slowing(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, u: Any, enabled: An
 
 
 def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any, enabled: Any,
-         h: Any, drag: Drag) -> tuple[Any, Memory]:
+         h: Any, drag: Drag, push: Any = 0.0) -> tuple[Any, Memory]:
     """Rates (..., J) after one kick at the angles q, and the new memory."""
     mass, bias = dynamics.mass_and_bias(q, dq)
     load = dynamics.load(q) if laws.needs_load else None
@@ -100,7 +100,7 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
     for i in range(count):
         if i == 0 or laws.dynamic:
             u, memory = laws.command(inputs, memory, h)
-        faster, memory = kick(laws, dynamics, q, dq, memory, u, enabled, h, drag)
+        faster, memory = kick(laws, dynamics, q, dq, memory, u, enabled, h, drag, push)
         q, dq = dynamics.move(q, dq, faster, h)
     return q - 0.5 * h * dq, dq, memory
 
