@@ -13,6 +13,7 @@ All callbacks run in the thread that spins. `spin` returns on SIGINT, SIGTERM an
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 import time
 from typing import Any
 
@@ -22,10 +23,9 @@ from leo_msgs_py.node import args as ros_args
 _SLICE_S = 0.05
 Node = Any
 
-if HAVE_ROS:
-    from leo_msgs_py.node import rclpy_backend as _backend
-else:
-    from leo_msgs_py.node import dds_process as _backend
+_backend: Any = import_module(
+    'leo_msgs_py.node.rclpy_backend' if HAVE_ROS else 'leo_msgs_py.node.dds_process'
+)
 
 
 def create_node(name: str, args: list[str] | None = None) -> Node:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import json
 import os
@@ -40,7 +40,7 @@ class Parser(argparse.ArgumentParser):
         self.add_argument('--json', action='store_true', help='print JSON')
 
 
-def dispatch(prog: str, description: str, verbs: dict[str, Callable[[list[str]], int]],
+def dispatch(prog: str, description: str, verbs: Mapping[str, Callable[[list[str]], int]],
              argv: list[str], examples: str) -> int:  # fmt: skip
     """Run one of a verb's sub-verbs."""
     parser = Parser(prog, description, examples)

@@ -67,25 +67,19 @@ def _service_types(name: str) -> Typesdict:
     for half, text in zip((request, response), SERVICES[name], strict=True):
         (parsed,) = get_types_from_msg(text, half).values()
         types[half] = (parsed[0], list(parsed[1]) or [_PLACEHOLDER])
-    types[f'{name}_Event'] = (
-        [],
-        [
-            ('info', _nested('service_msgs/msg/ServiceEventInfo')),
-            ('request', (Nodetype.SEQUENCE, (_nested(request), 1))),
-            ('response', (Nodetype.SEQUENCE, (_nested(response), 1))),
-        ],
-    )
-    fields: Fielddefs = [
-        ('request_message', _nested(request)),
-        ('response_message', _nested(response)),
-        ('event_message', _nested(f'{name}_Event')),
+    event: Fielddefs = [
+        ('info', (Nodetype.NAME, 'service_msgs/msg/ServiceEventInfo')),
+        ('request', (Nodetype.SEQUENCE, ((Nodetype.NAME, request), 1))),
+        ('response', (Nodetype.SEQUENCE, ((Nodetype.NAME, response), 1))),
     ]
-    types[name] = ([], fields)
+    whole: Fielddefs = [
+        ('request_message', (Nodetype.NAME, request)),
+        ('response_message', (Nodetype.NAME, response)),
+        ('event_message', (Nodetype.NAME, f'{name}_Event')),
+    ]
+    types[f'{name}_Event'] = ([], event)
+    types[name] = ([], whole)
     return types
-
-
-def _nested(name: str) -> FieldDesc:
-    return (Nodetype.NAME, name)
 
 
 _PLACEHOLDER: tuple[str, FieldDesc] = (
