@@ -81,11 +81,11 @@ def warmed(model: Model, history: History, dq: Any) -> Memory:
         return {}
     inputs = np.asarray(history.inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(history.dt, dtype=float), inputs.shape[-3:-1])
-    rates = np.asarray(history.dq, dtype=float)
-    q, rates = laws.true_state(np.asarray(history.q, dtype=float), rates)
-    rates = np.concatenate([rates, np.broadcast_to(dq, rates[..., :1, :].shape[:-2]
-                                                   + dq.shape[-1:])[..., None, :]], axis=-2)
-    memory: Memory = rested(laws, rates[..., 0, :], {})
+    past = [laws.true_state(np.asarray(history.q, dtype=float)[..., k, :],
+                            np.asarray(history.dq, dtype=float)[..., k, :])
+            for k in range(inputs.shape[-2])]
+    rates = [rate for _, rate in past] + [dq]
+    memory: Memory = rested(laws, rates[0], {})
     for k in range(inputs.shape[-2]):
         h, count = _substep(periods[:, k], model.integration_step)
         for i in range(count):
@@ -93,8 +93,8 @@ def warmed(model: Model, history: History, dq: Any) -> Memory:
                 u, memory = laws.command(inputs[..., k, :], memory, h)
             if laws.gap is not None:
                 share = (i + 1) / count
-                rate = (1 - share) * rates[..., k, :] + share * rates[..., k + 1, :]
-                memory = _play(model, memory, q[..., k, :], rate, u, _on(history.enabled, k), h)
+                rate = (1 - share) * rates[k] + share * rates[k + 1]
+                memory = _play(model, memory, past[k][0], rate, u, _on(history.enabled, k), h)
     return memory
 
 

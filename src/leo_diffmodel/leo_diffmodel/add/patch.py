@@ -32,7 +32,7 @@ def from_explanation(model: Model, source: str | Path) -> tuple[Model, list[dict
 
 
 def from_words(model: Model, words: Sequence[str]) -> tuple[Model, list[dict]]:
-    """The model with one effect given as EFFECT[:WHERE] PARAM=VALUE …
+    """The model with one effect given as EFFECT[:WHERE] PARAM=VALUE ….
 
     Raises:
         UserError: unknown effect, place or parameter, or a value that is no number.
@@ -47,12 +47,8 @@ def from_words(model: Model, words: Sequence[str]) -> tuple[Model, list[dict]]:
 
 def changed(model: Model, placed: Sequence[Placed], constants: dict[str, float]) -> Model:
     """A model with more effects and other constants."""
-    return Model(
-        model.robot,
-        effects=(*model.effects, *placed),
-        constants={**model.constants, **constants},
-        engine=model.engine_name,
-        integration_step=model.integration_step,
+    return model.changed(
+        effects=(*model.effects, *placed), constants={**model.constants, **constants}
     )
 
 
@@ -88,7 +84,7 @@ def _placed(model: Model, row: dict[str, Any]) -> Placed:
 
 
 def _assignment(word: str) -> tuple[str, float]:
-    name, equals, value = word.partition('=')
+    name, _, value = word.partition('=')
     try:
         return name, float(value)
     except ValueError:

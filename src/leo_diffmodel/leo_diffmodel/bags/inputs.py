@@ -152,7 +152,8 @@ def _signs(robot: Robot, topic_map: TopicMap) -> Floats:
 
 def _to_robot_time(log: Stamps, states: StateLog) -> Stamps:
     """Map log times to the robot's clock by the median delay of the states."""
-    return log - np.int64(np.median(states.log_ns - states.stamp_ns))
+    delays = np.sort(states.log_ns - states.stamp_ns)
+    return np.asarray(log - delays[len(delays) // 2])
 
 
 def _finite(inputs: InputLog) -> InputLog | None:

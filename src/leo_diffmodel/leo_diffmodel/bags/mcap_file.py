@@ -8,7 +8,6 @@ import hashlib
 from io import BytesIO
 from pathlib import Path
 import struct
-import zlib
 
 import lz4.frame  # type: ignore[import-untyped]
 from mcap.data_stream import ReadDataStream
@@ -21,7 +20,7 @@ from leo_msgs_py.errors import UserError
 
 _DAMAGE = (
     McapError, CRCValidationError, struct.error, zstandard.ZstdError, RuntimeError,
-    UnicodeDecodeError, zlib.error,
+    UnicodeDecodeError, OverflowError,
 )
 _CHUNK = 0x06
 _CHUNK_FIXED = 8 + 8 + 8 + 4
@@ -52,8 +51,9 @@ class McapFile:
         with self.path.open('rb') as stream:
             try:
                 for record in StreamReader(stream, emit_chunks=True).records:
+                    inner = breakup_chunk(record) if isinstance(record, Chunk) else [record]
                     self.end = stream.tell()
-                    yield from breakup_chunk(record) if isinstance(record, Chunk) else (record,)
+                    yield from inner
                     self.finished = isinstance(record, Footer)
             except InvalidMagic:
                 if self.end == 0:

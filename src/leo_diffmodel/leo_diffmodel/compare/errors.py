@@ -41,10 +41,8 @@ class Prediction:
 
 def predict_windows(model: Model, windows: Windows, sigma: Array) -> Prediction:
     """Predict every window from its measured start and propagate the noise through it."""
-    from leo_diffmodel.explain.fit import measured_start
-
     joints = windows.q.shape[-1]
-    start = measured_start(model, windows)
+    start = windows.measured[:, 0]
     moves = np.concatenate([np.zeros((1, 2 * joints)), STATE_STEP * np.eye(2 * joints)])
     starts = start + moves[:, None, :]
     q, dq = rollout(
@@ -76,13 +74,18 @@ def step_seconds(recordings: Sequence[Recording]) -> float:
     return float(np.median(periods)) if periods else sample_period(recordings)
 
 
+def has_memory(model: Model) -> bool:
+    """Whether predictions need the samples before a window: delay, lag or play."""
+    return bool(model.laws.dynamic) or model.laws.gap is not None
+
+
 def horizon_windows(
     recordings: Sequence[Recording], model: Model, seconds: float, most: int = 400
 ) -> Windows:
     """Overlapping windows of `seconds`, at most `most` of them, evenly spread."""
     total = sum(e.t[-1] - e.t[0] for r in recordings for e in r.episodes if len(e.t) > 1)
     stride = max(sample_period(recordings), total / most)
-    history = HISTORY if model.has_memory else 0.0
+    history = HISTORY if has_memory(model) else 0.0
     return cut(recordings, seconds, stride=stride, history=history)
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.errors import HISTORY
+from leo_diffmodel.compare.errors import has_memory, HISTORY
 from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.sizes import in_volts, stall_torque, torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
@@ -56,7 +56,7 @@ def missing_torque(
         seconds: window length; by default five samples or a control step, the longer one.
     """
     length = seconds or INTERVALS * sample_period(recordings)
-    history = HISTORY if model.has_memory else 0.0
+    history = HISTORY if has_memory(model) else 0.0
     windows = cut(recordings, length, history=history)
     joints = windows.q.shape[-1]
     unit = 1e-3 * torque_scale(model.robot)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from leo_diffmodel.explain.scan import Scales
 from leo_diffmodel.explain.search import eliminate_backward, explore, Round
 from leo_sim.effects import Effect
 from leo_sim.model import Model
+from leo_sim.robot import Constant
 
 Array = np.ndarray
 WINDOW_SECONDS = 0.3
@@ -97,9 +98,13 @@ def pose(
     return Problem(model, windows, sigma, blocks.train(windows)), blocks
 
 
-def uncertain(model: Model) -> tuple:
+def uncertain(model: Model) -> tuple[Constant, ...]:
     """The constants that are refitted with every hypothesis."""
-    return tuple(c for c in model.all_constants.values() if c.uncertain)
+    return tuple(
+        replace(c, value=float(model.constants[path]))
+        for path, c in model.robot.constants.items()
+        if c.uncertain
+    )
 
 
 def scales_of(model: Model, windows: Windows) -> Scales:

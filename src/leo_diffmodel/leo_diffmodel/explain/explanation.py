@@ -15,7 +15,7 @@ from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import evidence, rows, verdict
 from leo_diffmodel.explain.classes import Facts
-from leo_diffmodel.explain.engine import Search, search
+from leo_diffmodel.explain.engine import pose, search, Search
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -90,6 +90,32 @@ def explain(
     step = errors.step_seconds(recordings)
     context = rows.Context(found, model, Facts(model.robot, bool(free)), held, step)
     return _answer(context, origin, began)
+
+
+def _untestable(
+    recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model
+) -> str | None:
+    try:
+        problem, _ = pose(recordings, hold_out, model)
+    except ValueError as error:
+        return f'{error}: record 20 s or more with a changing input'
+    return verdict.untestable(problem.windows, problem.sigma)
+
+
+def _nothing(reason: str, model: Model, origin: dict, seconds: float) -> Explanation:
+    return Explanation(
+        verdict='untestable',
+        sentence=f'This data cannot test the model: {reason}.',
+        effects=[],
+        constants={},
+        hypotheses=[],
+        not_testable=[],
+        next_run=reason.split(': ', 1)[-1],
+        errors={},
+        seconds=seconds,
+        provenance=origin,
+        model=model,
+    )
 
 
 def held_windows(

@@ -60,13 +60,6 @@ class Fit:
         return max(value - half, float(low)), min(value + half, float(high))
 
 
-def measured_start(model: Model, windows: Windows) -> Array:
-    """Start states whose sensed values are the measured ones, shape (W, 2J)."""
-    measured = windows.measured[:, 0]
-    sensed = shooting.predict(model, _first_step(windows), measured)[:, 0]
-    return measured - (sensed - measured)
-
-
 def fit(
     problem: Problem,
     hypothesis: Hypothesis,
@@ -79,7 +72,7 @@ def fit(
     Only the training windows move the parameters; every window moves its own start state.
     """
     theta = hypothesis.neutral if theta is None else theta
-    start = measured_start(problem.base, problem.windows) if start is None else start
+    start = problem.windows.measured[:, 0] if start is None else start
     best = _evaluate(problem, hypothesis, theta, start)
     step_theta, step_start = _step(problem, best)
     scale = 1.0
@@ -147,7 +140,7 @@ def _step(problem: Problem, point: _Point) -> tuple[Array, Array]:
 
 
 def _gram(columns: Array) -> Array:
-    flat = columns.reshape(-1, columns.shape[-1])
+    flat = columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
     return flat.T @ flat
 
 
@@ -156,16 +149,3 @@ def _solve(matrix: Array, vector: Array) -> Array:
     scaled = matrix / np.outer(scale, scale)
     ridge = 1e-9 * np.eye(len(vector))
     return np.linalg.solve(scaled + ridge, vector / scale) / scale
-
-
-def _first_step(windows: Windows) -> Windows:
-    return Windows(
-        q=windows.q[:, :2],
-        dq=windows.dq[:, :2],
-        inputs=windows.inputs[:, :1],
-        enabled=windows.enabled[:, :1],
-        dt=windows.dt[:, :1],
-        start=windows.start,
-        source=windows.source,
-        history=windows.history,
-    )

@@ -92,12 +92,9 @@ class Hypothesis:
         """`base` with these effects and constants; `theta` (S, P) makes S models at once."""
         first = self.size - len(self.constants)
         tuned = {c.path: _lead(theta[..., first + i]) for i, c in enumerate(self.constants)}
-        return Model(
-            base.robot,
+        return base.changed(
             effects=(*base.effects, *self.placed(base, theta)),
             constants={**base.constants, **tuned},
-            engine=base.engine_name,
-            integration_step=base.integration_step,
         )
 
     def _placed(self, base: Model, theta: Array, index: int) -> Placed:
