@@ -22,12 +22,13 @@ class Logged(NamedTuple):
 
 @dataclass
 class TopicLog:
-    """All messages of one topic in log order."""
+    """All messages of one topic in log order; `broken` counts those found undecodable."""
 
     name: str
     type: str
     qos: str = ''
     messages: list[Logged] = field(default_factory=list)
+    broken: int = 0
 
 
 @dataclass(frozen=True)

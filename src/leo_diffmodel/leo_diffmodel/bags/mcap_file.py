@@ -51,7 +51,7 @@ class McapFile:
         with self.path.open('rb') as stream:
             try:
                 for record in StreamReader(stream, emit_chunks=True).records:
-                    inner = breakup_chunk(record) if isinstance(record, Chunk) else [record]
+                    inner = breakup_chunk(record, True) if isinstance(record, Chunk) else [record]
                     self.end = stream.tell()
                     yield from inner
                     self.finished = isinstance(record, Footer)

@@ -190,8 +190,10 @@ def _warnings(
 ) -> list[str]:
     used = sum(len(episode.t) for episode in episodes)
     lost = len(states.q) - used
+    broken = sum(topic.broken for topic in contents.topics.values())
     told = [
         (not contents.finished, _unfinished(contents)),
+        (broken, f'{broken} messages could not be decoded; left out'),
         (states.dropped, f'{states.dropped} samples with NaN left out'),
         (inputs and inputs.dropped, f'{inputs.dropped if inputs else 0} unusable inputs left out'),
         (not states.stamped, 'joint states carry no stamps; log times taken instead'),

@@ -51,7 +51,7 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
     """
     rows = list(_rows(topic, joints, topic_map))
     if not rows:
-        raise UserError(f'no messages on {topic.name}; was the robot running?')
+        raise UserError(f'no readable messages on {topic.name}; was the robot running?')
     log = np.array([row[0] for row in rows], dtype=np.int64)
     stamp = np.array([row[1] for row in rows], dtype=np.int64)
     columns = [_column([row[k] for row in rows], len(joints)) for k in (2, 3, 4)]
@@ -65,17 +65,21 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
 
 
 def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[int, Any]]:
-    """Yield (log time [ns], message) of a topic.
+    """Yield (log time [ns], message) of a topic; what cannot be decoded is counted and left out.
 
-    Raises:
-        UserError: the bytes are not such a message.
+    Args:
+        topic: with the messages; its `broken` is set.
+        type_name: their type.
     """
+    topic.broken = 0
     decode = typestore().deserialize_cdr
     for message in topic.messages:
         try:
-            yield message.log_ns, decode(message.data, type_name)
-        except SerdeError as error:
-            raise UserError(f'broken message on {topic.name}: {error}') from None
+            decoded = decode(message.data, type_name)
+        except SerdeError:
+            topic.broken += 1
+        else:
+            yield message.log_ns, decoded
 
 
 def stamp_of(message: Any) -> int:
