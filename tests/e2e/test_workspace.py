@@ -3,8 +3,10 @@
 from importlib.metadata import distribution, entry_points
 import os
 from pathlib import Path
+import signal
 import subprocess
 import sys
+from threading import Timer
 import xml.etree.ElementTree as ElementTree
 
 import pytest
@@ -28,15 +30,16 @@ def colcon_install(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return base / 'install'
 
 
-def in_colcon(install: Path, command: str) -> subprocess.CompletedProcess[str]:
-    """Run a shell command as a user does who has sourced the workspace, this Python first."""
+def sourced(install: Path, command: str, folder: Path) -> subprocess.Popen[str]:
+    """Start a shell command as a user does who has sourced the workspace, this Python first."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ['PATH']])
-    return subprocess.run(
+    return subprocess.Popen(
         ['bash', '-c', f'. {install}/local_setup.bash && {command}'],
-        env={**os.environ, 'PATH': path},
-        capture_output=True,
+        env={**os.environ, 'PATH': path, 'ROS_DOMAIN_ID': str(100 + os.getpid() % 100)},
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
         text=True,
-        timeout=60,
     )
 
 
@@ -49,18 +52,30 @@ def test_colcon_puts_nodes_where_ros2_run_looks(
     assert not (prefix / 'bin').exists()
 
 
-def test_colcon_puts_leo_on_the_path(colcon_install: Path) -> None:
-    done = in_colcon(colcon_install, 'command -v leo && leo --help')
-    assert done.returncode == 0, done.stderr
-    assert str(colcon_install / 'leo_msgs_py' / 'bin' / 'leo') in done.stdout
+def test_colcon_puts_leo_on_the_path(colcon_install: Path, tmp_path: Path) -> None:
+    with sourced(colcon_install, 'command -v leo && leo --help', tmp_path) as process:
+        output, _ = process.communicate(timeout=60)
+    assert process.returncode == 0, output
+    assert str(colcon_install / 'leo_msgs_py' / 'bin' / 'leo') in output
 
 
+@pytest.mark.graph
 @pytest.mark.parametrize(('package', 'executable'), EXECUTABLES.items())
-def test_installed_node_starts(colcon_install: Path, package: str, executable: str) -> None:
+def test_installed_node_starts_and_stops(
+    colcon_install: Path, tmp_path: Path, package: str, executable: str
+) -> None:
     node = colcon_install / package / 'lib' / package / executable
-    done = in_colcon(colcon_install, f'{node} --help')
-    assert done.returncode == 0, done.stderr
-    assert '--ros-args' in done.stdout
+    with sourced(colcon_install, f'exec {node}', tmp_path) as process:
+        patience = Timer(60.0, process.kill)
+        patience.start()
+        assert process.stdout is not None
+        first_line = process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        rest, _ = process.communicate()
+        patience.cancel()
+    assert executable in first_line
+    assert process.returncode in (0, 130), first_line + rest
+    assert 'Traceback' not in rest
 
 
 @pytest.mark.parametrize('package', PACKAGES)

@@ -2,6 +2,7 @@
 """Who may import whom (the table in README, How it works), read from the source."""
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 import re
 
@@ -76,6 +77,14 @@ def forbidden(module: str, source: str) -> list[str]:
     return found
 
 
+@cache
+def loaded_by(module: str) -> tuple[str, ...]:
+    """Name every module that importing `module` of ours imports in turn, parents included."""
+    names = imports(MODULES[module].read_text(), module, top_level_only=True)
+    parts = [name.split('.') for name in names]
+    return tuple(dict.fromkeys('.'.join(p[:n]) for p in parts for n in range(1, len(p) + 1)))
+
+
 def reached_from(start: str) -> dict[str, str]:
     """Map every module loaded when `start` is imported to the one of ours that loads it."""
     reached, queue = {start: ''}, [start]
@@ -83,12 +92,10 @@ def reached_from(start: str) -> dict[str, str]:
         module = queue.pop()
         if module not in MODULES:
             continue
-        for name in imports(MODULES[module].read_text(), module, top_level_only=True):
-            parts = name.split('.')
-            for parent in ('.'.join(parts[:n]) for n in range(1, len(parts) + 1)):
-                if parent not in reached:
-                    reached[parent] = module
-                    queue.append(parent)
+        for name in loaded_by(module):
+            if name not in reached:
+                reached[name] = module
+                queue.append(name)
     return reached
 
 
