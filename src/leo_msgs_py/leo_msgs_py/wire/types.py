@@ -14,6 +14,8 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.wire.definitions import fields, SERVICES, typestore
 
 Convert = Callable[[Any], Any]
+# kinds of numpy types a field's type takes: booleans, floats; whole numbers for the others
+_KINDS = {'b': 'b', 'f': 'biuf'}
 PLACEHOLDER = 'structure_needs_at_least_one_member'
 
 
@@ -179,10 +181,12 @@ def _list(value: Iterable[Any]) -> list[Any]:
 def _array(value: Any, dtype: np.dtype[Any], length: int | None) -> np.ndarray:
     if isinstance(value, (bytes, bytearray, memoryview)):
         value = np.frombuffer(value, np.uint8)
-    array = np.ascontiguousarray(value, dtype)
-    if array.ndim != 1 or length not in (None, array.size):
-        raise ValueError(f'expected {length or "a list of"} numbers, got shape {np.shape(value)}')
-    return array
+    given = np.asarray(value)
+    if given.ndim != 1 or length not in (None, given.size):
+        raise ValueError(f'expected {length or "a list of"} numbers, got shape {given.shape}')
+    if given.size and given.dtype.kind not in _KINDS.get(dtype.kind, 'iu'):
+        raise ValueError(f'expected {dtype} values, got {given.dtype} {value!r}')
+    return np.ascontiguousarray(given, dtype)
 
 
 def _dtype(desc: FieldDesc) -> np.dtype[Any] | None:

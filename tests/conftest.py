@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fixtures of tests that talk over DDS: a domain of their own, processes that end."""
+
+from collections.abc import Callable, Iterator
+import os
+import random
+import subprocess
+import sys
+
+import pytest
+
+Spawn = Callable[..., subprocess.Popen]
+
+
+@pytest.fixture(scope='session')
+def domain() -> Iterator[int]:
+    """A random ROS_DOMAIN_ID for this test process and its children, on localhost."""
+    number = random.Random(os.getpid() ^ random.getrandbits(32)).randint(1, 100)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('ROS_DOMAIN_ID', str(number))
+        patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        yield number
+
+
+@pytest.fixture
+def spawn(domain: int) -> Iterator[Spawn]:
+    """Start Python processes in the test's domain; they are killed at the end."""
+    running: list[subprocess.Popen] = []
+
+    def start(*args: str, **options: object) -> subprocess.Popen:
+        child = subprocess.Popen([sys.executable, *args], text=True, **options)
+        running.append(child)
+        return child
+
+    yield start
+    for child in running:
+        child.kill()
+        child.communicate()
