@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Binned means: what a cloud of noisy estimates says against one variable."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+Array = np.ndarray
+BINS = 24
+FEWEST = 6
+TAIL = 0.005
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Samples sorted into bins of equal width by one variable.
+
+    Attributes:
+        centre: mean of the variable in each bin, shape (B,).
+        members: which samples lie in each bin, shape (B, W).
+    """
+
+    centre: Array
+    members: Array
+
+    def mean(self, values: Array) -> Array:
+        """Mean of `values` (W,) in each bin, shape (B,)."""
+        return np.array([values[m].mean() for m in self.members])
+
+    def standard_error(self, values: Array) -> Array:
+        """Standard error of that mean, shape (B,)."""
+        return np.array([values[m].std(ddof=1) / np.sqrt(m.sum()) for m in self.members])
+
+
+def sort(variable: Array, count: int = BINS) -> Bins:
+    """Bins over all but the outermost samples; those with fewer than six samples are left out."""
+    low, high = np.quantile(variable, (TAIL, 1 - TAIL))
+    edges = np.linspace(low, high, count + 1)
+    index = np.clip(np.searchsorted(edges, variable, side='right') - 1, 0, count - 1)
+    inside = (variable >= low) & (variable <= high)
+    groups = [inside & (index == b) for b in range(count)]
+    kept = [g for g in groups if g.sum() >= FEWEST]
+    centre = np.array([variable[g].mean() for g in kept])
+    return Bins(centre, np.array(kept, dtype=bool).reshape(len(kept), len(variable)))

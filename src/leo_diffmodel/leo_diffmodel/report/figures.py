@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The figures of the page, all in one quiet style: light grid, units on both axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from bokeh.models import ColumnDataSource, HoverTool, PrintfTickFormatter, Range1d, Whisker
+from bokeh.plotting import figure
+import numpy as np
+
+from leo_diffmodel.report import palette
+from leo_diffmodel.report.bins import sort
+from leo_diffmodel.report.palette import Stroke
+
+Array = np.ndarray
+FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "DejaVu Sans", sans-serif'
+HEIGHT = 290
+TOOLS = 'pan,box_zoom,wheel_zoom,reset'
+
+
+@dataclass(frozen=True)
+class Line:
+    """One curve over a shared abscissa: its name, values and stroke."""
+
+    name: str
+    values: Sequence[float]
+    stroke: Stroke
+
+
+def horizon(
+    seconds: Sequence[float], lines: Sequence[Line], floor: Sequence[float], axis: str
+) -> Any:
+    """Error against prediction horizon, both logarithmic, with the noise floor shaded.
+
+    Args:
+        seconds: horizons [s].
+        lines: error of each model.
+        floor: what a perfect model would score.
+        axis: label of the ordinate, with its unit.
+    """
+    plot = _plot('prediction horizon [s]', axis, x_axis_type='log', y_axis_type='log')
+    values = np.concatenate([floor, *(line.values for line in lines)])
+    bottom, top = 0.6 * values.min(), 1.6 * values.max()
+    plot.y_range = Range1d(bottom, top)
+    plot.varea(seconds, bottom, floor, color=palette.NOISE_FILL)
+    plot.line(seconds, floor, color=palette.NOISE, line_width=1.5, line_dash='dashed')
+    for line in lines:
+        source = ColumnDataSource({'x': seconds, 'y': line.values, 'floor': floor})
+        look = {'color': line.stroke.colour, 'source': source}
+        plot.line('x', 'y', line_width=2.5, line_dash=line.stroke.dash, **look)
+        dots = plot.scatter('x', 'y', size=7, **look)
+        _hover(plot, dots, [(line.name, '@y{0.000e}'), ('floor', '@floor{0.000e}'), ('s', '@x')])
+    plot.axis.formatter = PrintfTickFormatter(format='%g')
+    plot.xaxis.ticker = _ticks(min(seconds), max(seconds))
+    plot.yaxis.ticker = _ticks(bottom, top)
+    return plot
+
+
+def torque(variable: Array, measured: Array, curves: Sequence[Line], axis: str) -> Any:
+    """Missing torque against one variable: estimates, their binned mean and the candidates.
+
+    Args:
+        variable: abscissa of each window, shape (W,).
+        measured: missing torque of each window [N m], shape (W,).
+        curves: the same estimate if a candidate were true, shape (W,) each.
+        axis: label of the abscissa, with its unit.
+    """
+    bins = sort(variable)
+    scale, prefix = _prefix(bins.mean(measured))
+    values, unit = scale * measured, f'{prefix}N m'
+    mean, error = bins.mean(values), bins.standard_error(values)
+    plot = _plot(axis, f'missing torque [{unit}]')
+    plot.scatter(variable, values, size=3.5, color=palette.NOISE, alpha=0.35, line_color=None)
+    plot.line([variable.min(), variable.max()], [0, 0], color=palette.MUTED, line_width=1)
+    for line in curves:
+        style = {'line_color': line.stroke.colour, 'line_dash': line.stroke.dash}
+        height = scale * bins.mean(np.asarray(line.values))
+        plot.line(bins.centre, height, line_width=3, **style)
+    source = ColumnDataSource(
+        {'x': bins.centre, 'y': mean, 'low': mean - error, 'high': mean + error}
+    )
+    plot.add_layout(_whisker(source))
+    dots = plot.scatter('x', 'y', source=source, size=7, color=palette.INK, line_color='white')
+    _hover(plot, dots, [('mean', f'@y{{0.000}} {unit}'), (axis, '@x{0.000}')])
+    plot.y_range = Range1d(*_limits(values, mean))
+    return plot
+
+
+def health(time: Array, before: Array, after: Array, same: bool) -> Any:
+    """Squared whitened residual over its expected value, window by window in bag time.
+
+    Args:
+        time: middle of each window [s].
+        before: ratio with the model as given.
+        after: ratio with the repaired model.
+        same: nothing was repaired, so that one series says it all.
+    """
+    plot = _plot('time in the bag [s]', 'squared residual / expected [1]', y_axis_type='log')
+    if not same:
+        plot.scatter(time, before, size=4, color=palette.BEFORE, alpha=0.5, marker='triangle')
+    colour = palette.BEFORE if same else palette.AFTER
+    dots = plot.scatter(time, after, size=4.5, color=colour, alpha=0.7)
+    _hover(plot, dots, [('bag time', '@x{0.00} s'), ('ratio', '@y{0.00}')])
+    plot.yaxis.formatter = PrintfTickFormatter(format='%g')
+    span = [float(time.min()), float(time.max())]
+    plot.line(span, [1, 1], color=palette.NOISE, line_dash='dashed', line_width=1.5)
+    return plot
+
+
+def _plot(x_label: str, y_label: str, **options: Any) -> Any:
+    plot = figure(
+        height=HEIGHT,
+        sizing_mode='stretch_width',
+        tools=TOOLS,
+        active_drag=None,
+        active_scroll=None,
+        x_axis_label=x_label,
+        y_axis_label=y_label,
+        toolbar_location='above',
+        outline_line_color=None,
+        min_border_right=12,
+        background_fill_color=palette.PAPER,
+        border_fill_color=palette.PAPER,
+        **options,
+    )
+    plot.toolbar.logo = None
+    plot.toolbar.autohide = True
+    plot.grid.grid_line_color = palette.GRID
+    plot.axis.axis_label_text_font_style = 'normal'
+    plot.axis.axis_label_text_font = plot.axis.major_label_text_font = FONT
+    plot.axis.axis_label_text_font_size = plot.axis.major_label_text_font_size = '13px'
+    plot.axis.axis_label_text_color = palette.INK
+    plot.axis.major_label_text_color = palette.MUTED
+    plot.axis.axis_line_color = plot.axis.major_tick_line_color = palette.NOISE
+    plot.axis.minor_tick_line_color = None
+    return plot
+
+
+def _hover(plot: Any, glyphs: Any, tips: list[tuple[str, str]]) -> None:
+    plot.add_tools(HoverTool(renderers=[glyphs], tooltips=tips))
+
+
+def _whisker(source: ColumnDataSource) -> Any:
+    bar = Whisker(base='x', lower='low', upper='high', source=source, line_color=palette.INK)
+    bar.upper_head.size = bar.lower_head.size = 5
+    bar.upper_head.line_color = bar.lower_head.line_color = palette.INK
+    return bar
+
+
+def _limits(measured: Array, mean: Array) -> tuple[float, float]:
+    """Ordinate that holds the bulk of the points and every binned mean."""
+    low, high = np.quantile(measured, (0.01, 0.99))
+    ends = np.array([low, high, mean.min(initial=0.0), mean.max(initial=0.0)])
+    margin = 0.08 * max(float(np.ptp(ends)), 1e-12)
+    return float(ends.min() - margin), float(ends.max() + margin)
+
+
+def _ticks(low: float, high: float) -> list[float]:
+    """Round numbers on a logarithmic axis: 1, 2, 5 of each decade, or decades on a long one."""
+    steps = (1, 2, 5) if high < 300 * low else (1,)
+    ticks = [float(f'{m}e{p}') for p in range(-12, 7) for m in steps]
+    return [t for t in ticks if 0.99 * low <= t <= 1.01 * high]
+
+
+def _prefix(values: Array) -> tuple[float, str]:
+    """Factor and SI prefix that bring values near one."""
+    size = float(np.abs(values).max(initial=0.0))
+    if size >= 0.1 or size == 0.0:
+        return 1.0, ''
+    return (1e3, 'm') if size >= 1e-4 else (1e6, 'µ')

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""report.html: one file that needs no network, assembled from sections."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+import os
+from pathlib import Path
+from typing import Any
+
+from bokeh.embed import components
+from bokeh.resources import Resources
+import jinja2
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.comparison import Comparison
+from leo_diffmodel.compare.torque import where as worst_places
+from leo_diffmodel.explain.explanation import Explanation
+from leo_diffmodel.report import palette, text
+from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.sections import (
+    budget,
+    health,
+    horizon,
+    hypotheses,
+    missing,
+    origin,
+    verdict,
+    where,
+)
+from leo_diffmodel.report.torque_curves import trace
+from leo_sim.model import Model
+
+BOKEH_PARTS = ['bokeh']
+
+
+def write_comparison(
+    path: Path, comparison: Comparison, recordings: Sequence[Recording], model: Model
+) -> None:
+    """Write the report of `leo compare`.
+
+    Args:
+        path: the HTML file; replaced whole or not at all.
+        comparison: the result.
+        recordings: what it was computed from.
+        model: the model that was compared.
+    """
+    data, robot = comparison.data, model.robot
+    rows = worst_places(comparison.missing, model)
+    sections = [
+        verdict.score(data),
+        budget.measured(data['budget']),
+        horizon.plain(data),
+        missing.section(comparison.missing, robot.joint_names),
+        where.section(rows, robot.input),
+        origin.section(data['provenance'], recordings),
+    ]
+    _write(path, render(f'{robot.name}: model against data', sections))
+
+
+def write_explanation(
+    path: Path, explanation: Explanation, recordings: Sequence[Recording]
+) -> None:
+    """Write the report of `leo explain`.
+
+    Args:
+        path: the HTML file; replaced whole or not at all.
+        explanation: the result; without a search (untestable) the page has no figures.
+        recordings: what it was computed from, held-out bags included.
+    """
+    robot = explanation.model.robot
+    sections = [verdict.answer(explanation)]
+    if explanation.search is not None:
+        sections += _evidence(explanation, recordings)
+    sections.append(origin.section(explanation.provenance, recordings))
+    _write(path, render(f'{robot.name}: what the model lacks', sections))
+
+
+def render(title: str, sections: Sequence[Section]) -> str:
+    """The page as HTML; bokeh's script is included only where there is a figure."""
+    figures = [f for s in sections for f in s.figures]
+    script, divs = components(figures) if figures else ('', ())
+    remaining = iter(divs)
+    blocks = []
+    for section in sections:
+        plots = [next(remaining) for _ in section.figures]
+        blocks.append(_templates().get_template(section.template).render(
+            section.values, plots=plots
+        ))
+    return _templates().get_template('page.html').render(
+        title=title,
+        sections=blocks,
+        library=Resources(mode='inline', components=BOKEH_PARTS).render_js() if figures else '',
+        script=script,
+    )
+
+
+def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list[Section]:
+    """The sections that a finished search fills."""
+    found, errors = explanation.search, explanation.errors
+    assert found is not None
+    curves = trace(recordings, found)
+    robot = curves.model.robot
+    return [
+        budget.explained(errors),
+        horizon.held_out(errors, repaired=bool(explanation.effects)),
+        missing.section(curves.measured, robot.joint_names, curves.candidates),
+        hypotheses.section(
+            explanation.effects,
+            explanation.hypotheses,
+            explanation.constants,
+            found.rounds[0].threshold,
+        ),
+        where.section(worst_places(curves.measured, curves.model), robot.input),
+        health.section(found, errors),
+    ]
+
+
+@cache
+def _templates() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader('leo_diffmodel.report'),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    filters: dict[str, Any] = {
+        'number': text.number,
+        'percent': text.percent,
+        'prose': text.prose,
+        'quantity': text.quantity,
+    }
+    environment.filters.update(filters)
+    environment.globals['palette'] = palette
+    return environment
+
+
+def _write(path: Path, html: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f'.{path.name}.part')
+    part.write_text(html, encoding='utf-8')
+    os.replace(part, path)

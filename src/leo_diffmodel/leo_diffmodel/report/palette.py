@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Colours that stay apart for colour-blind readers (Okabe and Ito) and in grey print."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Stroke(NamedTuple):
+    """How a curve is drawn: colour and dash, so that neither has to carry it alone."""
+
+    colour: str
+    dash: str
+
+
+INK = '#1b2733'
+MUTED = '#5b6775'
+GRID = '#e4e8ec'
+PAPER = '#ffffff'
+NOISE = '#7c8794'
+NOISE_FILL = '#e9ecf0'
+BEFORE = '#d55e00'
+AFTER = '#0072b2'
+UNEXPLAINED = '#e69f00'
+CANDIDATES = (
+    Stroke(AFTER, 'solid'),
+    Stroke('#009e73', 'dashed'),
+    Stroke('#b8548f', 'dotdash'),
+    Stroke('#8a6d00', 'dotted'),
+)
+EFFECTS = (AFTER, '#009e73', '#b8548f', '#56b4e9', '#004b76')

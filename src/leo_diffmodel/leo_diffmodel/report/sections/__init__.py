@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The sections of a report, one file and one template each."""

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the error goes: to each effect, to noise, and to what nobody explains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from leo_diffmodel.report import palette
+from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.text import quantity
+
+
+def explained(errors: Mapping[str, Any]) -> Section:
+    """Shares of the held-out squared error of the model as given, from the ladder of models.
+
+    Every state counts alike: its squared error is taken relative to that of the model as given.
+    """
+    *models, noise = errors['ladder']
+    square = np.array([row['rmse'] for row in models]) ** 2
+    share = (square / square[0]).mean(axis=1)
+    gained = np.maximum(share[:-1] - share[1:], 0.0)
+    floor = float((np.minimum(np.array(noise['rmse']) ** 2, square[-1]) / square[0]).mean())
+    rest = max(float(share[-1]) - floor, 0.0)
+    named = [
+        _part(row['model'].removeprefix('+ '), g, palette.EFFECTS[i % len(palette.EFFECTS)])
+        for i, (row, g) in enumerate(zip(models[1:], gained, strict=True))
+    ]
+    return _section(
+        [*named, *_remainder(rest, floor)],
+        'Where the error goes',
+        f'Shares of the mean squared error of the model as given, {noise["seconds"]:g} s ahead on '
+        'held-out data; every state counts alike. Noise is what a perfect model would be charged.',
+        _ladder(errors['ladder'], errors['states']),
+        [f'{s["name"]} [{s["unit"]}]' for s in errors['states']],
+    )
+
+
+def measured(budget: Mapping[str, float]) -> Section:
+    """Shares of the measured motion of compare.json."""
+    parts = [
+        _part('explained by the model', budget['explained'], palette.AFTER),
+        *_remainder(budget['unexplained'], budget['noise']),
+    ]
+    note = (
+        'Shares of the mean square of the motion within the windows (up to 1 s); every state '
+        'counts alike. Noise is what a perfect model would be charged.'
+    )
+    return _section(parts, 'How much of the motion the model explains', note, [], [])
+
+
+def _remainder(unexplained: float, noise: float) -> list[dict[str, Any]]:
+    return [
+        _part('unexplained', unexplained, palette.UNEXPLAINED),
+        _part('noise', noise, palette.NOISE),
+    ]
+
+
+def _part(name: str, share: float, colour: str) -> dict[str, Any]:
+    return {'name': name, 'share': float(share), 'colour': colour}
+
+
+def _ladder(
+    rows: Sequence[Mapping[str, Any]], states: Sequence[Mapping[str, Any]]
+) -> list[dict[str, Any]]:
+    return [
+        {
+            'model': row['model'],
+            'rmse': [quantity(e, s['unit']) for e, s in zip(row['rmse'], states, strict=True)],
+        }
+        for row in rows
+    ]
+
+
+def _section(
+    parts: list[dict[str, Any]],
+    title: str,
+    note: str,
+    ladder: list[dict[str, Any]],
+    states: list[str],
+) -> Section:
+    whole = max(sum(p['share'] for p in parts), 1e-12)
+    bar = [{**p, 'width': 100 * p['share'] / whole} for p in parts]
+    values = {'title': title, 'note': note, 'parts': bar, 'ladder': ladder, 'states': states}
+    return Section('budget.html', values)

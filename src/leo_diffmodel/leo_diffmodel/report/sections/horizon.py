@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Error against prediction horizon, state by state, over the floor of noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from leo_diffmodel.report import palette
+from leo_diffmodel.report.figures import horizon, Line
+from leo_diffmodel.report.palette import Stroke
+from leo_diffmodel.report.section import Section
+
+HELD_OUT = (
+    'Rms error of predictions that start from the measured state, on data that no fit has seen. '
+    'The shaded floor is what a perfect model would score on this bag: noise in the start state, '
+    'carried along, and in the reading.'
+)
+PLAIN = (
+    'Rms error of predictions that start from the measured state; nothing was fitted. The shaded '
+    'floor is what a perfect model would score on this bag: noise in the start state, carried '
+    'along, and in the reading.'
+)
+BEFORE = Stroke(palette.BEFORE, 'solid')
+AFTER = Stroke(palette.AFTER, 'solid')
+
+
+def held_out(errors: Mapping[str, Any], repaired: bool) -> Section:
+    """Before and after a repair; where nothing was repaired, the model alone."""
+    keys = {'before': ('as given', BEFORE), 'after': ('repaired', AFTER)}
+    if not repaired:
+        keys = {'before': ('the model', BEFORE)}
+    rows = errors['horizon']
+    series = {name: ([r[k] for r in rows], stroke) for k, (name, stroke) in keys.items()}
+    floor = [r['noise_floor'] for r in rows]
+    return _section(errors['states'], _seconds(rows), series, floor, HELD_OUT)
+
+
+def plain(data: Mapping[str, Any]) -> Section:
+    """The errors of compare.json."""
+    floor = [r['rmse'] for r in data['noise_floor']['horizon']]
+    series = {'the model': ([r['rmse'] for r in data['horizon']], BEFORE)}
+    return _section(data['states'], _seconds(data['horizon']), series, floor, PLAIN)
+
+
+def _seconds(rows: Sequence[Mapping[str, Any]]) -> list[float]:
+    return [r['seconds'] for r in rows]
+
+
+def _section(
+    states: Sequence[Mapping[str, Any]],
+    seconds: list[float],
+    series: Mapping[str, tuple[list[list[float]], Stroke]],
+    floor: list[list[float]],
+    note: str,
+) -> Section:
+    figures = [
+        horizon(
+            seconds,
+            [Line(n, [row[i] for row in v], stroke) for n, (v, stroke) in series.items()],
+            [row[i] for row in floor],
+            f'rms error of {state["name"]} [{state["unit"]}]',
+        )
+        for i, state in enumerate(states)
+    ]
+    legend = [(name, stroke) for name, (_, stroke) in series.items()]
+    values = {
+        'legend': [*legend, ('noise floor', Stroke(palette.NOISE, 'dashed'))],
+        'names': [s['name'] for s in states],
+        'note': note,
+    }
+    return Section('horizon.html', values, tuple(figures))

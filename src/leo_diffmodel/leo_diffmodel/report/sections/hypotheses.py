@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every hypothesis that was tried, with its evidence and its status in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.text import estimates, label, number, percent
+
+SHOWN = 10
+Row = Mapping[str, Any]
+
+
+def section(
+    effects: Sequence[Row],
+    hypotheses: Sequence[Row],
+    constants: Mapping[str, Row],
+    threshold: float | None,
+) -> Section:
+    """The table of hypotheses, supported effects first.
+
+    Args:
+        effects: the supported effects, rows of explain.json.
+        hypotheses: all candidates ranked, rows of explain.json.
+        constants: the uncertain constants as refitted.
+        threshold: gain that noise alone can give [nats].
+    """
+    taken = {label(e) for e in effects}
+    others = [h for h in hypotheses if label(h) not in taken]
+    top = max((_gain(r) for r in [*effects, *hypotheses]), default=0.0)
+    best = _gain(hypotheses[0]) if hypotheses else 0.0
+    near = _near(effects)
+    rows = [_row(e, top, 'supported', _supported(e)) for e in effects]
+    rows += [_row(h, top, *_status(h, best, near, threshold, bool(effects))) for h in others]
+    values = {
+        'rows': rows[:SHOWN],
+        'more': rows[SHOWN:],
+        'threshold': threshold,
+        'constants': [{'path': p, 'value': estimates({p: c})[0]} for p, c in constants.items()],
+    }
+    return Section('hypotheses.html', values)
+
+
+def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
+    before, after = row['error_before'], row['error_after']
+    return {
+        'name': row['name'],
+        'where': row['where'],
+        'parameters': estimates(row['parameters']),
+        'gain_train': number(row['gain_train']),
+        'gain_held_out': number(row['gain_held_out']),
+        'width': 100 * max(_gain(row), 0.0) / top if top > 0 else 0.0,
+        'change': None if after is None or not before else percent(after / before - 1),
+        'errors': None if after is None else f'{number(before)} → {number(after)}',
+        'probability': percent(row['inclusion_probability']),
+        'near': [_rival(c) for c in row['confusable_with']],
+        'kind': kind,
+        'status': status,
+    }
+
+
+def _supported(effect: Row) -> str:
+    rivals = [c for c in effect['confusable_with'] if c['separable_nats'] < 5 and not _why(c)]
+    if rivals:
+        return 'supported, but not told apart from its rivals'
+    return 'supported by training and held-out data'
+
+
+def _status(
+    row: Row, best: float, near: Mapping[str, Row], threshold: float | None, named: bool
+) -> tuple[str, str]:
+    """Kind (for colour) and words for a candidate that is not among the supported effects."""
+    behind = best - _gain(row)
+    rival = near.get(label(row))
+    if rival and _why(rival):
+        return 'same', f'the same thing in this data: {_why(rival)}'
+    if rival and rival['separable_nats'] < 5:
+        return 'rival', f'cannot be ruled out: {number(rival["separable_nats"], 2)} nats behind'
+    if row['gain_held_out'] is None:
+        return 'out', 'ruled out by the first scan'
+    if threshold is not None and _gain(row) < threshold:
+        return 'out', 'gains no more than noise would'
+    if row['gain_held_out'] <= 0:
+        return 'out', 'does not hold on held-out data'
+    if named:
+        return 'out', f'{number(behind)} nats behind'
+    return 'out', 'not enough on its own'
+
+
+def _near(effects: Sequence[Row]) -> dict[str, Row]:
+    return {label(c): c for e in effects for c in e['confusable_with']}
+
+
+def _rival(row: Row) -> str:
+    relation = 'same thing' if _why(row) else f'{number(row["separable_nats"], 2)} nats behind'
+    return f'{label(row)} ({relation})'
+
+
+def _why(row: Row) -> str | None:
+    return row.get('same_thing')
+
+
+def _gain(row: Row) -> float:
+    return float(row['gain_train'] + (row['gain_held_out'] or 0.0))

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the result was made from, so that it can be made again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.report.section import Section
+
+
+def section(provenance: Mapping[str, Any], recordings: Sequence[Recording]) -> Section:
+    """Bags with hashes, length and rate; model, versions, command and date."""
+    hashes = {bag['path']: bag['sha256'] for bag in provenance['bags']}
+    values = {
+        'bags': [_bag(r, hashes.get(str(r.path), r.sha256)) for r in recordings],
+        'facts': {
+            'robot': provenance['robot'],
+            'effects already in the model': ', '.join(provenance['effects_in_model']) or 'none',
+            'command': provenance['command'],
+            'date': provenance['date'],
+            'seed': provenance['seed'],
+            'python': provenance['python'],
+            'versions': ', '.join(f'{n} {v}' for n, v in provenance['versions'].items()),
+        },
+    }
+    return Section('origin.html', values)
+
+
+def _bag(recording: Recording, sha256: str) -> dict[str, Any]:
+    steps = np.concatenate([np.diff(e.t) for e in recording.episodes])
+    return {
+        'path': str(recording.path),
+        'sha256': sha256,
+        'seconds': float(steps.sum()),
+        'episodes': len(recording.episodes),
+        'samples': sum(len(e.t) for e in recording.episodes),
+        'hertz': 1.0 / float(np.median(steps)),
+        'warnings': list(recording.warnings),
+    }

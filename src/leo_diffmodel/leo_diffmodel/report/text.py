@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers, units and labels as a reader expects them in print."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+import math
+import re
+from typing import Any
+
+from markupsafe import escape, Markup
+
+RAISED = str.maketrans('0123456789-', '⁰¹²³⁴⁵⁶⁷⁸⁹⁻')
+LABEL = re.compile(r'\b[a-z][a-z0-9_]*:[A-Za-z0-9_]+')
+SMALLEST_PLAIN, LARGEST_PLAIN = -3, 4
+
+
+def unit(text: str) -> str:
+    """A unit with raised powers: `kg m2` becomes kg m², `ohm` Ω."""
+    raised = re.sub(r'(?<=[A-Za-z])([23])\b', lambda m: m[1].translate(RAISED), text)
+    return raised.replace('ohm', 'Ω')
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A number with `digits` significant digits, as a power of ten where it is very small."""
+    if value is None or not math.isfinite(value):
+        return '–'
+    if value == 0:
+        return '0'
+    power = _power(value)
+    if SMALLEST_PLAIN <= power <= LARGEST_PLAIN:
+        return _minus(f'{value:.{max(0, digits - 1 - power)}f}')
+    return _minus(f'{value / 10.0**power:.{digits - 1}f}') + _ten(power)
+
+
+def quantity(value: float | None, of: str, digits: int = 3) -> str:
+    """A number with its unit."""
+    return f'{number(value, digits)} {unit(of)}'.rstrip()
+
+
+def percent(share: float | None) -> str:
+    """A share as whole percent, with a decimal where it is small or all but complete."""
+    if share is None or not math.isfinite(share):
+        return '–'
+    places = 1 if 0 < abs(share) < 0.0995 or 0.99 < share < 1 else 0
+    return _minus(f'{100 * share:.{places}f} %')
+
+
+def estimate(parameter: Mapping[str, Any]) -> str:
+    """Value, 95 % interval and unit of one fitted parameter."""
+    value, (low, high) = parameter['value'], parameter['ci95']
+    half, of = 0.5 * (high - low), unit(parameter['unit'])
+    if abs(0.5 * (low + high) - value) > 0.1 * half:
+        return f'{number(value)} {of}'.rstrip() + f' ({number(low)} … {number(high)})'
+    return f'{_plus_minus(value, half)} {of}'.rstrip()
+
+
+def estimates(parameters: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """`name = value ± interval unit` of every parameter of an effect."""
+    return [f'{name} = {estimate(p)}' for name, p in parameters.items()]
+
+
+def label(row: Mapping[str, Any]) -> str:
+    """An effect and its place as typed on the command line."""
+    return f'{row["name"]}:{row["where"]}'
+
+
+def prose(text: str) -> Markup:
+    """A sentence as HTML: escaped, effects set apart, arrows and units as in print."""
+    plain = re.sub(r'\b(kg m|N m s)2', r'\1²', text.replace('->', '→'))
+    return Markup(LABEL.sub(r'<b class="effect">\g<0></b>', str(escape(plain))))  # noqa: S704
+
+
+def _plus_minus(value: float, half: float) -> str:
+    power = _power(value) if value else _power(half)
+    plain = SMALLEST_PLAIN <= power <= LARGEST_PLAIN
+    scale = 1.0 if plain else 10.0**power
+    shown = half / scale
+    places = max(0, 1 - _power(shown)) if shown > 0 else 3
+    both = f'{_minus(f"{value / scale:.{places}f}")} ± {shown:.{places}f}'
+    return both if plain else f'({both}){_ten(power)}'
+
+
+def _power(value: float) -> int:
+    return math.floor(math.log10(abs(value))) if value else 0
+
+
+def _ten(power: int) -> str:
+    return f' × 10{str(power).translate(RAISED)}'
+
+
+def _minus(text: str) -> str:
+    return text.replace('-', '−')

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Missing torque as measured, and as each leading hypothesis says it should look."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.errors import HISTORY, predict_windows
+from leo_diffmodel.compare.pushes import respond
+from leo_diffmodel.compare.sizes import torque_scale
+from leo_diffmodel.compare.torque import INTERVALS, MissingTorque
+from leo_diffmodel.compare.windows import cut, sample_period, Windows
+from leo_diffmodel.explain.engine import Search
+from leo_diffmodel.explain.fit import Fit
+from leo_sim.model import Model
+
+Array = np.ndarray
+SHORTEST = 0.05
+MOST_WINDOWS = 1500
+MOST_CURVES = 4
+
+
+@dataclass(frozen=True)
+class Curve:
+    """What one hypothesis says about the missing torque.
+
+    Attributes:
+        label: its effects, effect:where.
+        torque: the torque that would be missing if it were true [N m], shape (W, J).
+    """
+
+    label: str
+    torque: Array
+
+
+@dataclass(frozen=True)
+class Curves:
+    """The measured missing torque and its explanations, on the same short windows.
+
+    Attributes:
+        model: the model the torque is missing from: as given, constants refitted.
+        measured: the estimate from the data.
+        candidates: the supported hypothesis first, then the best single effects.
+    """
+
+    model: Model
+    measured: MissingTorque
+    candidates: tuple[Curve, ...]
+
+
+def trace(recordings: Sequence[Recording], found: Search) -> Curves:
+    """Estimate the missing torque, from the data and from what each hypothesis predicts.
+
+    A candidate's curve is the same estimator applied to the same windows, with the measured
+    states replaced by the ones that the model with the candidate predicts.
+    """
+    base, sigma = found.problem.base, found.problem.sigma
+    model = found.null.hypothesis.model(base, found.null.theta)
+    windows = _windows(recordings)
+    curves = []
+    for name, fitted in _leading(found):
+        supposed = fitted.hypothesis.model(base, fitted.theta)
+        states = predict_windows(supposed, windows, sigma).predicted
+        joints = states.shape[-1] // 2
+        replayed = replace(windows, q=states[..., :joints], dq=states[..., joints:])
+        curves.append(Curve(name, estimate(model, replayed, sigma).torque))
+    return Curves(model, estimate(model, windows, sigma), tuple(curves))
+
+
+def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
+    """Least squares for a constant torque per window and joint, with a free start state.
+
+    Args:
+        model: the model that lacks the torque.
+        windows: short windows.
+        sigma: noise of each channel, shape (2J,).
+    """
+    joints = windows.q.shape[-1]
+    unit = 1e-3 * torque_scale(model.robot)
+    flat = np.broadcast_to(np.eye(joints)[:, None, None], (joints, *windows.dt.shape, joints))
+    predicted, columns = respond(model, windows, windows.measured[:, 0], unit * flat)
+    e = ((windows.measured - predicted) / sigma).reshape(windows.count, -1, 1)
+    a = (columns / sigma[:, None]).reshape(windows.count, e.shape[1], -1)
+    inverse = np.linalg.inv(np.swapaxes(a, -1, -2) @ a)
+    found = (inverse @ (np.swapaxes(a, -1, -2) @ e))[..., 0]
+    variance = np.diagonal(inverse, axis1=-2, axis2=-1)
+    return MissingTorque(
+        time=windows.start + 0.5 * windows.dt.sum(axis=1),
+        torque=unit * found[:, -joints:],
+        spread=unit * np.sqrt(variance[:, -joints:]),
+        q=windows.q.mean(axis=1),
+        dq=windows.dq.mean(axis=1),
+        inputs=windows.inputs.mean(axis=1),
+        windows=windows,
+    )
+
+
+def _leading(found: Search) -> list[tuple[str, Fit]]:
+    final, first = found.final, found.rounds[0]
+    if not final.hypothesis.candidates and first.best is None:
+        return []
+    leading = [(' + '.join(c.label for c in final.hypothesis.candidates), final)]
+    leading += [
+        (s.candidate.label, s.fit)
+        for s in first.scored
+        if s.fit is not None and s.gain_train + s.gain_held_out > first.threshold
+    ]
+    unique = {name: fitted for name, fitted in reversed(leading) if name}
+    return [(name, unique[name]) for name in dict(leading) if name][:MOST_CURVES]
+
+
+def _windows(recordings: Sequence[Recording]) -> Windows:
+    seconds = max(INTERVALS * sample_period(recordings), SHORTEST)
+    windows = cut(recordings, seconds, history=HISTORY)
+    if windows.count <= MOST_WINDOWS:
+        return windows
+    return windows.take(np.linspace(0, windows.count - 1, MOST_WINDOWS).astype(int))
