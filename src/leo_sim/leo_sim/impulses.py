@@ -22,7 +22,7 @@ class Contact(NamedTuple):
         stops: Lowest and highest angle rad; None without.
         gap: Width of the dead zone, rad; None without.
         rotor: Effective inertia of the motor sides, kg m2.
-        q: Angles at the kick.
+        q, dq: Angles and rates at the kick.
         offset: Motor angle minus joint angle, rad, before the kick.
         h: s.
     """
@@ -32,6 +32,7 @@ class Contact(NamedTuple):
     gap: Any
     rotor: Any
     q: Any
+    dq: Any
     offset: Any
     h: Any
 
@@ -100,9 +101,22 @@ def settled(contact: Contact, factor: Factor, dq: Any, motor: Any) -> tuple[Any,
 
 def _friction(contact: Contact, j: int, answer: Any, dq: Any, motor: Any, given: Any
               ) -> tuple[Any, Any]:
-    """Impulse that stops the joint, as far as friction reaches."""
-    most = _column(contact.level, j) * _column(contact.h, 0)
-    return np.clip(given - dq[..., j] / answer, -most, most), None
+    """Impulse of dry friction against the motion, exact for a constant driving torque.
+
+    The joint may come to rest within the substep; then it stays there, or turns round and
+    friction changes sides, as the driving torque is below or above the level.
+    """
+    before, free = contact.dq[..., j], dq[..., j] - answer * given
+    reach = _column(contact.level, j) * _column(contact.h, 0) * answer
+    side = np.where(before == 0, np.sign(free), np.sign(before))
+    against = (before - free) * side
+    slowed = against + reach
+    rest = np.abs(before) / np.where(slowed > 0, slowed, np.inf)
+    rests = (slowed > 0) & (rest < 1)
+    turned = -(1.0 - rest) * np.maximum(against - reach, 0.0) * side
+    after = np.where(rests, turned, free - reach * side)
+    from_rest = free - np.clip(free, -reach, reach)
+    return (np.where(before == 0, from_rest, after) - free) / answer, None
 
 
 def _stop(contact: Contact, j: int, answer: Any, dq: Any, motor: Any, given: Any

@@ -50,12 +50,14 @@ class Laws:
         gap: Backlash rad, (..., J); None without backlash.
         stops: Joint limits rad (low, high), (J,); None where all are infinite.
         dynamic: The command at the motors changes while the input is held (delay, lag).
+        dry: Some joint has dry friction.
         needs_load: A law uses the load torque.
     """
 
     def __init__(self, robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]):
         self.joints, self.input = robot.joint_names, robot.input
         self.actuated = _index(robot.actuated, len(self.joints))
+        self._all_actuated = robot.actuated == tuple(range(len(self.joints)))
         uses = [self._use(robot, i, placed) for i, placed in enumerate(effects)]
         by_hook = {hook: sorted((u for u in uses if u.effect.hook == hook),
                                 key=lambda u: u.effect.rank)
@@ -66,6 +68,7 @@ class Laws:
                         if not (u.effect.motor_side or u.effect.dry)]
         self._dry = [u for u in by_hook['torque'] if u.effect.dry]
         self.dynamic = any(u.effect.dynamic for u in self._commands)
+        self.dry = bool(self._dry)
         self.needs_load = any(u.effect.uses_load for u in by_hook['torque'])
         self.gravity = _squeezed(values['gravity'])
         self.bodies = _bodies(robot, effects, values)
@@ -172,7 +175,7 @@ class Laws:
 
     def _at_joints(self, figures: Any) -> Any:
         """Figures of actuators (..., A) at their joints (..., J), 0 elsewhere."""
-        if isinstance(self.actuated, slice) and self.actuated == slice(None):
+        if self._all_actuated:
             return figures
         result = np.zeros((*np.shape(figures)[:-1], len(self.joints)))
         result[..., self.actuated] = figures

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,8 @@ class Model:
             values in `leo_sim.batch.rollout`.
         engine: 'pybullet', 'rigid' (the same numbers without PyBullet), or 'rk4'.
         integration_step: Longest substep s; the robot's when None.
+        history: What was added and why, as model.yaml keeps it.
+        difference_model: File of a learned difference model that goes with this model.
 
     Raises:
         UserError: Unknown engine or constant.
@@ -52,7 +55,9 @@ class Model:
 
     def __init__(self, robot: Robot | str, effects: Sequence[Placed] = (),
                  constants: Mapping[str, Any] | None = None, engine: str = 'pybullet',
-                 integration_step: float | None = None):
+                 integration_step: float | None = None,
+                 history: Sequence[Mapping[str, Any]] = (),
+                 difference_model: Path | None = None):
         self.robot = load_robot(robot) if isinstance(robot, str) else robot
         self.effects = tuple(effects)
         self.constants = _all_constants(self.robot, constants or {})
@@ -60,12 +65,14 @@ class Model:
             raise UserError(f'no engine {engine!r}{nearest(engine, ENGINES)}')
         self.engine = engine
         self.integration_step = integration_step or self.robot.integration_step
+        self.history, self.difference_model = tuple(history), difference_model
         self.laws = Laws(self.robot, self.effects, self.constants)
 
     def changed(self, **changes: Any) -> Model:
         """A model with another robot, effects, constants, engine or integration_step."""
         kept = {'robot': self.robot, 'effects': self.effects, 'constants': self.constants,
-                'engine': self.engine, 'integration_step': self.integration_step}
+                'engine': self.engine, 'integration_step': self.integration_step,
+                'history': self.history, 'difference_model': self.difference_model}
         return Model(**{**kept, **changes})
 
     def start(self, pose: str = 'nominal', rng: np.random.Generator | None = None) -> State:

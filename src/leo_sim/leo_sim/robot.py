@@ -173,12 +173,16 @@ def _about(body: Body, axis: tuple[float, float, float]) -> float:
             + 2 * (x * y * xy + x * z * xz + y * z * yz))
 
 
+def named_robots() -> dict[str, Path]:
+    """Folders of the robots in the entry-point group leo.robots, by name."""
+    return {entry.name: Path(entry.load()) for entry in entry_points(group='leo.robots')}
+
+
 def _named_folder(name: str) -> Path:
-    entries = {entry.name: entry for entry in entry_points(group='leo.robots')}
-    if name not in entries:
-        raise UserError(f'no robot is named {name!r}, and it is no folder'
-                        f'{nearest(name, entries)}')
-    return Path(entries[name].load())
+    robots = named_robots()
+    if name not in robots:
+        raise UserError(f'no robot is named {name!r}, and it is no folder{nearest(name, robots)}')
+    return robots[name]
 
 
 def _robot(folder: Path, file: RobotFile, text: str, links: tuple[Link, ...],

@@ -69,7 +69,7 @@ def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any
     rates = dq + h * factor.solve([driving[..., j] - b for j, b in enumerate(bias)])
     if torques.level is None and laws.stops is None and laws.gap is None:
         return rates, memory
-    contact = Contact(torques.level, laws.stops, laws.gap, rotor, q, offset, h)
+    contact = Contact(torques.level, laws.stops, laws.gap, rotor, q, dq, offset, h)
     free = None if laws.gap is None else motor_speed + h * torques.motor / rotor
     rates, motor_speed = settled(contact, factor, rates, free)
     if laws.gap is not None:

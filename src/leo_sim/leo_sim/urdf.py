@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """URDF to links and joints as plain numbers, and back with other inertial figures."""
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 import math
 from xml.etree import ElementTree
@@ -81,6 +81,10 @@ def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
     for joint in root.findall('joint'):
         for old in joint.findall('dynamics') + joint.findall('limit'):
             joint.remove(old)
+        axis = joint.find('axis')
+        if axis is not None and joint.get('type') != 'fixed':
+            direction = np.array(_vector(axis.get('xyz')))
+            axis.set('xyz', _written(direction / np.linalg.norm(direction)))
         if joint.get('type') == 'revolute':
             joint.set('type', 'continuous')
         if joint.get('type') == 'prismatic':
@@ -185,10 +189,13 @@ def _inertial(body: Body) -> ElementTree.Element:
     yaw = math.atan2(rotation[1, 0], rotation[0, 0])
     element = ElementTree.Element('inertial')
     ElementTree.SubElement(element, 'origin', {
-        'xyz': ' '.join(repr(float(c)) for c in body.com),
-        'rpy': ' '.join(repr(a) for a in (roll, pitch, yaw))})
+        'xyz': _written(body.com), 'rpy': _written((roll, pitch, yaw))})
     ElementTree.SubElement(element, 'mass', {'value': repr(float(body.mass))})
     ElementTree.SubElement(element, 'inertia', {
         'ixx': repr(float(moments[0])), 'iyy': repr(float(moments[1])),
         'izz': repr(float(moments[2])), 'ixy': '0', 'ixz': '0', 'iyz': '0'})
     return element
+
+
+def _written(vector: Iterable[float]) -> str:
+    return ' '.join(repr(float(component)) for component in vector)

@@ -106,4 +106,6 @@ def _from_file(path: Path) -> Effect:
     if len(found) != 1:
         raise UserError(f'{path} defines {len(found)} effects; it must define exactly one '
                         'subclass of leo_sim.effects.Effect')
-    return found[0]()
+    effect: Effect = found[0]()
+    effect.source = str(path)
+    return effect

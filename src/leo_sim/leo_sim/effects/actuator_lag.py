@@ -13,9 +13,7 @@ class ActuatorLag(Effect):
     name = 'actuator_lag'
     family = 'command'
     hook = 'command'
-    parameters = (
-        Parameter('tau', 's', low=0.0, high=1.0),
-    )
+    parameters = (Parameter('tau', 's', low=0.0, high=1.0),)
     looks_like = 'Steps of the command arrive rounded.'
     confused_with = 'command_delay, above all with slow sampling; armature.'
     reveal = 'Steps and fast square waves, sampled at 100 Hz or more.'
@@ -23,6 +21,7 @@ class ActuatorLag(Effect):
     rank = 50
 
     def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+        """Inputs that reach the motors."""
         before = np.zeros_like(u) if memory is None else memory
         steps = dt / np.maximum(p['tau'], 1e-200)
         decay = np.exp(-steps)

@@ -17,9 +17,7 @@ class BackEmfScale(Effect):
     name = 'back_emf_scale'
     family = 'motor'
     hook = 'torque'
-    parameters = (
-        Parameter('k', '', neutral=1.0, low=0.0),
-    )
+    parameters = (Parameter('k', '', neutral=1.0, low=0.0),)
     looks_like = 'Damping while the motors are on differs; the stall torque is right.'
     confused_with = ('viscous_friction on a voltage-driven joint that is never free: the same '
         'torque.')
@@ -28,7 +26,9 @@ class BackEmfScale(Effect):
     rank = 10
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        """Torque at the joints, N m."""
         return (p['k'] - 1.0) * motor.back_emf
 
     def places(self, robot: Robot) -> tuple[str, ...]:
+        """Joints where it can act."""
         return super().places(robot) if robot.input == 'voltage' else ()

@@ -16,16 +16,16 @@ class Backlash(Effect):
     name = 'backlash'
     family = 'gear'
     hook = 'drive'
-    parameters = (
-        Parameter('gap', 'rad', low=0.0),
-    )
+    parameters = (Parameter('gap', 'rad', low=0.0),)
     looks_like = ('For an instant after each reversal of torque the link moves without its motor, '
         'then a jolt.')
     confused_with = 'voltage_deadband and coulomb_friction near reversals; command_delay.'
     reveal = 'Frequent reversals of small torques about the hanging pose.'
 
     def drive(self, p: Values, drive: Drive) -> Drive:
+        """The motor side, changed."""
         return drive._replace(gap=drive.gap + p['gap'])
 
     def places(self, robot: Robot) -> tuple[str, ...]:
+        """Joints where it can act."""
         return tuple(a.joint for a in robot.actuators if a.rotor_inertia > 0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple, TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -63,6 +63,7 @@ class Effect:
             is placed at actuated joints only.
         dynamic: The command hook changes its result while the input is held.
         uses_load: The torque hook looks at `load`, which costs time to compute.
+        source: The user's file it was read from; '' for an effect of the catalogue.
         rank: Laws of one hook run in ascending rank.
     """
 
@@ -78,6 +79,7 @@ class Effect:
     dynamic: ClassVar[bool] = False
     uses_load: ClassVar[bool] = False
     rank: ClassVar[int] = 100
+    source: str = ''
 
     def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
         """Inputs that reach the motors in the next dt s.
@@ -140,12 +142,14 @@ class Placed:
         where: Joint or link names; one shared value for all of them.
         parameters: Floats, or arrays (S, 1, 1) that scan S values at once.
         everywhere: True when the place was given as 'all'.
+        ci95: 95 % confidence intervals of fitted parameters.
     """
 
     effect: Effect
     where: tuple[str, ...]
     parameters: Mapping[str, Any]
     everywhere: bool = False
+    ci95: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def with_parameters(self, **values: Any) -> Placed:
         """The same placement with other parameter values."""

@@ -27,6 +27,7 @@ class CommandDelay(Effect):
     rank = 10
 
     def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+        """Inputs that reach the motors."""
         delay = p['delay']
         memory = self._remember(u, memory)
         ages, held = memory

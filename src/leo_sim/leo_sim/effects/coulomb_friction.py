@@ -14,9 +14,7 @@ class CoulombFriction(Effect):
     name = 'coulomb_friction'
     family = 'friction'
     hook = 'torque'
-    parameters = (
-        Parameter('c', 'N m', low=0.0),
-    )
+    parameters = (Parameter('c', 'N m', low=0.0),)
     looks_like = ('Amplitudes shrink by the same amount each swing; small torques do not start a '
         'motion.')
     confused_with = ('voltage_deadband where the joint hardly moves; viscous_friction over a narrow '
@@ -26,4 +24,5 @@ class CoulombFriction(Effect):
     dry = True
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        """Torque at the joints, N m."""
         return -np.copysign(p['c'], dq)

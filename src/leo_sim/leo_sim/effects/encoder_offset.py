@@ -11,12 +11,11 @@ class EncoderOffset(Effect):
     name = 'encoder_offset'
     family = 'sensor'
     hook = 'sensor'
-    parameters = (
-        Parameter('o', 'rad'),
-    )
+    parameters = (Parameter('o', 'rad'),)
     looks_like = 'Gravity seems turned: the rest position is not where it should be.'
     confused_with = 'bias_torque over narrow angles; link_com x.'
     reveal = 'Hanging still, and slow motion over a full turn.'
 
     def sensor(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> tuple[Any, Any, Any]:
+        """What the encoder reads."""
         return q + p['o'], dq, memory

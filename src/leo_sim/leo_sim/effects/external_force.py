@@ -19,5 +19,6 @@ class ExternalForce(Effect):
     reveal = 'Slow motion over a full turn, then fast motion: a force adds no inertia.'
 
     def body(self, p: Values, link: Body) -> Body:
+        """The link, changed."""
         x, y, z = link.force
         return link._replace(force=(x + p['x'], y, z + p['z']))

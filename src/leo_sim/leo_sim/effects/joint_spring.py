@@ -22,4 +22,5 @@ class JointSpring(Effect):
     reveal = 'Large angles, several turns if the robot can.'
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        """Torque at the joints, N m."""
         return -p['k'] * (q - p['rest'])

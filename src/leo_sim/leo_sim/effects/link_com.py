@@ -18,5 +18,6 @@ class LinkCom(Effect):
     reveal = 'Slow motion over a full turn.'
 
     def body(self, p: Values, link: Body) -> Body:
+        """The link, changed."""
         x, y, z = link.com
         return link._replace(com=(x + p['x'], y, z + p['z']))

@@ -9,14 +9,13 @@ class LinkInertia(Effect):
     name = 'link_inertia'
     family = 'inertia'
     hook = 'body'
-    parameters = (
-        Parameter('I', 'kg m2'),
-    )
+    parameters = (Parameter('I', 'kg m2'),)
     looks_like = 'A link turns more slowly or faster, its weight is right.'
     confused_with = 'armature on a single hinge: the same.'
     reveal = 'Fast motion with known torques, and free swings.'
 
     def body(self, p: Values, link: Body) -> Body:
+        """The link, changed."""
         xx, yy, zz, *products = link.inertia
         turned = (xx + p['I'], yy + p['I'], zz + p['I'], *products)
         return link._replace(inertia=turned)

@@ -9,12 +9,11 @@ class LinkMass(Effect):
     name = 'link_mass'
     family = 'inertia'
     hook = 'body'
-    parameters = (
-        Parameter('m', 'kg'),
-    )
+    parameters = (Parameter('m', 'kg'),)
     looks_like = 'Gravity and inertia of a link both differ, in proportion.'
     confused_with = 'external_force with link_inertia on one hinge.'
     reveal = 'Fast and slow motion over large angles.'
 
     def body(self, p: Values, link: Body) -> Body:
+        """The link, changed."""
         return link._replace(mass=link.mass + p['m'])

@@ -14,9 +14,7 @@ class LoadDependentFriction(Effect):
     name = 'load_dependent_friction'
     family = 'friction'
     hook = 'torque'
-    parameters = (
-        Parameter('mu', '', low=0.0),
-    )
+    parameters = (Parameter('mu', '', low=0.0),)
     looks_like = ('Dry friction that grows with the torque through the gear: strong under load, '
         'weak when idle.')
     confused_with = ('coulomb_friction when the load hardly changes; torque_scale while driving in '
@@ -27,4 +25,5 @@ class LoadDependentFriction(Effect):
     uses_load = True
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        """Torque at the joints, N m."""
         return -np.copysign(p['mu'] * np.abs(motor.torque - load), dq)

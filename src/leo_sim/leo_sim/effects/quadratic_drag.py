@@ -14,12 +14,11 @@ class QuadraticDrag(Effect):
     name = 'quadratic_drag'
     family = 'friction'
     hook = 'torque'
-    parameters = (
-        Parameter('d', 'N m s2/rad2', low=0.0),
-    )
+    parameters = (Parameter('d', 'N m s2/rad2', low=0.0),)
     looks_like = 'Little loss in slow motion, strong loss at the highest speeds.'
     confused_with = 'viscous_friction and back_emf_scale when the speed range is narrow.'
     reveal = 'Free swings from large and from small angles.'
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        """Torque at the joints, N m."""
         return -p['d'] * dq * np.abs(dq)

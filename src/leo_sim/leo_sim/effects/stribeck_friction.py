@@ -26,6 +26,7 @@ class StribeckFriction(Effect):
     dry = True
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        """Torque at the joints, N m."""
         narrow = np.maximum(p['v_s'], 1e-9)
         level = p['c'] + (p['c_static'] - p['c']) * np.exp(-(dq / narrow) ** 2)
         return -np.copysign(level, dq)

@@ -24,4 +24,5 @@ class TorqueRipple(Effect):
     reveal = 'Slow motion over full turns, both ways.'
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        """Torque at the joints, N m."""
         return p['a'] * np.sin(p['n'] * q + p['phase'])

@@ -12,9 +12,7 @@ class TorqueScale(Effect):
     name = 'torque_scale'
     family = 'motor'
     hook = 'torque'
-    parameters = (
-        Parameter('k', '', neutral=1.0, low=0.0),
-    )
+    parameters = (Parameter('k', '', neutral=1.0, low=0.0),)
     looks_like = 'Everything the motor does, pushing and braking, is stronger or weaker.'
     confused_with = ('voltage_scale (the same on a torque-driven joint, or where the torque constant '
         'is refitted).')
@@ -24,4 +22,5 @@ class TorqueScale(Effect):
     rank = 20
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        """Torque at the joints, N m."""
         return (p['k'] - 1.0) * motor.torque

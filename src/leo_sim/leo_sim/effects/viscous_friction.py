@@ -12,9 +12,7 @@ class ViscousFriction(Effect):
     name = 'viscous_friction'
     family = 'friction'
     hook = 'torque'
-    parameters = (
-        Parameter('b', 'N m s/rad', low=0.0),
-    )
+    parameters = (Parameter('b', 'N m s/rad', low=0.0),)
     looks_like = ('Motion dies out faster than the model says, in proportion to speed; nothing at '
         'rest.')
     confused_with = 'back_emf_scale on a voltage-driven joint that is never free: the same torque.'
@@ -22,4 +20,5 @@ class ViscousFriction(Effect):
         'not.')
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+        """Torque at the joints, N m."""
         return -p['b'] * dq

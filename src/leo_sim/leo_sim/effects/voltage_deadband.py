@@ -18,16 +18,16 @@ class VoltageDeadband(Effect):
     name = 'voltage_deadband'
     family = 'command'
     hook = 'command'
-    parameters = (
-        Parameter('v', 'V', low=0.0),
-    )
+    parameters = (Parameter('v', 'V', low=0.0),)
     looks_like = 'Small commands have no effect; large ones are weaker by a constant.'
     confused_with = 'coulomb_friction where the joint hardly moves; voltage_scale at one amplitude.'
     reveal = 'Small and large commands, also while the joint coasts.'
     rank = 30
 
     def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+        """Inputs that reach the motors."""
         return np.sign(u) * np.maximum(np.abs(u) - p['v'], 0.0), memory
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
+        """Parameters in the unit of the robot's input."""
         return in_input_unit(robot, self.parameters)

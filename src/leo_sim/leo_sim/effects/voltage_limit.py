@@ -19,17 +19,17 @@ class VoltageLimit(Effect):
     name = 'voltage_limit'
     family = 'command'
     hook = 'command'
-    parameters = (
-        Parameter('v', 'V', neutral=float('inf'), low=0.0),
-    )
+    parameters = (Parameter('v', 'V', neutral=float('inf'), low=0.0),)
     looks_like = 'Right with small commands, too weak with large ones.'
     confused_with = 'voltage_scale when only large commands occur.'
     reveal = 'Commands from small to the largest allowed.'
     rank = 40
 
     def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+        """Inputs that reach the motors."""
         return np.clip(u, -p['v'], p['v']), memory
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
+        """Parameters in the unit of the robot's input."""
         most = max(a.strongest for a in robot.actuators if a.joint in where)
         return tuple(replace(p, neutral=most) for p in in_input_unit(robot, self.parameters))

@@ -11,9 +11,7 @@ class VoltageScale(Effect):
     name = 'voltage_scale'
     family = 'command'
     hook = 'command'
-    parameters = (
-        Parameter('k', '', neutral=1.0, low=0.0),
-    )
+    parameters = (Parameter('k', '', neutral=1.0, low=0.0),)
     looks_like = 'Commands are stronger or weaker than sent; braking at 0 V is right.'
     confused_with = ('torque_scale (the same on a torque-driven joint, or where the torque constant '
         'is refitted).')
@@ -21,4 +19,5 @@ class VoltageScale(Effect):
     rank = 20
 
     def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+        """Inputs that reach the motors."""
         return p['k'] * u, memory

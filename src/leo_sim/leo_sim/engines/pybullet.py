@@ -10,12 +10,14 @@ import tempfile
 from typing import Any
 
 import numpy as np
-import pybullet
-from pybullet_utils.bullet_client import BulletClient
 
 from leo_sim import urdf
 from leo_sim.effects.base import Body
+from leo_sim.engines.quiet import quiet
 from leo_sim.urdf import Joint
+
+with quiet():
+    import pybullet
 
 
 class Bullet:
@@ -23,14 +25,15 @@ class Bullet:
 
     def __init__(self, text: str, joints: Sequence[Joint], bodies: Mapping[str, Body],
                  gravity: float):
-        self._client = BulletClient(connection_mode=pybullet.DIRECT)
-        self._client.setGravity(0, 0, -gravity)
-        self._client.setPhysicsEngineParameter(
-            numSubSteps=0, numSolverIterations=10, deterministicOverlappingPairs=1,
-            warmStartingFactor=0.0, solverResidualThreshold=0.0)
-        self._body = self._load(urdf.with_bodies(text, bodies))
+        with quiet():
+            self._at = {'physicsClientId': pybullet.connect(pybullet.DIRECT)}
+            pybullet.setGravity(0, 0, -gravity, **self._at)
+            pybullet.setPhysicsEngineParameter(
+                numSubSteps=0, numSolverIterations=10, deterministicOverlappingPairs=1,
+                warmStartingFactor=0.0, solverResidualThreshold=0.0, **self._at)
+            self._body = self._load(urdf.with_bodies(text, bodies))
         self._order(joints)
-        self._forces = [(self._links[j.child], bodies[j.child].force) for j in joints
+        self._pulled = [self._pull(j.child, bodies[j.child].force) for j in joints
                         if any(bodies[j.child].force)]
         self._h = 0.0
         self._mass: Any = None
@@ -38,46 +41,53 @@ class Bullet:
 
     def close(self) -> None:
         """Disconnect the client."""
-        self._client.disconnect()
+        pybullet.disconnect(**self._at)
 
     def begin(self, q: Any, dq: Any, h: float) -> None:
         """Put the robot into a state; substeps of h s follow."""
         if h != self._h:
-            self._client.setTimeStep(h)
+            pybullet.setTimeStep(h, **self._at)
             self._h = h
         for joint, angle, rate in zip(self._joints, q.tolist(), dq.tolist(), strict=True):
-            self._client.resetJointState(self._body, joint, angle, rate)
+            pybullet.resetJointState(self._body, joint, angle, rate, **self._at)
 
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
         """Joint-space inertia rows and bias torques, external forces included."""
         angles, rates = q[self._to_bullet].tolist(), dq[self._to_bullet].tolist()
-        matrix = self._client.calculateMassMatrix(self._body, angles)
-        bias = self._client.calculateInverseDynamics(self._body, angles, rates, self._still)
+        mass: Any = pybullet.calculateMassMatrix(self._body, angles, **self._at)
+        bias: Any = pybullet.calculateInverseDynamics(self._body, angles, rates, self._still,
+                                                      **self._at)
         if len(angles) > 1:
-            matrix = np.array(matrix)[np.ix_(self._from_bullet, self._from_bullet)]
+            mass = np.array(mass)[np.ix_(self._from_bullet, self._from_bullet)]
             bias = np.array(bias)[self._from_bullet]
-        self._mass, self._bias = matrix, bias
-        return matrix, [b - f for b, f in zip(bias, self._pulls(angles), strict=True)]
+        self._mass, self._bias = mass, bias
+        if self._pulled:
+            bias = [b - f for b, f in zip(bias, self._pulls(angles), strict=True)]
+        return mass, bias
 
     def load(self, q: Any) -> Any:
         """Torque of gravity and external forces at the joints, (J,), along +q."""
         angles = q[self._to_bullet].tolist()
-        still = self._client.calculateInverseDynamics(self._body, angles, self._still,
-                                                      self._still)
-        return np.array(self._pulls(angles)) - np.array(still)[self._from_bullet]
+        still = pybullet.calculateInverseDynamics(self._body, angles, self._still, self._still,
+                                                  **self._at)
+        return self._pulls(angles) - np.array(still)[self._from_bullet]
 
     def move(self, q: Any, dq: Any, faster: Any, h: float) -> tuple[Any, Any]:
         """One step of the simulator under the torques that take the rates to `faster`."""
-        push = (faster - dq) / h
-        pulls = self._pulls(q[self._to_bullet].tolist())
-        torques = [float(sum(m * a for m, a in zip(row, push, strict=True))) + b - f
-                   for row, b, f in zip(self._mass, self._bias, pulls, strict=True)]
-        self._client.setJointMotorControlArray(
-            self._body, self._joints, pybullet.TORQUE_CONTROL, forces=torques)
-        self._pull()
-        self._client.stepSimulation()
-        states = self._client.getJointStates(self._body, self._joints)
+        push = ((faster - dq) / h).tolist()
+        torques = [sum(map(float.__mul__, row, push), b)
+                   for row, b in zip(self._rows(), self._bias, strict=True)]
+        if self._pulled:
+            torques = (torques - self._pulls(q[self._to_bullet].tolist())).tolist()
+            self._apply()
+        pybullet.setJointMotorControlArray(self._body, self._joints, pybullet.TORQUE_CONTROL,
+                                           forces=torques, **self._at)
+        pybullet.stepSimulation(**self._at)
+        states = pybullet.getJointStates(self._body, self._joints, **self._at)
         return np.array([s[0] for s in states]), np.array([s[1] for s in states])
+
+    def _rows(self) -> Any:
+        return self._mass if isinstance(self._mass, tuple) else self._mass.tolist()
 
     def _load(self, text: str) -> int:
         """Load a URDF text; PyBullet reads files only."""
@@ -85,42 +95,54 @@ class Bullet:
         try:
             with os.fdopen(handle, 'w', encoding='utf-8') as file:
                 file.write(text)
-            body: int = self._client.loadURDF(path, useFixedBase=True,
-                                              flags=pybullet.URDF_USE_INERTIA_FROM_FILE)
+            body: int = pybullet.loadURDF(
+                path, useFixedBase=True, flags=pybullet.URDF_USE_INERTIA_FROM_FILE, **self._at)
         finally:
             os.unlink(path)
         return body
 
     def _order(self, joints: Sequence[Joint]) -> None:
         """Match PyBullet's joint numbers to ours; motors off, nothing damped."""
-        numbers, self._links = {}, {}
-        for number in range(self._client.getNumJoints(self._body)):
-            info = self._client.getJointInfo(self._body, number)
+        numbers: dict[str, int] = {}
+        self._links: dict[str, int] = {}
+        for number in range(pybullet.getNumJoints(self._body, **self._at)):
+            info = pybullet.getJointInfo(self._body, number, **self._at)
             numbers[info[1].decode()] = number
             self._links[info[12].decode()] = number
-            self._client.changeDynamics(
+            pybullet.changeDynamics(
                 self._body, number, linearDamping=0, angularDamping=0, jointDamping=0,
-                maxJointVelocity=1e9, collisionMargin=0)
-        self._client.changeDynamics(self._body, -1, linearDamping=0, angularDamping=0)
+                maxJointVelocity=1e9, **self._at)
+        pybullet.changeDynamics(self._body, -1, linearDamping=0, angularDamping=0, **self._at)
         self._joints = [numbers[j.name] for j in joints if j.kind != 'fixed']
         self._to_bullet = np.argsort(self._joints)
         self._from_bullet = np.argsort(self._to_bullet)
         self._still = [0.0] * len(self._joints)
-        self._client.setJointMotorControlArray(
-            self._body, self._joints, pybullet.VELOCITY_CONTROL, forces=self._still)
+        pybullet.setJointMotorControlArray(self._body, self._joints, pybullet.VELOCITY_CONTROL,
+                                           forces=self._still, **self._at)
 
-    def _pulls(self, angles: list[float]) -> list[float]:
-        """Torques of the external forces at the joints."""
+    def _pull(self, link: str, force: tuple[float, float, float]) -> tuple[int, Any, list[float]]:
+        """A force at a link's CoM: link number, force, and CoM as calculateJacobian wants it.
+
+        That is from the joint, in the axes of the inertial frame, whatever its manual says.
+        """
+        number = self._links[link]
+        info = pybullet.getDynamicsInfo(self._body, number, **self._at)
+        axes = np.array(pybullet.getMatrixFromQuaternion(info[4])).reshape(3, 3)
+        return number, force, (axes.T @ info[3]).tolist()
+
+    def _pulls(self, angles: list[float]) -> Any:
+        """Torques of the external forces at the joints, (J,)."""
         total = np.zeros(len(angles))
-        for link, force in self._forces:
-            jacobian, _ = self._client.calculateJacobian(
-                self._body, link, [0, 0, 0], angles, self._still, self._still)
+        for number, force, lever in self._pulled:
+            jacobian, _ = pybullet.calculateJacobian(
+                self._body, number, lever, angles, self._still, self._still, **self._at)
             total += np.array(jacobian).T @ force
-        return total[self._from_bullet].tolist()
+        return total[self._from_bullet]
 
-    def _pull(self) -> None:
+    def _apply(self) -> None:
         """Apply the external forces at the centres of mass for the next step."""
-        for link, force in self._forces:
-            place = self._client.getLinkState(self._body, link, computeForwardKinematics=1)[0]
-            self._client.applyExternalForce(self._body, link, force, place,
-                                            pybullet.WORLD_FRAME)
+        for number, force, _ in self._pulled:
+            place = pybullet.getLinkState(self._body, number, computeForwardKinematics=1,
+                                          **self._at)[0]
+            pybullet.applyExternalForce(self._body, number, force, place, pybullet.WORLD_FRAME,
+                                        **self._at)

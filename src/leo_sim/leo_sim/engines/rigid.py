@@ -67,6 +67,7 @@ class Rigid:
         self._column = {i: c for c, i in enumerate(moving)}
         self._fixed = [Rigid._fixed_part(joint) for joint in joints]
         self._gravity = gravity
+        self._constant = (self._inertia(self._poses(np.zeros(1))) if len(moving) == 1 else None)
         self._pulled = any(f.__class__ is not float or f for b in self._bodies for f in b.force)
 
     def begin(self, q: Any, dq: Any, h: Any) -> None:
@@ -86,7 +87,8 @@ class Rigid:
             dq: Rates (..., J).
         """
         poses = self._poses(q)
-        return self._inertia(poses), self._torques(poses, self._split(dq))
+        inertia = self._constant or self._inertia(poses)
+        return inertia, self._torques(poses, self._split(dq))
 
     def load(self, q: Any) -> Any:
         """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
@@ -214,8 +216,10 @@ class Rigid:
 
 def joined(parts: Sequence[Any], shape: tuple[int, ...]) -> Any:
     """Components side by side along the last axis, at least as large as `shape`."""
+    if len(parts) == 1 and np.ndim(parts[0]) >= len(shape) - 1:
+        return np.asarray(parts[0])[..., None]
     arrays = np.broadcast_arrays(*parts, np.empty(shape[:-1]))[:-1]
-    return arrays[0][..., None] if len(arrays) == 1 else np.stack(arrays, axis=-1)
+    return np.stack(arrays, axis=-1)
 
 
 def _inertial(body: Body, motion: _Motion) -> tuple[Vec, Vec]:

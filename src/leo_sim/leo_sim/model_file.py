@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: Apache-2.0
+"""model.yaml: a robot with its effects, constants, difference model and history."""
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import get_effect, place, Placed
+from leo_sim.model import Model
+from leo_sim.names import nearest
+from leo_sim.robot import Constant, load_robot, named_robots, Robot
+from leo_sim.yaml_file import Finite, Quantity, read, Schema
+
+
+class ParameterFile(Schema):
+    """A value of an effect's parameter, with its 95 % confidence interval."""
+
+    value: Finite
+    unit: str
+    ci95: tuple[Finite, Finite] | None = None
+
+
+class EffectFile(Schema):
+    """An effect and where it acts."""
+
+    name: str
+    where: str | list[str]
+    parameters: dict[str, ParameterFile] = {}
+
+
+class ModelFile(Schema):
+    """model.yaml (design.md section 5)."""
+
+    robot: str
+    constants: dict[str, Quantity] = {}
+    effects: list[EffectFile] = []
+    difference_model: str | None = None
+    history: list[dict[str, Any]] = []
+
+
+class EffectsFile(Schema):
+    """A file with an `effects:` list only, as the robot node's `hidden`."""
+
+    effects: list[EffectFile]
+
+
+def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
+    """A model from model.yaml, a robot's name or a robot folder.
+
+    Args:
+        ref: File, name or folder.
+        engine: See `Model`.
+
+    Raises:
+        UserError: One line with file, place and what is wrong.
+    """
+    path = Path(ref)
+    if not path.is_file():
+        if path.suffix in ('.yaml', '.yml'):
+            raise UserError(f'no model file {path}')
+        return Model(load_robot(ref), engine=engine)
+    file = read(path, ModelFile)
+    robot = load_robot(_beside(path, file.robot))
+    robot = robot.with_constants(_constants(path, robot, file.constants))
+    difference = file.difference_model
+    return Model(robot, placed_effects(path, robot, file.effects), engine=engine,
+                 history=file.history,
+                 difference_model=None if difference is None else path.parent / difference)
+
+
+def load_effects(path: str | Path, robot: Robot) -> tuple[Placed, ...]:
+    """The effects of a file with an `effects:` list, placed on a robot.
+
+    Raises:
+        UserError: One line with file, place and what is wrong.
+    """
+    return placed_effects(Path(path), robot, read(Path(path), EffectsFile).effects)
+
+
+def save_model(path: str | Path, model: Model, history: Sequence[Mapping[str, Any]] | None = None
+               ) -> Path:
+    """Write a model as a new file.
+
+    Args:
+        path: A file that does not exist yet.
+        model: With single values for all parameters.
+        history: Entries of what was added and why; the model's own when None.
+
+    Raises:
+        UserError: The file exists.
+    """
+    path = Path(path)
+    content: dict[str, Any] = {'robot': _reference(path, model.robot)}
+    if changed := _changed_constants(model):
+        content['constants'] = changed
+    if model.effects:
+        content['effects'] = [effect_entry(model.robot, placed) for placed in model.effects]
+    if model.difference_model is not None:
+        content['difference_model'] = str(_relative(model.difference_model, path.parent))
+    if entries := [dict(h) for h in (model.history if history is None else history)]:
+        content['history'] = entries
+    try:
+        with path.open('x', encoding='utf-8') as file:
+            yaml.safe_dump(content, file, sort_keys=False, allow_unicode=True)
+    except FileExistsError as error:
+        raise UserError(f'{path} exists; a model is always written to a new file') from error
+    except OSError as error:
+        raise UserError(f'cannot write {path}: {error.strerror}') from error
+    return path
+
+
+def effect_entry(robot: Robot, placed: Placed) -> dict[str, Any]:
+    """An effect as model.yaml writes it."""
+    units = {p.name: p.unit for p in placed.effect.parameters_for(robot, placed.where)}
+    parameters: dict[str, Any] = {}
+    for name, value in placed.parameters.items():
+        parameters[name] = {'value': float(value), 'unit': units[name]}
+        if name in placed.ci95:
+            parameters[name]['ci95'] = [float(v) for v in placed.ci95[name]]
+    where: Any = list(placed.where) if len(placed.where) > 1 else placed.where[0]
+    return {'name': placed.effect.source or placed.effect.name,
+            'where': 'all' if placed.everywhere else where, 'parameters': parameters}
+
+
+def placed_effects(path: Path, robot: Robot, entries: Sequence[EffectFile]
+                   ) -> tuple[Placed, ...]:
+    """Entries of an effects list placed on a robot; errors name the file and the entry."""
+    return tuple(_placed(path, f'effects[{i}]', robot, e) for i, e in enumerate(entries))
+
+
+def _placed(path: Path, at: str, robot: Robot, entry: EffectFile) -> Placed:
+    name = entry.name
+    if name.endswith('.py'):
+        name = str(_beside(path, name))
+    values = {key: p.value for key, p in entry.parameters.items()}
+    try:
+        effect = get_effect(name)
+        placed = place(robot, effect, entry.where, **values)
+        _check(robot, placed, entry)
+    except UserError as error:
+        raise UserError(f'{path}: {at}: {error}') from error
+    intervals = {key: p.ci95 for key, p in entry.parameters.items() if p.ci95 is not None}
+    return Placed(placed.effect, placed.where, placed.parameters, placed.everywhere, intervals)
+
+
+def _check(robot: Robot, placed: Placed, entry: EffectFile) -> None:
+    """Raise UserError for a wrong unit or a value outside the physical bounds."""
+    for p in placed.effect.parameters_for(robot, placed.where):
+        given = entry.parameters.get(p.name)
+        if given is None:
+            continue
+        if given.unit != p.unit:
+            raise UserError(f'{entry.name}.{p.name}: the unit is {p.unit!r}, '
+                            f'found {given.unit!r}')
+        if not p.low <= given.value <= p.high:
+            raise UserError(f'{entry.name}.{p.name}: {given.value:g} is outside '
+                            f'{p.low:g} to {p.high:g} {p.unit}'.rstrip())
+
+
+def _constants(path: Path, robot: Robot, given: Mapping[str, Quantity]) -> dict[str, Constant]:
+    result = {}
+    for name, quantity in given.items():
+        known = robot.constants.get(name)
+        if known is None:
+            raise UserError(f'{path}: constants: {robot.name} has no {name!r}'
+                            f'{nearest(name, robot.constants)}')
+        if quantity.unit != known.unit:
+            raise UserError(f'{path}: constants: {name}: the unit is {known.unit!r}, '
+                            f'found {quantity.unit!r}')
+        uncertain = quantity.uncertain or known.uncertain
+        result[name] = Constant(name, quantity.value, known.unit, uncertain)
+    return result
+
+
+def _changed_constants(model: Model) -> dict[str, Any]:
+    """Constants that differ from the robot's files."""
+    original = load_robot(model.robot.folder).constants
+    changed: dict[str, Any] = {}
+    for name, constant in model.robot.constants.items():
+        value = float(model.constants[name])
+        if (value, constant.uncertain) == (original[name].value, original[name].uncertain):
+            continue
+        changed[name] = {'value': value, 'unit': constant.unit}
+        if constant.uncertain is not None:
+            changed[name]['uncertain'] = list(constant.uncertain)
+    return changed
+
+
+def _beside(path: Path, ref: str) -> str:
+    """A reference in a file: relative paths count from the file's folder."""
+    near = path.parent / ref
+    return str(near) if near.exists() else ref
+
+
+def _reference(path: Path, robot: Robot) -> str:
+    """How model.yaml names a robot: by its name where it has one, else by its folder."""
+    for name, folder in named_robots().items():
+        if folder.resolve() == robot.folder.resolve():
+            return name
+    return str(_relative(robot.folder, path.parent))
+
+
+def _relative(target: Path, folder: Path) -> Path:
+    resolved, base = target.resolve(), folder.resolve()
+    return resolved.relative_to(base) if resolved.is_relative_to(base) else resolved
