@@ -46,7 +46,9 @@ def split(states: StateLog, episodes: TopicLog | None) -> Segments:
     cuts = {'stamps jump back': back, 'gap': gap & ~back}
     mismatch = jump_ratio(states)
     if episodes is not None and episodes.messages:
-        cuts['new episode'] = _episode_cuts(states, episodes, mismatch)
+        cuts['new episode'] = _episode_cuts(
+            states, episodes, back | gap | (mismatch > 1.0), mismatch
+        )
         cuts['gap'] &= ~cuts['new episode']
     else:
         cuts['jump'] = (mismatch > 1.0) & ~back & ~gap
@@ -88,9 +90,7 @@ def _mismatch(states: StateLog) -> tuple[Floats, Floats, Floats]:
     """Return position change less velocity x dt, its tolerance, and velocity change x dt."""
     dt = np.abs(np.diff(states.stamp_ns))[:, None] * 1e-9
     if states.dq is None:
-        change = np.diff(states.q, axis=0)
-        before = np.vstack([change[:1], change[:-1]])
-        residual = change - before
+        residual = _roughness(np.diff(states.q, axis=0))
         impulse = np.zeros_like(residual)
     else:
         residual = np.diff(states.q, axis=0) - dt * (states.dq[1:] + states.dq[:-1]) / 2.0
@@ -99,11 +99,24 @@ def _mismatch(states: StateLog) -> tuple[Floats, Floats, Floats]:
     return residual, np.maximum(JUMP_FLOOR, _JUMP_SIGMAS * sigma) + impulse, impulse
 
 
-def _episode_cuts(states: StateLog, episodes: TopicLog, mismatch: Floats) -> NDArray[np.bool_]:
+def _roughness(change: Floats) -> Floats:
+    """Return each position change less the one before or after, whichever is closer."""
+    before = change - np.vstack([change[:1], change[:-1]])
+    after = change - np.vstack([change[1:], change[-1:]])
+    edge = np.zeros(len(change), dtype=bool)
+    edge[[0, -1]] = len(change) > 2
+    smaller = np.where(np.abs(before) < np.abs(after), before, after)
+    return np.where(edge[:, None], before + after, smaller)
+
+
+def _episode_cuts(
+    states: StateLog, episodes: TopicLog, breaks: NDArray[np.bool_], mismatch: Floats,
+) -> NDArray[np.bool_]:
     """Return the steps, shape (T - 1,), in which the episode number changes.
 
     The number has no stamp and arrives on its own topic, so it may come a few samples before or
-    after the first state of its episode; the worst jump nearby is then the true place.
+    after the first state of its episode; where it came between two states without a break, the
+    worst jump nearby is the true place.
     """
     logged = list(deserialize(episodes, UINT32))
     numbers = [message.data for _, message in logged]
@@ -112,8 +125,9 @@ def _episode_cuts(states: StateLog, episodes: TopicLog, mismatch: Floats) -> NDA
     for place in np.searchsorted(states.log_ns, starts) - 1:
         if 0 <= place < cuts.size:
             low = max(place - _NEAR, 0)
-            near = mismatch[low:place + _NEAR + 1]
-            cuts[low + int(near.argmax()) if near.max() > 1.0 else place] = True
+            near = mismatch[low : place + _NEAR + 1]
+            moved = near.max() > 1.0 and not breaks[place]
+            cuts[low + int(near.argmax()) if moved else place] = True
     return cuts
 
 

@@ -121,12 +121,17 @@ def _column(values: list[Floats | None], width: int) -> Floats | None:
     return np.array([missing if value is None else value for value in values], dtype=float)
 
 
+def _never_filled(q: Floats, dq: Floats) -> bool:
+    """Say whether velocities are NaN throughout, or zero although the joints move."""
+    return bool(np.isnan(dq).all() or (not dq.any() and len(np.unique(q, axis=0)) > 2))
+
+
 def _clean(
     topic: TopicLog, log: Stamps, stamp: Stamps, q: Floats, dq: Floats | None,
     effort: Floats | None, stamped: bool,
 ) -> StateLog:
     """Drop repeats of a state (stamp and values) and samples with NaN."""
-    dq = None if dq is None or np.isnan(dq).all() else dq
+    dq = None if dq is None or _never_filled(q, dq) else dq
     fresh = np.concatenate([[True], (np.diff(stamp) != 0) | np.diff(q, axis=0).any(axis=1)])
     whole = np.isfinite(q).all(axis=1)
     if dq is not None:

@@ -42,7 +42,8 @@ def parse_config(content: dict[str, Any], model: type[Config], where: str) -> Co
 
 
 def _first_problem(error: ValidationError, model: type[BaseModel]) -> str:
-    problem = error.errors()[0]
+    problems = error.errors()
+    problem = min(problems, key=lambda found: found['type'] != 'extra_forbidden')
     place = '.'.join(str(part) for part in problem['loc'])
     if problem['type'] == 'extra_forbidden':
         return f'unknown key {place!r}{nearest(str(problem["loc"][-1]), _keys(model))}'

@@ -114,12 +114,13 @@ def _record_column(log: Path, records: Sequence[Mapping[str, Any]], name: str) -
 
 def _read_mat(log: Path, column_map: ColumnMap) -> list[Table]:
     import scipy.io
+    from scipy.io.matlab import MatReadError
 
     try:
         content = scipy.io.loadmat(log, squeeze_me=False, simplify_cells=True)
     except NotImplementedError:
         raise UserError(f'{log} is a MATLAB 7.3 file; save it with -v7') from None
-    except (ValueError, TypeError, OSError) as error:
+    except (MatReadError, ValueError, TypeError, OSError) as error:
         raise UserError(f'{log} is not a MATLAB file: {error}') from None
     content = {name: value for name, value in content.items() if not name.startswith('__')}
     if column_map.fields:
