@@ -18,6 +18,7 @@ from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.mcap_file import McapFile
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.types import definition
+from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py import messages as m
 from leo_msgs_py.values import Applied, JointStates
 from leo_msgs_py.wire.types import serialize
@@ -152,7 +153,20 @@ def test_a_damaged_half_is_left_out(bag, tmp_path, run):
     recording = read_bag(damaged, PENDULUM)
     (episode,) = recording.episodes
     assert len(episode.t) > 0.4 * COUNT and np.array_equal(episode.q, run.q[: len(episode.t)])
-    assert '1 messages could not be decoded' in ' '.join(recording.warnings)
+    assert 'cut short' in recording.warnings[0]
+
+
+def test_a_message_that_cannot_be_decoded_is_left_out_and_counted(tmp_path):
+    writer = BagWriter(tmp_path / 'bag')
+    channel = writer.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
+    for k in range(10):
+        message = JointStates(k * 10**7, ('pivot',), np.zeros(1), np.zeros(1)).to_message()
+        data = serialize(message)
+        writer.write(channel, data if k != 5 else data[:16] + b'\xff' * 40, k * 10**7)
+    writer.close()
+    recording = read_bag(tmp_path / 'bag', PENDULUM)
+    assert len(recording.episodes[0].t) == 9
+    assert '1 messages could not be decoded' in recording.warnings[0]
 
 
 def test_info_says_what_is_there(bag):

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The recorder loses next to nothing to kill -9, and never overwrites a bag."""
+
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.bags.contents import load
+from leo_diffmodel.bags.finish import BagState, finish_bag, is_recording
+from leo_diffmodel.bags.info import bag_info
+from leo_diffmodel.bags.mcap_file import find_files
+from leo_diffmodel.bags.record import record
+from leo_diffmodel.bags.recorder import finish_left_over, header_stamp, RecordedTopic, Recorder
+from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.writer import BagWriter
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.messages import UInt32
+from leo_msgs_py.values import JointStates
+from leo_msgs_py.wire.types import serialize
+from leo_sim.robot import load_robot
+
+PENDULUM = load_robot('pendulum')
+STATES = RecordedTopic('/joint_states', 'sensor_msgs/msg/JointState')
+EPISODE = RecordedTopic('/robot/episode', 'std_msgs/msg/UInt32', latched=True)
+CHILD = """
+import sys, time
+from pathlib import Path
+import numpy as np
+from leo_diffmodel.bags.recorder import RecordedTopic, Recorder
+from leo_msgs_py.values import JointStates
+from leo_msgs_py.wire.types import serialize
+
+recorder = Recorder(Path(sys.argv[1]))
+topic = RecordedTopic('/joint_states', 'sensor_msgs/msg/JointState')
+for k in range(10_000):
+    state = JointStates(k * 5_000_000, ('pivot',), np.array([0.1 * k]), np.array([20.0]))
+    recorder.record(topic, serialize(state.to_message()))
+    print(k, flush=True)
+    time.sleep(0.005)
+"""
+
+
+def state(stamp_ns: int, q: float = 0.0) -> bytes:
+    return serialize(
+        JointStates(stamp_ns, ('pivot',), np.array([q]), np.array([0.0])).to_message()
+    )
+
+
+def test_kill_9_costs_at_most_0_2_s_and_the_bag_reads_and_finishes(tmp_path):
+    bag = tmp_path / 'bag'
+    child = subprocess.Popen(
+        [sys.executable, '-c', CHILD, str(bag)], stdout=subprocess.PIPE, text=True
+    )
+    assert child.stdout is not None
+    while int(child.stdout.readline()) < 150:
+        pass
+    assert is_recording(find_files(bag)[0]) and finish_bag(bag) is BagState.RECORDING
+    assert 'still being recorded' in read_bag(bag, PENDULUM).warnings[0]
+    os.kill(child.pid, signal.SIGKILL)
+    killed_ns = time.time_ns()
+    child.wait()
+    recording = read_bag(bag, PENDULUM)
+    assert 'cut short' in recording.warnings[0]
+    last_ns = load(bag).topics['/joint_states'].messages[-1].log_ns
+    assert (killed_ns - last_ns) * 1e-9 < 0.2
+    info = bag_info(bag)
+    assert info.state == 'repaired' and bag_info(bag).state == 'finished'
+    assert (bag / 'metadata.yaml').is_file()
+    finished = read_bag(bag, PENDULUM)
+    assert finished.warnings == ()
+    assert np.array_equal(finished.episodes[0].q, recording.episodes[0].q)
+
+
+def test_a_killed_finisher_leaves_the_bag_as_it_was(tmp_path):
+    writer = BagWriter(tmp_path / 'bag')
+    channel = writer.add_topic(STATES.name, STATES.type)
+    for k in range(10):
+        writer.write(channel, state(k * 10**7), k * 10**7)
+    writer.flush()
+    content = writer.file.read_bytes()
+    (tmp_path / 'dead').mkdir()
+    (tmp_path / 'dead' / 'dead_0.mcap').write_bytes(content)
+    (tmp_path / 'dead' / '.dead_0.mcap.finishing').write_bytes(content[:50])
+    assert len(load(tmp_path / 'dead').topics['/joint_states'].messages) == 10
+    assert finish_bag(tmp_path / 'dead') is BagState.REPAIRED
+    assert len(load(tmp_path / 'dead').topics['/joint_states'].messages) == 10
+    writer.close()
+
+
+def test_a_restarted_robot_gets_the_next_bag_with_what_was_latched(tmp_path):
+    recorder = Recorder(tmp_path / 'bag')
+    recorder.describe({'robot': 'pendulum'})
+    recorder.record(EPISODE, serialize(UInt32(data=3)))
+    for stamp in [*range(0, 10**9, 10**7), *range(0, 10**9, 10**7)]:
+        recorder.record(STATES, state(stamp))
+    recorder.close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'bag_1']
+    for name in ('bag', 'bag_1'):
+        contents = load(tmp_path / name)
+        assert contents.finished and contents.metadata['leo'] == {'robot': 'pendulum'}
+        assert len(contents.topics['/joint_states'].messages) == 100
+        assert len(contents.topics['/robot/episode'].messages) == 1
+    assert recorder.messages == 201
+
+
+def test_two_publishers_a_little_apart_stay_in_one_bag(tmp_path):
+    recorder = Recorder(tmp_path / 'bag')
+    for k in range(50):
+        recorder.record(STATES, state(10**9 + k * 10**7 - (k % 2) * 15 * 10**6))
+    recorder.close()
+    assert [path.name for path in tmp_path.iterdir()] == ['bag']
+
+
+def test_an_existing_bag_is_never_overwritten(tmp_path):
+    for _ in range(3):
+        recorder = Recorder(tmp_path / 'bag')
+        recorder.record(STATES, state(0))
+        recorder.close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'bag_1', 'bag_2']
+    with pytest.raises(UserError, match='exists already'):
+        record([], tmp_path / 'bag', [])
+    with pytest.raises(UserError, match='exists already'):
+        BagWriter(tmp_path / 'bag')
+
+
+def test_the_next_start_finishes_what_was_left_over(tmp_path):
+    writer = BagWriter(tmp_path / 'bag')
+    writer.write(writer.add_topic(STATES.name, STATES.type), state(0), 0)
+    writer.flush()
+    content = writer.file.read_bytes()
+    for name in ('bag_1', 'bag_2', 'other'):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / f'{name}_0.mcap').write_bytes(content)
+    assert finish_left_over(tmp_path / 'bag') == [tmp_path / 'bag_1', tmp_path / 'bag_2']
+    assert not load(tmp_path / 'other').finished and not load(tmp_path / 'bag').finished
+    writer.close()
+    assert load(tmp_path / 'bag').finished
+
+
+def test_nothing_recorded_leaves_no_folder(tmp_path):
+    Recorder(tmp_path / 'bag').close()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize('stamp', [0, 1, 1_700_000_000_123_456_789])
+def test_stamps_are_read_from_the_bytes(stamp):
+    assert header_stamp(state(stamp)) == stamp
+
+
+def test_a_folder_that_cannot_be_made_is_said():
+    with pytest.raises(UserError, match='cannot make'):
+        BagWriter(Path('/proc/no/bag'))
