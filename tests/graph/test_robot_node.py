@@ -17,9 +17,11 @@ from leo_msgs_py.messages import Float64MultiArray, SetBool
 from leo_msgs_py.node import api
 from leo_msgs_py.qos import latched, reliable
 from leo_msgs_py.values import Applied, JointStates
+from leo_sim.robot import load_robot
 
 pytestmark = pytest.mark.graph
 PATIENCE = 20.0
+CONTROL_PERIOD_NS = round(load_robot('pendulum').control_period * 1e9)
 LEO = str(Path(sys.executable).with_name('leo'))
 DOMAIN = str(100 + os.getpid() % 100)
 
@@ -76,7 +78,8 @@ class Robot:
     def wait(self, what: Callable[[], object], why: str = '') -> None:
         end = time.monotonic() + PATIENCE
         while not what():
-            assert time.monotonic() < end, f'{why or "nothing"} after {PATIENCE} s: {self.said()}'
+            running = self.process.poll() is None and time.monotonic() < end
+            assert running, f'{why or "nothing"}: {self.said()}'
             api.spin_once(self.node, 0.05)
 
     def ready(self) -> 'Robot':
@@ -89,9 +92,11 @@ class Robot:
 
     def step(self, *volts: float) -> Applied:
         """One command in lockstep; what was applied, once its control period is over."""
-        states, before = len(self.fresh()), len(self.applied)
+        due, before = self.states[-1].stamp_ns + CONTROL_PERIOD_NS, len(self.applied)
         self.send(*volts)
-        self.wait(lambda: len(self.fresh()) > states and len(self.applied) > before, 'no answer')
+        self.wait(
+            lambda: self.states[-1].stamp_ns >= due and len(self.applied) > before, 'no answer'
+        )
         return self.applied[before]
 
     def fresh(self) -> list[JointStates]:
@@ -178,8 +183,8 @@ def test_safety_and_services_in_lockstep(robots):
     assert robot.step(100.0).values.tolist() == [3.0], 'clipped to the limit'
 
     robot.send(1.0, 2.0)
-    robot.send(math.nan)
     robot.wait(lambda: 'it has 2 values, the robot has 1 actuators' in robot.said())
+    robot.send(math.nan)
     robot.wait(lambda: len(robot.states) > len(robot.fresh()) + 2, 'no repeats')
     assert robot.step(1.0).values.tolist() == [1.0], 'goes on with the next good command'
 

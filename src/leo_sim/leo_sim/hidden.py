@@ -8,7 +8,6 @@ Imported by the simulated driver alone. The truth leaves this module in one way 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import yaml
@@ -18,7 +17,7 @@ from leo_sim.drawing import draw
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.effects.base import Placed
 from leo_sim.model import Model
-from leo_sim.model_file import read_effects, write_effects
+from leo_sim.model_file import effect_entry, load_effects
 from leo_sim.robot import Robot
 from leo_sim.sealing import seal
 
@@ -52,26 +51,10 @@ def _effects(robot: Robot, file: str, seed: int) -> tuple[Placed, ...]:
         raise UserError('hidden and hidden_seed are both given; give one of them')
     if seed >= 0:
         return (draw(robot, np.random.default_rng(seed)),)
-    return _from_file(robot, Path(file)) if file else ()
-
-
-def _from_file(robot: Robot, path: Path) -> tuple[Placed, ...]:
-    try:
-        content: Any = yaml.safe_load(path.read_text())
-    except (OSError, yaml.YAMLError) as error:
-        raise UserError(
-            f'cannot read the hidden effects in {path}: {_first_line(error)}'
-        ) from error
-    if not isinstance(content, dict) or not isinstance(content.get('effects'), list):
-        raise UserError(f'{path} has no list "effects:", written as in a model file')
-    return read_effects(robot, content['effects'], str(path))
+    return load_effects(file, robot) if file else ()
 
 
 def _seal(path: Path, robot: Robot, effects: tuple[Placed, ...]) -> None:
-    truth = {'robot': robot.name, 'effects': write_effects(effects)}
+    truth = {'robot': robot.name, 'effects': [effect_entry(robot, e) for e in effects]}
     seal(path, yaml.safe_dump(truth, sort_keys=False))
     print(f'sealed: {path}', flush=True)
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).splitlines()[0]

@@ -51,10 +51,7 @@ def _sentences(truth: dict[str, Any]) -> str:
             f'{name} = {entry["value"]:.4g} {entry["unit"]}'.rstrip()
             for name, entry in effect['parameters'].items()
         )
-        where = ', '.join(effect['where'])
-        lines.append(
-            f'  {effect["name"]} at {where}: {values}'
-            if where
-            else f'  {effect["name"]}: {values}'
-        )
+        where = effect['where']
+        places = where if isinstance(where, str) else ', '.join(where)
+        lines.append(f'  {effect["name"]} at {places}: {values}')
     return '\n'.join(lines)

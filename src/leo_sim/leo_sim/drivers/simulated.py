@@ -64,7 +64,8 @@ class SimulatedDriver:
         self._enabled[:] = on
 
     def reset(self) -> None:
-        """Put the robot into its start pose; its clock goes on."""
+        """Put the robot into its start pose, which takes one control period."""
+        self._ticks += max(1, round(self.info.control_period * self.info.state_rate))
         self._begin()
         self.starts += 1
 
