@@ -56,7 +56,7 @@ def parse(text: str) -> Unit:
     Raises:
         UserError: a symbol nobody knows, naming the nearest known.
     """
-    above, slash, below = text.strip().partition('/')
+    above, _, below = text.strip().partition('/')
     if '/' in below:
         raise UserError(f'unit {text!r} has two slashes; write it like N m s/rad')
     factors = [(_symbol(s, text), power) for s, power in _factors(above, text)]

@@ -67,7 +67,8 @@ class Participant:
         """
         self._services += 1
         identity = self.gid[:12] + self._services.to_bytes(4, 'big')
-        return f'{kind}=' + '.'.join(f'{b:x}' for b in identity).rjust(2) + ';'
+        rest = ''.join(f'.{byte:x}' for byte in identity[1:])
+        return f'{kind}={identity[0]:2x}{rest};'
 
     def close(self) -> None:
         """Leave the domain; peers see it at once."""
