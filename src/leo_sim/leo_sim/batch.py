@@ -105,8 +105,8 @@ def _play(model: Model, memory: Memory, q: Any, dq: Any, u: Any, enabled: Any, h
     drag = slowing(laws, model.rigid, q, dq, u, enabled)
     load = model.rigid.load(q) if laws.needs_load else None
     torque = laws.torques(q, dq, speed, u, enabled, load).motor
-    free = speed + h * torque / (laws.rotor_inertia + 0.5 * h * drag.motor)
-    step, half = np.maximum(h, 1e-12), 0.5 * laws.gap
+    free = speed + (h * torque) / (laws.rotor_inertia + 0.5 * h * drag.motor)
+    step, half = np.maximum(h, 1e-12), 0.5 * np.asarray(laws.gap)
     slip = np.clip(free - dq, (-half - offset) / step, (half - offset) / step)
     return {**memory, DRIVE: np.stack(np.broadcast_arrays(offset + h * slip, dq + slip))}
 

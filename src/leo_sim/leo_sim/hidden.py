@@ -17,7 +17,7 @@ from leo_sim.drawing import draw
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.effects.base import Placed
 from leo_sim.model import Model
-from leo_sim.model_file import effect_entry, load_effects
+from leo_sim.model_file import load_effects, write_effects
 from leo_sim.robot import Robot
 from leo_sim.sealing import seal
 
@@ -55,6 +55,6 @@ def _effects(robot: Robot, file: str, seed: int) -> tuple[Placed, ...]:
 
 
 def _seal(path: Path, robot: Robot, effects: tuple[Placed, ...]) -> None:
-    truth = {'robot': robot.name, 'effects': [effect_entry(robot, e) for e in effects]}
+    truth = {'robot': robot.name, 'effects': write_effects(effects)}
     seal(path, yaml.safe_dump(truth, sort_keys=False))
     print(f'sealed: {path}', flush=True)

@@ -37,7 +37,7 @@ class _Use(NamedTuple):
     key: str
     effect: Any
     values: Mapping[str, Any]
-    index: Index
+    at: Index
 
 
 class Laws:
@@ -81,9 +81,9 @@ class Laws:
             return u, memory
         changed = dict(memory)
         for use in self._commands:
-            part, kept = use.effect.command(use.values, u[..., use.index],
+            part, kept = use.effect.command(use.values, u[..., use.at],
                                             memory.get(use.key), h)
-            u = _put(u, use.index, part)
+            u = _put(u, use.at, part)
             if kept is not None:
                 changed[use.key] = kept
         return u, changed
@@ -93,7 +93,8 @@ class Laws:
         """All torques at one instant.
 
         Args:
-            q, dq: True angles and rates, (..., J).
+            q: True angles, (..., J).
+            dq: True rates, (..., J).
             motor_speed: Rates of the motor sides, (..., J); dq itself without backlash.
             u: Inputs at the motors, (..., A).
             enabled: Booleans (..., A) or None for all.
@@ -101,9 +102,9 @@ class Laws:
         """
         motor = self._motor(motor_speed, u, enabled)
         for use in self._motor_side:
-            extra = use.effect.torque(use.values, q[..., use.index], motor_speed[..., use.index],
-                                      self._part(motor, use.index), None)
-            motor = motor._replace(torque=_add(motor.torque, use.index, extra))
+            extra = use.effect.torque(use.values, q[..., use.at], motor_speed[..., use.at],
+                                      self._part(motor, use.at), None)
+            motor = motor._replace(torque=_add(motor.torque, use.at, extra))
         joint: Any = 0.0
         if self.damping is not None:
             joint = -self.damping * dq
@@ -121,8 +122,8 @@ class Laws:
         changed = dict(memory)
         for use in self._sensors:
             angle, rate, kept = use.effect.sensor(
-                use.values, q[..., use.index], dq[..., use.index], memory.get(use.key), dt)
-            q, dq = _put(q, use.index, angle), _put(dq, use.index, rate)
+                use.values, q[..., use.at], dq[..., use.at], memory.get(use.key), dt)
+            q, dq = _put(q, use.at, angle), _put(dq, use.at, rate)
             if kept is not None:
                 changed[use.key] = kept
         return q, dq, changed
@@ -159,8 +160,8 @@ class Laws:
     def _drives(self, uses: Sequence[_Use]) -> None:
         drive = Drive(self.rotor_inertia, np.zeros(len(self.joints)))
         for use in uses:
-            part = use.effect.drive(use.values, self._part(drive, use.index))
-            drive = Drive(*(_put(old, use.index, new)
+            part = use.effect.drive(use.values, self._part(drive, use.at))
+            drive = Drive(*(_put(old, use.at, new)
                             for old, new in zip(drive, part, strict=True)))
         self.rotor_inertia = drive.rotor_inertia
         self.gap = drive.gap if np.any(drive.gap) else None
@@ -182,7 +183,7 @@ class Laws:
         return result
 
     def _added(self, total: Any, use: _Use, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
-        index = use.index
+        index = use.at
         part = use.effect.torque(use.values, q[..., index], dq[..., index],
                                  self._part(motor, index),
                                  None if load is None else load[..., index])

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """model.yaml: a robot with its effects, constants, difference model and history."""
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from pydantic import Field
 import yaml
 
 from leo_msgs_py.errors import UserError
@@ -27,23 +29,21 @@ class EffectFile(Schema):
 
     name: str
     where: str | list[str]
-    parameters: dict[str, ParameterFile] = {}
+    parameters: dict[str, ParameterFile] = Field(default_factory=dict)
 
 
 class ModelFile(Schema):
     """model.yaml (design.md section 5)."""
 
     robot: str
-    constants: dict[str, Quantity] = {}
-    effects: list[EffectFile] = []
+    constants: dict[str, Quantity] = Field(default_factory=dict)
+    effects: tuple[EffectFile, ...] = ()
     difference_model: str | None = None
-    history: list[dict[str, Any]] = []
+    history: tuple[dict[str, Any], ...] = ()
 
 
-class EffectsFile(Schema):
-    """A file with an `effects:` list only, as the robot node's `hidden`."""
-
-    effects: list[EffectFile]
+class _EffectsFile(Schema):
+    effects: tuple[EffectFile, ...]
 
 
 def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
@@ -65,7 +65,7 @@ def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
     robot = load_robot(_beside(path, file.robot))
     robot = robot.with_constants(_constants(path, robot, file.constants))
     difference = file.difference_model
-    return Model(robot, placed_effects(path, robot, file.effects), engine=engine,
+    return Model(robot, _placed_all(path, robot, file.effects), engine=engine,
                  history=file.history,
                  difference_model=None if difference is None else path.parent / difference)
 
@@ -76,7 +76,12 @@ def load_effects(path: str | Path, robot: Robot) -> tuple[Placed, ...]:
     Raises:
         UserError: One line with file, place and what is wrong.
     """
-    return placed_effects(Path(path), robot, read(Path(path), EffectsFile).effects)
+    return _placed_all(Path(path), robot, read(Path(path), _EffectsFile).effects)
+
+
+def write_effects(effects: Sequence[Placed]) -> list[dict[str, Any]]:
+    """An `effects:` list as YAML takes it."""
+    return [_entry(placed) for placed in effects]
 
 
 def save_model(path: str | Path, model: Model, history: Sequence[Mapping[str, Any]] | None = None
@@ -96,7 +101,7 @@ def save_model(path: str | Path, model: Model, history: Sequence[Mapping[str, An
     if changed := _changed_constants(model):
         content['constants'] = changed
     if model.effects:
-        content['effects'] = [effect_entry(model.robot, placed) for placed in model.effects]
+        content['effects'] = write_effects(model.effects)
     if model.difference_model is not None:
         content['difference_model'] = str(_relative(model.difference_model, path.parent))
     if entries := [dict(h) for h in (model.history if history is None else history)]:
@@ -111,12 +116,10 @@ def save_model(path: str | Path, model: Model, history: Sequence[Mapping[str, An
     return path
 
 
-def effect_entry(robot: Robot, placed: Placed) -> dict[str, Any]:
-    """An effect as model.yaml writes it."""
-    units = {p.name: p.unit for p in placed.effect.parameters_for(robot, placed.where)}
+def _entry(placed: Placed) -> dict[str, Any]:
     parameters: dict[str, Any] = {}
     for name, value in placed.parameters.items():
-        parameters[name] = {'value': float(value), 'unit': units[name]}
+        parameters[name] = {'value': float(value), 'unit': placed.units[name]}
         if name in placed.ci95:
             parameters[name]['ci95'] = [float(v) for v in placed.ci95[name]]
     where: Any = list(placed.where) if len(placed.where) > 1 else placed.where[0]
@@ -124,9 +127,7 @@ def effect_entry(robot: Robot, placed: Placed) -> dict[str, Any]:
             'where': 'all' if placed.everywhere else where, 'parameters': parameters}
 
 
-def placed_effects(path: Path, robot: Robot, entries: Sequence[EffectFile]
-                   ) -> tuple[Placed, ...]:
-    """Entries of an effects list placed on a robot; errors name the file and the entry."""
+def _placed_all(path: Path, robot: Robot, entries: Sequence[EffectFile]) -> tuple[Placed, ...]:
     return tuple(_placed(path, f'effects[{i}]', robot, e) for i, e in enumerate(entries))
 
 
@@ -142,7 +143,7 @@ def _placed(path: Path, at: str, robot: Robot, entry: EffectFile) -> Placed:
     except UserError as error:
         raise UserError(f'{path}: {at}: {error}') from error
     intervals = {key: p.ci95 for key, p in entry.parameters.items() if p.ci95 is not None}
-    return Placed(placed.effect, placed.where, placed.parameters, placed.everywhere, intervals)
+    return replace(placed, ci95=intervals)
 
 
 def _check(robot: Robot, placed: Placed, entry: EffectFile) -> None:

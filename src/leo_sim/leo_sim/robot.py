@@ -197,8 +197,8 @@ def _robot(folder: Path, file: RobotFile, text: str, links: tuple[Link, ...],
         base=file.base, control_period=file.control_period,
         integration_step=file.integration_step, state_rate=file.state_rate,
         episode_seconds=file.episode_seconds, start_poses=file.start_poses,
-        sensors=file.sensors, observation=tuple(file.observation), reward=tuple(file.reward),
-        termination=tuple(file.termination), constants=constants)
+        sensors=file.sensors, observation=file.observation, reward=file.reward,
+        termination=file.termination, constants=constants)
 
 
 def _check_names(folder: Path, file: RobotFile, joints: tuple[str, ...],

@@ -38,8 +38,8 @@ class JointFile(Schema):
 class PoseFile(Schema):
     """A start pose: values, or [low, high] to draw from; joints left out start at 0."""
 
-    angles: dict[str, Drawn] = {}
-    rates: dict[str, Drawn] = {}
+    angles: dict[str, Drawn] = Field(default_factory=dict)
+    rates: dict[str, Drawn] = Field(default_factory=dict)
     held: bool = False
 
 
@@ -88,10 +88,10 @@ class RobotFile(Schema):
     episode_seconds: Positive
     gravity: Quantity = Quantity(value=9.81, unit='m/s2')
     actuators: dict[str, ActuatorFile]
-    links: dict[str, LinkFile] = {}
-    joints: dict[str, JointFile] = {}
+    links: dict[str, LinkFile] = Field(default_factory=dict)
+    joints: dict[str, JointFile] = Field(default_factory=dict)
     start_poses: dict[str, PoseFile]
-    sensors: dict[str, SensorFile] = {}
-    observation: list[ObservedFile] = []
-    reward: list[RewardFile] = []
-    termination: list[TerminationFile] = []
+    sensors: dict[str, SensorFile] = Field(default_factory=dict)
+    observation: tuple[ObservedFile, ...] = ()
+    reward: tuple[RewardFile, ...] = ()
+    termination: tuple[TerminationFile, ...] = ()

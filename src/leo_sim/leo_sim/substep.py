@@ -54,18 +54,12 @@ def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any
     load = dynamics.load(q) if laws.needs_load else None
     offset, motor_speed = memory[DRIVE] if laws.gap is not None else (None, dq)
     torques = laws.torques(q, dq, motor_speed, u, enabled, load)
-    rotor = laws.rotor_inertia + 0.5 * h * drag.motor
-    link = 0.5 * h * drag.joint
-    joint = torques.joint + push
-    driving = torques.motor + joint
+    rotor = laws.rotor_inertia + (0.5 * h) * drag.motor
+    geared, driving = rotor, torques.motor
     if laws.gap is not None:
-        geared = laws.gap > 0
-        link = link + np.where(geared, 0.0, rotor)
-        driving = joint + np.where(geared, 0.0, torques.motor)
-    else:
-        link = link + rotor
-    driving = driving + np.zeros_like(dq)
-    factor = Factor(mass, link, dq.shape)
+        geared, driving = (np.where(laws.gap > 0, 0.0, f) for f in (rotor, torques.motor))
+    driving = driving + (torques.joint + push)
+    factor = Factor(mass, geared + (0.5 * h) * drag.joint, dq.shape)
     rates = dq + h * factor.solve([driving[..., j] - b for j, b in enumerate(bias)])
     if torques.level is None and laws.stops is None and laws.gap is None:
         return rates, memory
@@ -85,7 +79,8 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
     Args:
         laws: The model's laws.
         dynamics: The body.
-        q, dq: True angles and rates (..., J).
+        q: True angles (..., J).
+        dq: True rates (..., J).
         memory: What the effects remember.
         inputs: V or N m, (..., A).
         enabled: Booleans (..., A) or None for all.

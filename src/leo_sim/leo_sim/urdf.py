@@ -12,7 +12,7 @@ from leo_sim.effects.base import Body
 
 KINDS = ('revolute', 'continuous', 'prismatic', 'fixed')
 Vector = tuple[float, float, float]
-Matrix = tuple[float, float, float, float, float, float, float, float, float]
+Matrix = tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -142,8 +142,9 @@ def _joint(element: ElementTree.Element, source: str) -> Joint:
     if float(_attribute(element, 'dynamics', 'friction') or 0):
         raise UserError(f'{source}: joint {name!r} has dry friction; remove it there and add the '
                         'effect coulomb_friction to the model')
-    return Joint(name, kind, parent, child, tuple(float(r) for r in rotation.ravel()),
-                 translation, tuple(float(a) for a in axis), _limits(element, kind),
+    x, y, z = axis.tolist()
+    return Joint(name, kind, parent, child, tuple(rotation.ravel().tolist()), translation,
+                 (x, y, z), _limits(element, kind),
                  float(_attribute(element, 'dynamics', 'damping') or 0))
 
 

@@ -86,12 +86,14 @@ def place(robot: Robot, name: str | Effect, where: str | list[str] | tuple[str, 
         if place_name not in possible:
             raise UserError(f'{effect.name} cannot act at {place_name!r} of {robot.name}; '
                             f'possible: {", ".join(possible)}')
-    known = {p.name: p.neutral for p in effect.parameters_for(robot, names)}
+    declared = effect.parameters_for(robot, names)
+    known = {p.name: p.neutral for p in declared}
     for parameter in parameters:
         if parameter not in known:
             raise UserError(f'{effect.name} has no parameter {parameter!r}; '
                             f'it has: {", ".join(known)}')
-    return Placed(effect, names, {**known, **parameters}, everywhere)
+    return Placed(effect, names, {**known, **parameters}, everywhere,
+                  {p.name: p.unit for p in declared})
 
 
 def _from_file(path: Path) -> Effect:

@@ -11,8 +11,8 @@ class Armature(Effect):
     hook = 'drive'
     parameters = (Parameter('J', 'kg m2', low=0.0),)
     looks_like = 'The joint answers more slowly to torque, weight unchanged.'
-    confused_with = ('link_inertia on a single hinge: the same; command_delay and torque_scale in '
-        'short runs.')
+    confused_with = ('link_inertia on a single hinge: the same; command_delay and torque_scale '
+                     'in short runs.')
     reveal = 'Free swings: the period grows while the weight stays.'
 
     def drive(self, p: Values, drive: Drive) -> Drive:

@@ -20,7 +20,7 @@ class BackEmfScale(Effect):
     parameters = (Parameter('k', '', neutral=1.0, low=0.0),)
     looks_like = 'Damping while the motors are on differs; the stall torque is right.'
     confused_with = ('viscous_friction on a voltage-driven joint that is never free: the same '
-        'torque.')
+                     'torque.')
     reveal = 'Let it swing with the motors free: only friction is left then.'
     motor_side = True
     rank = 10

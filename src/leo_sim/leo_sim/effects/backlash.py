@@ -17,8 +17,8 @@ class Backlash(Effect):
     family = 'gear'
     hook = 'drive'
     parameters = (Parameter('gap', 'rad', low=0.0),)
-    looks_like = ('For an instant after each reversal of torque the link moves without its motor, '
-        'then a jolt.')
+    looks_like = ('For an instant after each reversal of torque the link moves without its '
+                  'motor, then a jolt.')
     confused_with = 'voltage_deadband and coulomb_friction near reversals; command_delay.'
     reveal = 'Frequent reversals of small torques about the hanging pose.'
 

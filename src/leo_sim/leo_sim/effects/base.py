@@ -142,6 +142,7 @@ class Placed:
         where: Joint or link names; one shared value for all of them.
         parameters: Floats, or arrays (S, 1, 1) that scan S values at once.
         everywhere: True when the place was given as 'all'.
+        units: Unit of each parameter on this robot.
         ci95: 95 % confidence intervals of fitted parameters.
     """
 
@@ -149,6 +150,7 @@ class Placed:
     where: tuple[str, ...]
     parameters: Mapping[str, Any]
     everywhere: bool = False
+    units: Mapping[str, str] = field(default_factory=dict)
     ci95: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def with_parameters(self, **values: Any) -> Placed:

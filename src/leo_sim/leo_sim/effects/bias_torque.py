@@ -15,8 +15,7 @@ class BiasTorque(Effect):
     parameters = (Parameter('t', 'N m'),)
     looks_like = 'One direction is easier than the other at every angle.'
     confused_with = 'encoder_offset and external_force while the angle stays in a narrow range.'
-    reveal = ('Slow motion over the full turn: a bias stays constant, gravity terms change '
-        'sign.')
+    reveal = 'Slow motion over the full turn: a bias stays constant, gravity terms change sign.'
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
         """Torque at the joints, N m."""

@@ -15,12 +15,12 @@ class CoulombFriction(Effect):
     family = 'friction'
     hook = 'torque'
     parameters = (Parameter('c', 'N m', low=0.0),)
-    looks_like = ('Amplitudes shrink by the same amount each swing; small torques do not start a '
-        'motion.')
-    confused_with = ('voltage_deadband where the joint hardly moves; viscous_friction over a narrow '
-        'range of speed.')
-    reveal = ('Slow triangles and free swings that come to rest: the missing torque is a step '
-        'at zero speed.')
+    looks_like = ('Amplitudes shrink by the same amount each swing; small torques do not start a'
+                  ' motion.')
+    confused_with = ('voltage_deadband where the joint hardly moves; viscous_friction over a '
+                     'narrow range of speed.')
+    reveal = ('Slow triangles and free swings that come to rest: the missing torque is a step at'
+              ' zero speed.')
     dry = True
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:

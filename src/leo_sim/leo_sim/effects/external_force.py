@@ -14,8 +14,8 @@ class ExternalForce(Effect):
         Parameter('z', 'N'),
     )
     looks_like = 'As if gravity were stronger, weaker or turned, without any change of inertia.'
-    confused_with = ('link_mass with link_inertia on one hinge; bias_torque and encoder_offset over '
-        'narrow angles.')
+    confused_with = ('link_mass with link_inertia on one hinge; bias_torque and encoder_offset '
+                     'over narrow angles.')
     reveal = 'Slow motion over a full turn, then fast motion: a force adds no inertia.'
 
     def body(self, p: Values, link: Body) -> Body:

@@ -16,8 +16,8 @@ class JointSpring(Effect):
         Parameter('k', 'N m/rad', low=0.0),
         Parameter('rest', 'rad'),
     )
-    looks_like = ('A pull towards one angle that grows with the distance from it: cables, hoses, '
-        'springs.')
+    looks_like = ('A pull towards one angle that grows with the distance from it: cables, hoses,'
+                  ' springs.')
     confused_with = 'link_mass and external_force in small swings about the hanging pose.'
     reveal = 'Large angles, several turns if the robot can.'
 

@@ -16,11 +16,10 @@ class LoadDependentFriction(Effect):
     hook = 'torque'
     parameters = (Parameter('mu', '', low=0.0),)
     looks_like = ('Dry friction that grows with the torque through the gear: strong under load, '
-        'weak when idle.')
-    confused_with = ('coulomb_friction when the load hardly changes; torque_scale while driving in '
-        'one direction.')
-    reveal = ('The same motion with and without payload, and driving with and against '
-        'gravity.')
+                  'weak when idle.')
+    confused_with = ('coulomb_friction when the load hardly changes; torque_scale while driving '
+                     'in one direction.')
+    reveal = 'The same motion with and without payload, and driving with and against gravity.'
     dry = True
     uses_load = True
 

@@ -21,7 +21,7 @@ class StribeckFriction(Effect):
     )
     looks_like = 'Sticks, breaks loose with a jerk, then slides with less friction.'
     confused_with = ('coulomb_friction when no motion is slower than v_s; voltage_deadband near '
-        'rest.')
+                     'rest.')
     reveal = 'Very slow reversals, so that many samples lie below and around v_s.'
     dry = True
 

@@ -14,10 +14,10 @@ class TorqueScale(Effect):
     hook = 'torque'
     parameters = (Parameter('k', '', neutral=1.0, low=0.0),)
     looks_like = 'Everything the motor does, pushing and braking, is stronger or weaker.'
-    confused_with = ('voltage_scale (the same on a torque-driven joint, or where the torque constant '
-        'is refitted).')
-    reveal = ('Runs with the motors shorted (0 V): braking changes with torque_scale, not '
-        'with voltage_scale.')
+    confused_with = ('voltage_scale (the same on a torque-driven joint, or where the torque '
+                     'constant is refitted).')
+    reveal = ('Runs with the motors shorted (0 V): braking changes with torque_scale, not with '
+              'voltage_scale.')
     motor_side = True
     rank = 20
 

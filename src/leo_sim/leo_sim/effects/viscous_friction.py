@@ -13,11 +13,10 @@ class ViscousFriction(Effect):
     family = 'friction'
     hook = 'torque'
     parameters = (Parameter('b', 'N m s/rad', low=0.0),)
-    looks_like = ('Motion dies out faster than the model says, in proportion to speed; nothing at '
-        'rest.')
+    looks_like = ('Motion dies out faster than the model says, in proportion to speed; nothing '
+                  'at rest.')
     confused_with = 'back_emf_scale on a voltage-driven joint that is never free: the same torque.'
-    reveal = ('Let it swing with the motors free: back-EMF is gone then, viscous friction is '
-        'not.')
+    reveal = 'Let it swing with the motors free: back-EMF is gone then, viscous friction is not.'
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
         """Torque at the joints, N m."""

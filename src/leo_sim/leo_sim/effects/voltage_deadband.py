@@ -20,7 +20,8 @@ class VoltageDeadband(Effect):
     hook = 'command'
     parameters = (Parameter('v', 'V', low=0.0),)
     looks_like = 'Small commands have no effect; large ones are weaker by a constant.'
-    confused_with = 'coulomb_friction where the joint hardly moves; voltage_scale at one amplitude.'
+    confused_with = ('coulomb_friction where the joint hardly moves; voltage_scale at one '
+                     'amplitude.')
     reveal = 'Small and large commands, also while the joint coasts.'
     rank = 30
 

@@ -13,8 +13,8 @@ class VoltageScale(Effect):
     hook = 'command'
     parameters = (Parameter('k', '', neutral=1.0, low=0.0),)
     looks_like = 'Commands are stronger or weaker than sent; braking at 0 V is right.'
-    confused_with = ('torque_scale (the same on a torque-driven joint, or where the torque constant '
-        'is refitted).')
+    confused_with = ('torque_scale (the same on a torque-driven joint, or where the torque '
+                     'constant is refitted).')
     reveal = 'Runs at 0 V beside driven ones.'
     rank = 20
 

@@ -105,7 +105,8 @@ class Rigid:
         outer = (x * x, x * y, x * z, y * x, y * y, y * z, z * x, z * y, z * z)
         rest = tuple(u - o for u, o in zip(UNIT, outer, strict=True))
         skew = (0.0, -z, y, z, 0.0, -x, -y, x, 0.0)
-        return tuple(product(joint.rotation, part) for part in (outer, rest, skew))
+        first, second, third = (product(joint.rotation, part) for part in (outer, rest, skew))
+        return first, second, third
 
     def _poses(self, q: Any) -> list[_Pose]:
         poses = []

@@ -72,7 +72,7 @@ class _System:
         answers = [factor.response(j) for j in range(len(free))]
         held = np.zeros_like(free)
         for _ in range(EVENTS):
-            for j in np.flatnonzero((sliding == 0) & (level > 0)):
+            for j in np.flatnonzero((sliding == 0) & (level > 0)).tolist():
                 now = factor.solve(list(torque + held))[j]
                 held[j] = np.clip(held[j] - now / answers[j][j], -level[j], level[j])
         return factor.solve(list(torque + held))
@@ -158,7 +158,7 @@ def _locked(system: _System, y: _Motion, phase: _Phase) -> _Motion:
 def _struck(system: _System, y: _Motion, ends: Any) -> _Motion:
     """After inelastic impacts where the play of a joint ends."""
     dq, speed = y.dq, y.speed
-    for j in np.flatnonzero(ends):
+    for j in np.flatnonzero(ends).tolist():
         mass, _ = system.dynamics.mass_and_bias(y.q, dq)
         linked = (system.gap == 0) & np.ones_like(ends)
         diagonal = np.where(linked, system.laws.rotor_inertia, 0.0)
