@@ -25,32 +25,24 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from leo_msgs_py import units
 from leo_msgs_py.errors import UserError
 
 from ..yaml_config import nearest
 from .expression import Column, evaluate
 
-UNITS: dict[str, dict[str, float]] = {
-    'angle or length': {
-        'rad': 1.0, 'deg': 0.017453292519943295, 'rev': 6.283185307179586, 'm': 1.0, 'cm': 0.01,
-        'mm': 0.001,
-    },
-    'rate': {
-        'rad/s': 1.0, 'deg/s': 0.017453292519943295, 'rpm': 0.10471975511965977,
-        'rev/s': 6.283185307179586, 'm/s': 1.0, 'mm/s': 0.001,
-    },
-    'torque or force': {'N m': 1.0, 'Nm': 1.0, 'mN m': 0.001, 'mNm': 0.001, 'N': 1.0},
-    'voltage': {'V': 1.0, 'mV': 0.001},
-    'current': {'A': 1.0, 'mA': 0.001},
-    'time': {'s': 1.0, 'ms': 1e-3, 'us': 1e-6, 'ns': 1e-9, 'min': 60.0},
-    'temperature': {'degC': 1.0},
-    'switch': {'': 1.0},
+QUANTITIES: dict[str, tuple[str, ...]] = {
+    'position': ('rad', 'm'),
+    'velocity': ('rad/s', 'm/s'),
+    'effort': ('N m', 'N'),
+    'voltage': ('V',),
+    'supply_voltage': ('V',),
+    'current': ('A',),
+    'temperature': ('degC',),
+    'enabled': ('1',),
+    'time': ('s',),
 }
-QUANTITIES = {
-    'position': 'angle or length', 'velocity': 'rate', 'effort': 'torque or force',
-    'voltage': 'voltage', 'supply_voltage': 'voltage', 'current': 'current',
-    'temperature': 'temperature', 'enabled': 'switch', 'time': 'time',
-}
+"""What a column can be, and the units a bag has it in."""
 
 
 class ColumnSpec(BaseModel):
@@ -160,16 +152,20 @@ class ColumnMap(BaseModel):
 
 
 def unit_factor(unit: str | None, quantity: str, where: str) -> float:
-    """Return the factor to SI of a unit, 1 where none is given.
+    """Return what brings a column in `unit` to the unit of a bag, 1 where none is given.
 
     Raises:
-        UserError: the unit is not one of this quantity.
+        UserError: the unit is not known, or one of something else.
     """
-    known = UNITS[QUANTITIES[quantity]]
-    if unit is None:
+    targets = QUANTITIES[quantity]
+    if unit is None or unit in targets:
         return 1.0
-    if unit not in known:
+    try:
+        fitting = [t for t in targets if t != 'degC' and units.same_dimension(unit, t)]
+    except UserError as error:
+        raise UserError(f'{where}, {quantity}: {error}') from None
+    if not fitting:
         raise UserError(
-            f'{where}: {unit!r} is no unit of {quantity}; use {", ".join(filter(None, known))}'
+            f'{where}: {unit!r} is no unit of {quantity}; give it in {" or ".join(targets)}'
         )
-    return known[unit]
+    return units.conversion(unit, fitting[0], quantity)

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The recording node and `leo bag record|play`, as processes of a live graph."""
+
+from collections.abc import Iterator
+import math
+import os
+from pathlib import Path
+import signal
+import subprocess
+import time
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.bags.contents import load
+from leo_diffmodel.bags.info import bag_info
+from leo_diffmodel.bags.recording import read_bag
+from leo_msgs_py import topics
+from leo_msgs_py.messages import UInt32
+from leo_msgs_py.node import api
+from leo_msgs_py.values import Applied, JointStates
+from leo_sim.robot import load_robot
+
+pytestmark = pytest.mark.graph
+
+PENDULUM = load_robot('pendulum')
+NODE = 'import sys; from leo_diffmodel.nodes.diffmodel import main; sys.exit(main(sys.argv[1:]))'
+LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
+PERIOD = 0.01
+
+
+class Robot:
+    """A robot node in this process that swings at 100 Hz."""
+
+    def __init__(self) -> None:
+        self.node = api.create_node('robot', [])
+        self.node.declare_parameter('robot', 'pendulum')
+        self.node.declare_parameter('seed', 7)
+        self.node.declare_parameter('hidden', 'secret', private=True)
+        self._states = self.node.create_publisher(*topics.JOINT_STATES)
+        self._applied = self.node.create_publisher(*topics.DYNAMIC_JOINT_STATES)
+        self._episode = self.node.create_publisher(*topics.EPISODE)
+        self._episode.publish(UInt32(data=1))
+        self.count = 0
+
+    def wait_for_reader(self) -> None:
+        assert api.spin_until(self.node, lambda: self._states.get_subscription_count() > 0, 30.0)
+        assert api.spin_until(self.node, lambda: self._applied.get_subscription_count() > 0, 30.0)
+
+    def swing(self, seconds: float) -> None:
+        for _ in range(round(seconds / PERIOD)):
+            stamp, t = self.count * 10_000_000, self.count * PERIOD
+            self._states.publish(JointStates(
+                stamp, ('pivot',), np.array([math.sin(t)]), np.array([math.cos(t)])
+            ).to_message())
+            self._applied.publish(Applied(stamp, ('pivot',), np.array([t])).to_message())
+            self.count += 1
+            api.spin_once(self.node, PERIOD)
+
+    def restart(self) -> None:
+        self.count = 0
+        self._episode.publish(UInt32(data=2))
+
+
+@pytest.fixture
+def robot(domain) -> Iterator[Robot]:
+    made = Robot()
+    yield made
+    made.node.destroy_node()
+    api.shutdown()
+
+
+def start_recorder(spawn, bag: Path) -> subprocess.Popen:
+    return spawn('-c', NODE, '--ros-args', '-p', f'bag:={bag}')
+
+
+def stop(process: subprocess.Popen) -> None:
+    process.send_signal(signal.SIGINT)
+    assert process.wait(20.0) in (0, 130)
+
+
+def wait_for(what, seconds: float = 20.0) -> None:
+    end = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < end, 'nothing happened'
+        time.sleep(0.05)
+
+
+def test_a_rollout_becomes_a_bag_and_a_restart_the_next(tmp_path, robot, spawn):
+    recorder = start_recorder(spawn, tmp_path / 'bag')
+    robot.wait_for_reader()
+    robot.swing(2.0)
+    robot.restart()
+    robot.swing(1.0)
+    api.spin_until(robot.node, lambda: False, 0.5)
+    stop(recorder)
+    first, second = read_bag(tmp_path / 'bag', PENDULUM), read_bag(tmp_path / 'bag_1', PENDULUM)
+    assert first.warnings == second.warnings == ()
+    assert [len(e.t) for e in first.episodes + second.episodes] == [200, 100]
+    expected = np.arange(200) * PERIOD
+    np.testing.assert_allclose(first.episodes[0].q[:, 0], np.sin(expected), atol=1e-12)
+    np.testing.assert_allclose(first.episodes[0].inputs[:, 0], expected, atol=1e-12)
+    assert first.metadata['robot'] == 'pendulum' and first.metadata['seed'] == '7'
+    for name in ('bag', 'bag_1'):
+        assert load(tmp_path / name).finished and (tmp_path / name / 'metadata.yaml').is_file()
+        assert not any(b'secret' in f.read_bytes() for f in (tmp_path / name).iterdir())
+
+
+def test_a_killed_recorder_starts_again_and_its_bag_is_finished(tmp_path, robot, spawn):
+    recorder = start_recorder(spawn, tmp_path / 'bag')
+    robot.wait_for_reader()
+    robot.swing(1.5)
+    os.kill(recorder.pid, signal.SIGKILL)
+    published = robot.count
+    recorder.wait()
+    kept = len(read_bag(tmp_path / 'bag', PENDULUM).episodes[0].t)
+    assert published - kept <= 0.2 / PERIOD
+    recorder = start_recorder(spawn, tmp_path / 'bag')
+    wait_for(lambda: (tmp_path / 'bag' / 'metadata.yaml').is_file())
+    assert bag_info(tmp_path / 'bag').state == 'finished'
+    end = time.monotonic() + 20.0
+    while not (tmp_path / 'bag_1').exists() and time.monotonic() < end:
+        robot.swing(0.1)
+    robot.swing(0.5)
+    stop(recorder)
+    again = read_bag(tmp_path / 'bag_1', PENDULUM)
+    assert len(again.episodes) == 1 and len(again.episodes[0].t) >= 50
+    assert len(load(tmp_path / 'bag_1').topics['/robot/episode'].messages) == 1
+
+
+def test_a_played_bag_is_recorded_as_it_was(tmp_path, domain, spawn):
+    t = np.arange(150) * PERIOD
+    inputs = {'pivot': {'voltage': np.sin(9 * t), 'enabled': np.ones(len(t))}}
+    run = Run(t, ['pivot'], np.sin(t)[:, None], np.cos(t)[:, None], inputs=inputs)
+    source = write_runs(tmp_path / 'source', [run], {'robot': 'pendulum'})
+    recorder = spawn('-c', LEO, 'bag', 'record', '-o', str(tmp_path / 'copy'),
+                     '/joint_states', '/dynamic_joint_states', 'robot/episode')
+    watcher = api.create_node('watcher', [])
+    assert api.spin_until(
+        watcher, lambda: watcher.count_subscribers('/dynamic_joint_states') > 0, 30.0
+    )
+    api.shutdown()
+    began = time.monotonic()
+    player = spawn('-c', LEO, 'bag', 'play', str(source), stdout=subprocess.PIPE)
+    out, _ = player.communicate(timeout=60.0)
+    assert player.returncode == 0 and 'played' in out and time.monotonic() - began > 1.49
+    wait_for((tmp_path / 'copy').exists)
+    time.sleep(0.5)
+    stop(recorder)
+    original, copy = load(source), load(tmp_path / 'copy')
+    for name, topic in original.topics.items():
+        assert [m.data for m in copy.topics[name].messages] == [m.data for m in topic.messages]
+        assert copy.topics[name].qos == topic.qos
+    logged = [m.log_ns for m in copy.topics['/joint_states'].messages]
+    assert (logged[-1] - logged[0]) * 1e-9 == pytest.approx(t[-1], rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ('words', 'message'),
+    [
+        (('play', 'none'), 'no bag at none'),
+        (('info', 'none'), 'no bag at none'),
+        (('play', 'x', '--rate', '0'), '--rate 0 is not a speed'),
+        (('record', '-o', '.'), '. exists already'),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(tmp_path, spawn, words, message):
+    process = spawn('-c', LEO, 'bag', *words, stderr=subprocess.PIPE, cwd=tmp_path)
+    _, error = process.communicate(timeout=30.0)
+    assert process.returncode == 2
+    assert error.startswith(f'leo: error: {message}') and error.count('\n') == 1
