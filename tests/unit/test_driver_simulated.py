@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated robot behind the driver contract, with and without something hidden in it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import yaml
+
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.wire.types import serialize
+from leo_sim import drawing
+from leo_sim.drivers import load_driver
+from leo_sim.drivers.base import DriverOptions
+from leo_sim.drivers.simulated import SimulatedDriver
+from leo_sim.reveal import read_sealed
+from leo_sim.robot import load_robot
+
+WEAK = {
+    'effects': [
+        {
+            'name': 'voltage_scale',
+            'where': 'pivot',
+            'parameters': {'k': {'value': 0.5, 'unit': ''}},
+        }
+    ]
+}
+
+
+def options(**changes) -> DriverOptions:
+    return DriverOptions(**{'robot': load_robot('pendulum'), 'engine': 'rigid', **changes})
+
+
+def swing(driver: SimulatedDriver, ticks=50, volts=2.0):
+    """Messages of a run as bytes: states and what was applied."""
+    rows = []
+    for _ in range(ticks):
+        state, applied = driver.read(), driver.write(np.array([volts]))
+        rows.append((serialize(state.to_message()), serialize(applied.to_message())))
+        driver.advance(1.0 / driver.info.state_rate)
+    return rows
+
+
+def test_a_seed_repeats_to_the_bit_and_another_does_not():
+    given = {'start': 'random', 'noise': (0.001, 0.05)}
+    first, again, other = (swing(SimulatedDriver(options(seed=s, **given))) for s in (3, 3, 4))
+    assert first == again
+    assert first[0] != other[0]
+
+
+def test_noise_is_measured_only_and_has_the_given_size():
+    quiet, noisy = (SimulatedDriver(options(noise=n)) for n in ((0.0, 0.0), (0.001, 0.05)))
+    errors = []
+    for _ in range(400):
+        a, b = quiet.read(), noisy.read()
+        assert noisy.read() is b, 'a state is measured once'
+        errors.append([b.position[0] - a.position[0], b.velocity[0] - a.velocity[0]])
+        for driver in (quiet, noisy):
+            driver.write(np.array([1.0]))
+            driver.advance(0.01)
+    assert np.std(errors, axis=0) == pytest.approx([0.001, 0.05], rel=0.15)
+    assert np.mean(errors, axis=0) == pytest.approx([0.0, 0.0], abs=0.01)
+
+
+def test_zero_volts_brakes_and_a_free_motor_does_not():
+    braked, free = SimulatedDriver(options()), SimulatedDriver(options())
+    free.set_torque(False)
+    speeds = []
+    for driver in (braked, free):
+        driver.set_torque(True)
+        swing(driver, 8, volts=3.0)
+        driver.set_torque(driver is braked)
+        applied = driver.write(np.array([0.0]))
+        assert applied.enabled.tolist() == [driver is braked]
+        swing(driver, 30, volts=0.0)
+        speeds.append(abs(driver.read().velocity[0]) + abs(driver.read().position[0] - np.pi))
+    assert speeds[0] < 0.8 * speeds[1]
+
+
+def test_write_says_what_was_applied():
+    driver = SimulatedDriver(options())
+    assert driver.write(np.array([99.0])).values.tolist() == [3.0]
+    driver.set_torque(False)
+    applied = driver.write(np.array([1.0]))
+    assert applied.values.tolist() == [0.0] and applied.enabled.tolist() == [False]
+
+
+def test_reset_starts_anew_one_control_period_later():
+    driver = SimulatedDriver(options())
+    start = driver.read()
+    swing(driver, 10)
+    driver.reset()
+    assert driver.starts == 1
+    assert driver.read().stamp_ns == 100_000_000 + 50_000_000
+    assert driver.read().position.tolist() == start.position.tolist()
+
+
+def test_hidden_effects_act_after_what_is_published(tmp_path):
+    (tmp_path / 'weak.yaml').write_text(yaml.safe_dump(WEAK))
+    private = {'hidden': str(tmp_path / 'weak.yaml'), 'sealed': str(tmp_path / 'weak.sealed')}
+    hidden, ideal = SimulatedDriver(options(private=private)), SimulatedDriver(options())
+    assert [row[1] for row in swing(hidden)] == [row[1] for row in swing(ideal)]
+    assert abs(hidden.read().position[0] - ideal.read().position[0]) > 0.01
+    assert read_sealed(tmp_path / 'weak.sealed')['effects'] == WEAK['effects']
+
+
+def test_a_drawn_effect_repeats_and_is_sealed(tmp_path):
+    runs = []
+    for name in ('a', 'b'):
+        private = {'hidden_seed': 7, 'sealed': str(tmp_path / name)}
+        runs.append(swing(SimulatedDriver(options(private=private))))
+    assert runs[0] == runs[1]
+    assert read_sealed(tmp_path / 'a') == read_sealed(tmp_path / 'b')
+    assert len(read_sealed(tmp_path / 'a')['effects']) == 1
+
+
+@pytest.mark.parametrize('name', ['pendulum', 'torque_pendulum'])
+def test_drawn_effects_differ_and_show(name):
+    robot, drawn = load_robot(name), set()
+    for seed in range(6):
+        placed = drawing.draw(robot, np.random.default_rng(seed))
+        drawn.add(placed.effect.name)
+        size = drawing.Windows(robot, np.random.default_rng(seed)).size(placed)
+        assert drawing.SIZES[0] * 0.9 <= size <= drawing.SIZES[1] * 1.1, placed
+    assert len(drawn) >= 3
+
+
+@pytest.mark.parametrize(
+    ('private', 'said'),
+    [
+        ({'hidden': 'none.yaml'}, 'none.yaml'),
+        ({'hidden': 'wrong.yaml'}, 'coulomb_friction'),
+        ({'hidden': 'wrong.yaml', 'hidden_seed': 1}, 'give one of them'),
+        ({'hidden_seed': 1, 'sealed': 'wrong.yaml/below'}, 'cannot write the sealed file'),
+    ],
+)
+def test_wrong_hidden_settings_are_one_line(tmp_path, monkeypatch, private, said):
+    monkeypatch.chdir(tmp_path)
+    wrong = {'effects': [{'name': 'coulomb_frictoin', 'where': 'pivot', 'parameters': {}}]}
+    (tmp_path / 'wrong.yaml').write_text(yaml.safe_dump(wrong))
+    with pytest.raises(UserError, match=said) as caught:
+        SimulatedDriver(options(private=private))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ('change', 'said'),
+    [
+        ({'state_rate': 33.0}, 'whole multiple of its control rate, 20 Hz'),
+        ({'start': 'upsidedown'}, 'no start pose'),
+        ({'engine': 'bulet'}, 'pybullet'),
+    ],
+)
+def test_wrong_options_are_refused(change, said):
+    with pytest.raises(UserError, match=said):
+        SimulatedDriver(options(**change))
+
+
+def test_unknown_driver_names_the_nearest():
+    with pytest.raises(UserError, match='did you mean replay'):
+        load_driver('replai', options())
+
+
+def test_info_says_what_the_node_needs():
+    info = SimulatedDriver(options(state_rate=200.0)).info
+    shown = dataclasses.asdict(info)
+    assert shown['joints'] == shown['actuators'] == ('pivot',)
+    assert (info.interface, info.state_rate, info.control_period) == ('voltage', 200.0, 0.05)
+    assert info.limits.tolist() == [3.0] and info.own_clock and '<robot' in info.urdf
