@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 from typing import Any, TYPE_CHECKING
 
 import numpy as np
@@ -102,7 +103,8 @@ def _interface(values: Any, name: str, default: float = float('nan')) -> float:
     if name not in values.interface_names:
         return default
     index = values.interface_names.index(name)
-    return float(values.values[index]) if index < len(values.values) else default
+    value = float(values.values[index]) if index < len(values.values) else default
+    return default if math.isnan(value) else value
 
 
 def _commanded(

@@ -7,7 +7,7 @@ leo run leo_diffmodel diffmodel --ros-args -p bag:=runs/rollout
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from leo_diffmodel.bags.recorder import finish_left_over, Recorder
 from leo_diffmodel.nodes.recording import Recording
@@ -19,8 +19,18 @@ from leo_msgs_py.values import time_message
 DIAGNOSTICS_PERIOD = 1.0
 
 
+class Part(Protocol):
+    """One thing the node does."""
+
+    def status(self) -> Any:
+        """Return its DiagnosticStatus."""
+
+    def close(self) -> None:
+        """Finish what is open."""
+
+
 class DiffModelNode:
-    """Composes the recording and what else the node does; every part reports a status.
+    """Composes the parts and reports their status on /diagnostics once a second.
 
     Parameters:
         bag: folder of the first bag; bag_1, bag_2, ... follow where it exists.
@@ -33,14 +43,14 @@ class DiffModelNode:
         self._base = Path(node.declare_parameter('bag', 'runs/rollout').value)
         record = node.declare_parameter('record', True).value
         robot = node.declare_parameter('robot', '').value
-        self._recording = self._record(robot) if record else None
+        self._parts: list[Part] = [self._record(robot)] if record else []
         self._diagnostics = node.create_publisher(*topics.DIAGNOSTICS)
         node.create_timer(DIAGNOSTICS_PERIOD, self._report)
 
     def close(self) -> None:
         """Finish what is open."""
-        if self._recording:
-            self._recording.close()
+        for part in self._parts:
+            part.close()
 
     def _record(self, robot: str) -> Recording:
         for folder in finish_left_over(self._base):
@@ -50,11 +60,9 @@ class DiffModelNode:
         return recording
 
     def _report(self) -> None:
-        parts = [part for part in (self._recording,) if part is not None]
-        stamp = time_message(self._node.get_clock().now().nanoseconds)
-        self._diagnostics.publish(
-            DiagnosticArray(header=Header(stamp=stamp), status=[part.status() for part in parts])
-        )
+        header = Header(stamp=time_message(self._node.get_clock().now().nanoseconds))
+        status = [part.status() for part in self._parts]
+        self._diagnostics.publish(DiagnosticArray(header=header, status=status))
 
 
 def main(argv: list[str] | None = None) -> int:
