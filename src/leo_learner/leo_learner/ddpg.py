@@ -12,16 +12,18 @@ episode), so a run that was stopped between two episodes goes on exactly as if i
 
 from __future__ import annotations
 
-import copy
-import time
 from collections.abc import Callable, Mapping
+import copy
 from dataclasses import dataclass, replace
+from itertools import pairwise
+import time
 from typing import Any
 
 import gymnasium
+from gymnasium.spaces import Box
 import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import nn, Tensor
 from torch.nn.functional import mse_loss
 
 from leo_learner.replay import Batch, Replay
@@ -95,7 +97,7 @@ CONFIGS = {'thesis': THESIS, 'recommended': RECOMMENDED}
 def hidden_layers(sizes: list[int], extra_at_last: int, layer_norm: bool) -> nn.ModuleList:
     """Hidden layers, weights U(+-1/sqrt(fan in)), biases zero; the last one takes the action."""
     layers = nn.ModuleList()
-    for i, (n_in, n_out) in enumerate(zip(sizes[:-1], sizes[1:], strict=True)):
+    for i, (n_in, n_out) in enumerate(pairwise(sizes)):
         linear = nn.Linear(n_in + (extra_at_last if i == len(sizes) - 2 else 0), n_out)
         bound = linear.in_features**-0.5
         nn.init.uniform_(linear.weight, -bound, bound)
@@ -122,6 +124,7 @@ class Actor(nn.Module):
         self.output = output_layer(config.hidden[-1], n_act)
 
     def forward(self, observation: Tensor) -> Tensor:
+        """Actions of a batch."""
         for layer in self.hidden:
             observation = layer(observation)
         return torch.tanh(self.output(observation))
@@ -136,6 +139,7 @@ class Critic(nn.Module):
         self.output = output_layer(config.hidden[-1], 1)
 
     def forward(self, observation: Tensor, action: Tensor) -> Tensor:
+        """Values of a batch."""
         for layer in self.hidden[:-1]:
             observation = layer(observation)
         last = self.hidden[-1](torch.cat([observation, action], dim=1))
@@ -258,6 +262,7 @@ class Training:
     """
 
     def __init__(self, env: gymnasium.Env, config: Config, seed: int) -> None:
+        assert isinstance(env.observation_space, Box) and isinstance(env.action_space, Box)
         n_obs, n_act = env.observation_space.shape[0], env.action_space.shape[0]
         self.env, self.config, self.seed = env, config, seed
         self.agent = Agent(n_obs, n_act, config, seed)
@@ -268,12 +273,21 @@ class Training:
         self.best_actor: Mapping[str, Tensor] = copy.deepcopy(self.agent.actor.state_dict())
         self.stop = False
 
-    def run(self, steps: int, on_scalar: OnScalar = lambda name, value, step: None) -> None:
-        """Whole episodes until `steps` transitions were gathered or `stop` is set."""
+    def run(
+        self,
+        steps: int,
+        on_scalar: OnScalar = lambda name, value, step: None,
+        between: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Whole episodes until `steps` transitions were gathered or `stop` is set.
+
+        `between` is called after every episode and its test: the moment to save.
+        """
         while self.steps < steps and not self.stop:
             self._train_episode(on_scalar)
             if self.episodes % self.config.test_interval == 0:
                 self._keep_best(on_scalar)
+            between()
         if not self.stop and self.episodes % self.config.test_interval:
             self._keep_best(on_scalar)
 
@@ -289,10 +303,13 @@ class Training:
         observation, _ = self.env.reset(
             seed=int(rng.integers(2**31)), options={'pose': 'random'}
         )
-        total, done, losses = 0.0, False, {}
+        total, done = 0.0, False
+        losses: dict[str, Any] = {}
         while not done:
             action = np.clip(self.agent.act(observation) + noise(), -1, 1)
-            following, reward, terminated, truncated, _ = self.env.step(action * self.limit)
+            following, reward, terminated, truncated, info = self.env.step(action * self.limit)
+            if 'lost' in info:
+                break
             self.replay.add(observation, action, float(reward), following, terminated)
             total, self.steps = total + float(reward), self.steps + 1
             cut = self.steps - first == config.episode_steps
@@ -324,6 +341,8 @@ class Training:
         total, done = 0.0, False
         while not done:
             action = self.agent.act(observation) * self.limit
-            observation, reward, terminated, truncated, _ = self.env.step(action)
+            observation, reward, terminated, truncated, info = self.env.step(action)
+            if 'lost' in info:
+                return self._test_episode(start)
             total, done = total + float(reward), terminated or truncated
         return total

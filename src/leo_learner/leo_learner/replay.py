@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+
 from leo_msgs_py.errors import UserError
 
 
@@ -22,7 +23,7 @@ class Batch(NamedTuple):
     next_observations: np.ndarray
     """(B, n_obs), unscaled."""
     terminated: np.ndarray
-    """(B,), 1 where the episode ended in an absorbing state; 0 at a time-out (which bootstraps)."""
+    """(B,), 1 where the episode ended in an absorbing state; a time-out bootstraps: 0."""
 
 
 class Replay:

@@ -61,7 +61,8 @@ def transitions(
         raise UserError(
             f'{names}: no control step with a held input; record the robot while it is driven'
         )
-    q, dq, inputs, q_next, dq_next = (np.array(column)[:limit] for column in zip(*rows, strict=True))
+    columns = zip(*rows[:limit], strict=True)
+    q, dq, inputs, q_next, dq_next = (np.array(column) for column in columns)
     measured = Transitions(q, dq, inputs, q_next, dq_next, q_next, dq_next)
     return predicted(measured, model, recordings[0].command_period)
 

@@ -47,6 +47,9 @@ def fit(
 
     Args:
         steps: all transitions gathered so far.
+        layout: of the robot's state vector.
+        robot: name of the robot.
+        config: `THESIS`, `RECOMMENDED` or a variation.
         start: the previous difference model, whose weights the fit starts from.
         seed: of the first weights, the batches and the dropout.
         on_epoch: called after every pass over the data.

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 import json
 
-from leo_msgs_py.errors import UserError
 import numpy as np
 from safetensors import SafetensorError
 from safetensors.torch import load, save
@@ -14,6 +14,7 @@ import torch
 from torch import nn, Tensor
 
 from leo_diffmodel.difference.layout import Layout
+from leo_msgs_py.errors import UserError
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class Network(nn.Module):
         n_in = layout.states + layout.actuators
         sizes = [n_in, *config.hidden]
         layers: list[nn.Module] = []
-        for a, b in zip(sizes[:-1], sizes[1:], strict=True):
+        for a, b in pairwise(sizes):
             linear = nn.Linear(a, b)
             nn.init.uniform_(linear.weight, -(a**-0.5), a**-0.5)
             dropout = [nn.Dropout(config.dropout)] if config.dropout else []
@@ -75,6 +76,7 @@ class Network(nn.Module):
         self.register_buffer('target_spread', torch.ones(layout.states))
 
     def forward(self, x: Tensor) -> Tensor:
+        """d(s, a) for a batch of network inputs."""
         return self.layers((x - self.input_mean) / self.input_spread) * self.target_spread
 
     def normalise(self, x: Tensor, y: Tensor) -> None:

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The fit as a process of its own: `python -m leo_diffmodel.difference.child --help`.
+
+Progress goes to stdout as one JSON object per line, the last one is the report; an error is one
+line on stderr and exit status 2.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict
+import json
+import os
+from pathlib import Path
+import sys
+import time
+
+from leo_msgs_py.errors import UserError
+
+PROGRESS_PERIOD = 0.5
+"""Wall time between two lines of progress [s]."""
+
+
+def main(argv: list[str]) -> int:
+    """Fit the difference model to bags and write its weights."""
+    parser = argparse.ArgumentParser(prog='python -m leo_diffmodel.difference.child')
+    parser.add_argument('bags', nargs='+', type=Path)
+    parser.add_argument('--model', required=True, help='model file or robot')
+    parser.add_argument('--config', default='recommended', help='recommended or thesis')
+    parser.add_argument('--start', type=Path, help='weights the fit starts from')
+    parser.add_argument('--limit', type=int, help='use the first LIMIT transitions')
+    parser.add_argument('-o', '--output', type=Path, required=True, help='weights to write')
+    options = parser.parse_args(argv)
+    try:
+        report = _fit(options)
+    except UserError as error:
+        print(error, file=sys.stderr)
+        return 2
+    print(json.dumps({'report': report}), flush=True)
+    return 0
+
+
+def _fit(options: argparse.Namespace) -> dict[str, float]:
+    from leo_diffmodel.bags.recording import read_bag
+    from leo_diffmodel.difference.data import transitions
+    from leo_diffmodel.difference.fit import fit
+    from leo_diffmodel.difference.layout import layout_of
+    from leo_diffmodel.difference.network import CONFIGS, from_bytes
+    from leo_sim.model_file import load_model
+
+    os.nice(5)
+    model = load_model(options.model)
+    recordings = [read_bag(bag, model.robot) for bag in options.bags]
+    steps = transitions(recordings, model, options.limit)
+    start = options.start and from_bytes(options.start.read_bytes(), str(options.start))
+    fitted, report = fit(
+        steps, layout_of(model.robot), model.robot.name, CONFIGS[options.config],
+        start=start, on_epoch=_Progress(),
+    )
+    temporary = options.output.with_name(options.output.name + '.tmp')
+    temporary.write_bytes(fitted.to_bytes())
+    temporary.replace(options.output)
+    return asdict(report)
+
+
+class _Progress:
+    """Prints a line now and then."""
+
+    def __init__(self) -> None:
+        self._last = 0.0
+
+    def __call__(self, done: int, total: int, loss: float) -> None:
+        if time.monotonic() - self._last > PROGRESS_PERIOD:
+            self._last = time.monotonic()
+            print(json.dumps({'epoch': done, 'epochs': total, 'loss': loss}), flush=True)
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The difference model on the graph: queries, weights, updates. Composed into `diffmodel`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from leo_diffmodel.difference.job import Progress, Updates
+from leo_diffmodel.difference.network import DifferenceModel, from_bytes
+from leo_msgs_py import topics
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.messages import DiagnosticStatus, JointState, KeyValue, UInt8MultiArray
+from leo_sim.model import Model
+from leo_sim.model_file import load_model
+
+POLL_PERIOD = 0.2
+"""How often the fit's progress is read [s]."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the difference model of a node is made of.
+
+    Attributes:
+        model: model file or robot name the difference is taken from.
+        bags: gives the folders of everything recorded so far, the open one too.
+        folder: where the weights are kept; found again after a restart.
+        config: `recommended` or `thesis`.
+    """
+
+    model: str
+    bags: Callable[[], Sequence[Path]]
+    folder: Path
+    config: str = 'recommended'
+
+
+class DifferenceService:
+    """Answers queries, publishes weights, starts updates; recording never waits for it."""
+
+    def __init__(self, node: Any, settings: Settings) -> None:
+        self._node, self._settings = node, settings
+        self._model: Model = load_model(settings.model)
+        self._updates = Updates(settings.folder, settings.model, settings.config)
+        self._difference: DifferenceModel | None = None
+        self._corrections = node.create_publisher(*topics.DIFFERENCE_CORRECTION)
+        self._weights = node.create_publisher(*topics.DIFFERENCE_WEIGHTS)
+        query = topics.DIFFERENCE_QUERY
+        node.create_subscription(query.type, query.name, self._on_query, query.qos)
+        node.create_service(*topics.DIFFERENCE_UPDATE, self._on_update)
+        node.create_timer(POLL_PERIOD, self._poll)
+        self._publish_newest()
+
+    def status(self) -> Any:
+        """The DiagnosticStatus of the last update."""
+        progress, difference = self._updates.progress, self._difference
+        values = {
+            'version': difference.version if difference else 0,
+            'trained on': difference.trained_on if difference else 0,
+            **progress.numbers,
+        }
+        return DiagnosticStatus(
+            name=f'{self._node.get_name()}: difference model',
+            level=DiagnosticStatus.ERROR if progress.error else DiagnosticStatus.OK,
+            message=progress.error or progress.state,
+            values=[KeyValue(key=key, value=f'{value:g}') for key, value in values.items()],
+        )
+
+    def close(self) -> None:
+        """End a fit that is under way; the weights so far stay."""
+        self._updates.stop()
+
+    def _on_update(self, _request: Any, response: Any) -> Any:
+        if self._updates.busy:
+            response.success, response.message = False, 'busy: an update is under way'
+            return response
+        try:
+            self._updates.begin(self._settings.bags())
+        except UserError as error:
+            self._updates.progress = Progress('failed', error=str(error))
+            response.success, response.message = False, str(error)
+        else:
+            response.success, response.message = True, 'accepted: progress on /diagnostics'
+        return response
+
+    def _poll(self) -> None:
+        if not self._updates.poll():
+            return
+        if self._updates.progress.state == 'failed':
+            self._node.get_logger().error(f'update failed: {self._updates.progress.error}')
+        else:
+            self._publish_newest()
+
+    def _publish_newest(self) -> None:
+        path = self._updates.newest()
+        if path is None:
+            return
+        data = path.read_bytes()
+        try:
+            difference = from_bytes(data, str(path))
+        except UserError as error:
+            self._updates.progress = Progress('failed', error=str(error))
+            self._node.get_logger().error(str(error))
+            return
+        self._difference = difference
+        self._weights.publish(UInt8MultiArray(data=data))
+        self._node.get_logger().info(
+            f'difference model version {difference.version}, fitted to '
+            f'{difference.trained_on} transitions, on /difference_model/weights'
+        )
+
+    def _on_query(self, message: Any) -> None:
+        try:
+            q, dq, inputs = read_query(message, self._model)
+        except UserError as error:
+            self._node.get_logger().error(str(error), throttle_duration_sec=1.0)
+            return
+        dq_wanted, q_wanted = np.zeros_like(dq), np.zeros_like(q)
+        if self._difference is not None:
+            q_wanted, dq_wanted = correction(self._model, self._difference, q, dq, inputs)
+        self._corrections.publish(
+            JointState(
+                header=message.header,
+                name=list(self._model.robot.joint_names),
+                position=q_wanted.tolist(),
+                velocity=dq_wanted.tolist(),
+            )
+        )
+
+
+def correction(
+    model: Model, difference: DifferenceModel, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the difference model adds to the next angles [rad] and rates [rad/s], both (J,)."""
+    following = model.step(model.state_from(q, dq), inputs, model.robot.control_period)
+    wanted = difference.correct(q, dq, inputs, following.q, following.dq)
+    return wanted[0] - following.q, wanted[1] - following.dq
+
+
+def read_query(message: Any, model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Angles and rates (J,) and inputs (A,) of a query.
+
+    Raises:
+        UserError: a joint or one of its interfaces is missing.
+    """
+    robot = model.robot
+    kind = 'voltage' if robot.input == 'voltage' else 'effort'
+    table = {
+        name: dict(zip(entry.interface_names, entry.values, strict=False))
+        for name, entry in zip(message.joint_names, message.interface_values, strict=False)
+    }
+    try:
+        q = np.array([table[name]['position'] for name in robot.joint_names])
+        dq = np.array([table[name]['velocity'] for name in robot.joint_names])
+        inputs = np.array([table[actuator.joint][kind] for actuator in robot.actuators])
+    except KeyError as error:
+        raise UserError(
+            f'a difference query for {robot.name} gives position and velocity of '
+            f'{", ".join(robot.joint_names)} and {kind} of the driven ones; {error} is missing'
+        ) from error
+    return q, dq, inputs

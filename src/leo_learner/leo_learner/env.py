@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The model of a robot as a gymnasium environment, corrected by a difference model if given."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from leo_diffmodel.difference.network import DifferenceModel
+from leo_sim import task
+from leo_sim.model import Model, State
+from leo_sim.robot import Robot
+
+Step = tuple[np.ndarray, float, bool, bool, dict[str, Any]]
+
+
+class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
+    """What every environment of a robot shares: spaces, length of an episode, reward.
+
+    Observations are those of robot.yaml; actions are held inputs [V or N m] in actuator order.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.episode_steps = round(robot.episode_seconds / robot.control_period)
+        size = len(robot.observation) or 2 * len(robot.joint_names)
+        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float64)
+        self.action_space = gymnasium.spaces.Box(-robot.limits, robot.limits, dtype=np.float64)
+        self._steps = 0
+
+    def _outcome(self, before: State, inputs: np.ndarray, after: State) -> Step:
+        """Observation, reward and end of the step from one sensed state to the next."""
+        self._steps += 1
+        return (
+            task.observation(self.robot, after.q, after.dq),
+            float(task.reward(self.robot, before, inputs, after)),
+            bool(task.terminated(self.robot, after)),
+            self._steps >= self.episode_steps,
+            {},
+        )
+
+
+class ModelEnv(RobotSpaces):
+    """Episodes on `Model.step`; s' <- s'_model + d(s, a) becomes the state of the next step.
+
+    Observation, reward and termination come from the corrected state as the sensors read it.
+
+    Args:
+        model: with its effects.
+        difference: a difference model of the same robot.
+    """
+
+    def __init__(self, model: Model, difference: DifferenceModel | None = None) -> None:
+        super().__init__(model.robot)
+        self.model, self.difference = model, difference
+        self.state = model.start()
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Start an episode; `options={'pose': ...}` names a start pose, `random` without it."""
+        super().reset(seed=seed)
+        pose = (options or {}).get('pose', 'random')
+        self.state, self._steps = self.model.start(pose, self.np_random), 0
+        return task.observation(self.robot, *self.model.sense(self.state)), {}
+
+    def step(self, action: np.ndarray) -> Step:
+        """Hold `action` [V or N m] for one control period."""
+        inputs = np.clip(np.asarray(action, float), -self.robot.limits, self.robot.limits)
+        before = self.state
+        after = self.model.step(before, inputs, self.robot.control_period)
+        if self.difference is not None:
+            q, dq = self.difference.correct(before.q, before.dq, inputs, after.q, after.dq)
+            after = replace(after, q=q, dq=dq)
+        self.state = after
+        return self._outcome(self._sensed(before), inputs, self._sensed(after))
+
+    def _sensed(self, state: State) -> State:
+        q, dq = self.model.sense(state)
+        return replace(state, q=q, dq=dq)

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A training run in a folder: curves, checkpoints, progress, the policy file at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+import signal
+import threading
+import time
+from types import FrameType
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from torch.utils.tensorboard import SummaryWriter
+
+from leo_learner.checkpoint import load_checkpoint, PREFIX, save_checkpoint
+from leo_learner.ddpg import OnScalar, Training
+from leo_learner.policy import save_policy
+from leo_sim.robot import Robot
+
+SAVE_PERIOD = 30.0
+"""Wall time between two checkpoints [s]; one more is written at the end and at Ctrl-C."""
+POLICY = 'policy.safetensors'
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run came to.
+
+    Attributes:
+        policy: the best policy by test.
+        test_return: its mean return in that test.
+        steps: transitions gathered.
+        seconds: wall time of this part of the run.
+        finished: False where it was stopped before its last step.
+    """
+
+    policy: Path
+    test_return: float
+    steps: int
+    seconds: float
+    finished: bool
+
+
+def learn(
+    training: Training,
+    robot: Robot,
+    steps: int,
+    folder: Path,
+    *,
+    title: str = 'learning',
+    quiet: bool = False,
+    alive: Callable[[], bool] = lambda: True,
+) -> Outcome:
+    """Run `training` to `steps` transitions in `folder`, going on from a checkpoint there.
+
+    Ctrl-C ends the present episode, saves and returns.
+
+    Args:
+        training: fresh, or as it starts (networks and replay of an earlier run).
+        robot: for the policy file.
+        steps: transitions in all.
+        folder: receives TensorBoard's events, `checkpoint-*` and `policy.safetensors`.
+        title: what the progress line says.
+        quiet: no progress line.
+        alive: asked after every episode; False stops the run as Ctrl-C does.
+    """
+    began = time.perf_counter()
+    folder.mkdir(parents=True, exist_ok=True)
+    if any(folder.glob(f'{PREFIX}*')):
+        load_checkpoint(folder, training)
+    with ExitStack() as stack:
+        show = stack.enter_context(_progress(training, steps, title, quiet))
+        curves = stack.enter_context(SummaryWriter(str(folder), purge_step=training.steps))
+        stack.enter_context(_stopped_by_signal(training))
+        training.run(steps, _both(curves.add_scalar, show), _Saver(training, folder, alive))
+    save_checkpoint(folder, training)
+    save_policy(folder / POLICY, training, robot)
+    return Outcome(
+        folder / POLICY, training.best_return, training.steps,
+        time.perf_counter() - began, training.steps >= steps,
+    )
+
+
+def _both(first: OnScalar, second: OnScalar) -> OnScalar:
+    def pass_on(name: str, value: float, step: int) -> None:
+        first(name, value, step)
+        second(name, value, step)
+
+    return pass_on
+
+
+class _Saver:
+    """Saves a checkpoint now and then, and stops the run once `alive` says no."""
+
+    def __init__(self, training: Training, folder: Path, alive: Callable[[], bool]) -> None:
+        self._training, self._folder, self._alive = training, folder, alive
+        self._saved = time.monotonic()
+
+    def __call__(self) -> None:
+        self._training.stop = self._training.stop or not self._alive()
+        if time.monotonic() - self._saved > SAVE_PERIOD:
+            save_checkpoint(self._folder, self._training)
+            self._saved = time.monotonic()
+
+
+@contextmanager
+def _progress(training: Training, steps: int, title: str, quiet: bool) -> Iterator[OnScalar]:
+    columns = (
+        TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
+        TextColumn('steps, left'), TimeRemainingColumn(), TextColumn('{task.fields[test]}'),
+    )
+    with Progress(*columns, console=Console(stderr=True), disable=quiet) as progress:
+        task = progress.add_task(title, total=steps, completed=training.steps, test='')
+
+        def show(name: str, value: float, step: int) -> None:
+            if name == 'charts/test_return':
+                progress.update(task, test=f'test return {value:.0f}')
+            progress.update(task, completed=min(step, steps))
+
+        yield show
+
+
+@contextmanager
+def _stopped_by_signal(training: Training) -> Iterator[None]:
+    """While inside, SIGINT and SIGTERM end the run after the present episode."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        training.stop = True
+        signal.signal(number, signal.SIG_DFL)
+
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    former = [signal.signal(number, stop) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, former, strict=True):
+            signal.signal(number, handler)

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The robot node as a gymnasium environment: a command out, the state one period later in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import time
+from typing import Any
+
+import numpy as np
+
+from leo_learner.env import RobotSpaces, Step
+from leo_msgs_py import topics
+from leo_msgs_py.node import api
+from leo_msgs_py.values import Command, JointStates
+from leo_sim import task
+from leo_sim.model import State
+from leo_sim.robot import Robot
+
+COMMANDS = {'voltage': topics.VOLTAGE_COMMANDS, 'torque': topics.EFFORT_COMMANDS}
+SAME_START = 0.5
+"""After this time [s] a state equal to the one before the reset is taken for the start pose."""
+RESEND = 0.3
+"""A robot that repeats its state this long after a command [s] gets it again."""
+REMIND = 10.0
+"""Wall time between two lines that say what is waited for [s]."""
+
+
+class Stopped(Exception):
+    """The process was asked to end while the environment waited for the robot."""
+
+
+class RobotEnv(RobotSpaces):
+    """Episodes on a running robot node, in lockstep or in real time.
+
+    The robot's own parameter `start` decides on the start pose, whatever `reset` asks for. An
+    episode during which the robot was restarted ends with `info['lost']`, and the last
+    transition is none; until a robot answers, the environment waits.
+
+    Args:
+        node: of the node layer; this environment spins it while it waits.
+        robot: model description of the robot behind the topics.
+    """
+
+    def __init__(self, node: Any, robot: Robot) -> None:
+        super().__init__(robot)
+        self._node = node
+        self._episode = -1
+        self._latest: JointStates | None = None
+        self._fresh = False
+        self._state: JointStates | None = None
+        self._period_ns = round(robot.control_period * 1e9)
+        node.create_subscription(
+            topics.JOINT_STATES.type, topics.JOINT_STATES.name, self._on_state,
+            topics.JOINT_STATES.qos,
+        )
+        node.create_subscription(
+            topics.EPISODE.type, topics.EPISODE.name, self._on_episode, topics.EPISODE.qos
+        )
+        self._commands = node.create_publisher(*COMMANDS[robot.input])
+        self._reset = node.create_client(*topics.RESET)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Ask the robot to its start pose and wait for its first state there."""
+        super().reset(seed=seed)
+        self._steps = 0
+        self._state = self._at_start()
+        return task.observation(self.robot, self._state.position, self._state.velocity), {}
+
+    def step(self, action: np.ndarray) -> Step:
+        """Command `action` [V or N m] and wait for the state one control period later."""
+        assert self._state is not None, 'reset the environment first'
+        before, episode = self._state, self._episode
+        inputs = np.clip(np.asarray(action, float), -self.robot.limits, self.robot.limits)
+        after = self._follow(before, inputs, episode)
+        if after is None:
+            observation = task.observation(self.robot, before.position, before.velocity)
+            return observation, 0.0, False, True, {'lost': True}
+        self._state = after
+        return self._outcome(_state(before), inputs, _state(after))
+
+    def _at_start(self) -> JointStates:
+        while True:
+            self._wait(self._robot_there, 'the robot (leo run leo_sim robot)')
+            if (state := self._after_reset()) is not None:
+                return state
+
+    def _after_reset(self) -> JointStates | None:
+        previous, episode, asked = self._latest, self._episode, time.monotonic()
+        answer = self._call_reset()
+        if answer is None or not answer.success:
+            return None
+
+        def arrived() -> bool:
+            patient = time.monotonic() - asked > SAME_START
+            return self._episode != episode and (patient or not _same(self._latest, previous))
+
+        self._wait(arrived, 'the first state of an episode', limit=5.0)
+        return self._latest if arrived() else None
+
+    def _robot_there(self) -> bool:
+        return self._episode >= 0 and self._reset.wait_for_service(0.0)
+
+    def _call_reset(self) -> Any:
+        future = self._reset.call_async(topics.RESET.type.Request())
+        return future.result() if self._wait(future.done, 'the reset', limit=5.0) else None
+
+    def _follow(
+        self, before: JointStates, inputs: np.ndarray, episode: int
+    ) -> JointStates | None:
+        """Command until the state one period after `before` is there; None if it never comes."""
+        due = before.stamp_ns + self._period_ns - self._period_ns // 100
+        command = Command(inputs).to_message()
+        self._commands.publish(command)
+        sent, self._fresh = time.monotonic(), False
+
+        def done() -> bool:
+            nonlocal sent
+            latest = self._latest
+            assert latest is not None
+            unheard = self._fresh and latest.stamp_ns == before.stamp_ns
+            if unheard and time.monotonic() - sent > RESEND:
+                self._commands.publish(command)
+                sent, self._fresh = time.monotonic(), False
+            return self._episode != episode or latest.stamp_ns >= due
+
+        self._wait(done, 'the next state')
+        return self._latest if self._episode == episode else None
+
+    def _wait(self, ready: Callable[[], bool], what: str, limit: float | None = None) -> bool:
+        """Spin until `ready`; False after `limit` seconds, without one a reminder now and then."""
+        began = reminded = time.monotonic()
+        while not ready():
+            if not api.ok():
+                raise Stopped
+            api.spin_once(self._node, 0.1)
+            now = time.monotonic()
+            if limit is not None and now - began > limit:
+                return False
+            if now - reminded > REMIND:
+                reminded = now
+                self._node.get_logger().info(f'waiting for {what}')
+        return True
+
+    def _on_state(self, message: Any) -> None:
+        self._latest, self._fresh = JointStates.from_message(message), True
+
+    def _on_episode(self, message: Any) -> None:
+        self._episode = message.data
+
+
+def _state(measured: JointStates) -> State:
+    return State(measured.position, measured.velocity, {})
+
+
+def _same(a: JointStates | None, b: JointStates | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    return (
+        a.stamp_ns == b.stamp_ns
+        and np.array_equal(a.position, b.position)
+        and np.array_equal(a.velocity, b.velocity)
+    )
