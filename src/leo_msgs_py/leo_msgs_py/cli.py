@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import difflib
+from functools import wraps
 from importlib.metadata import entry_points, EntryPoint
 import os
 import sys
@@ -35,9 +37,26 @@ def main(argv: list[str] | None = None) -> int:
     Returns:
         Exit status: the verb's own, 2 for bad input (one line on stderr), 130 interrupted.
     """
-    words = sys.argv[1:] if argv is None else argv
+    return _guarded(_dispatch, sys.argv[1:] if argv is None else argv)
+
+
+def executable(run: Callable[[list[str]], int]) -> Callable[..., int]:
+    """Make `run` the `main` of a node, also for the script that `ros2 run` starts.
+
+    Without arguments it takes the process's; bad input is one line on stderr and status 2.
+    """
+
+    @wraps(run)
+    def main(argv: list[str] | None = None) -> int:
+        return _guarded(run, sys.argv[1:] if argv is None else argv)
+
+    return main
+
+
+def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
+    """The exit status of `run`, with one line for bad input and silence for an interrupt."""
     try:
-        status = _dispatch(words)
+        status = run(words)
         sys.stdout.flush()
     except UserError as error:
         print(f'leo: error: {" ".join(str(error).split())}', file=sys.stderr)

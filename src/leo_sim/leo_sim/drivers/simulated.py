@@ -8,6 +8,7 @@ import numpy as np
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers.base import DriverOptions, robot_info
 from leo_sim.hidden import hidden_model
+from leo_sim.model import State
 
 
 class SimulatedDriver:
@@ -30,6 +31,8 @@ class SimulatedDriver:
         self._ticks = 0
         self._input = np.zeros(len(self.info.actuators))
         self._enabled = np.ones(len(self.info.actuators), dtype=bool)
+        self._state: State
+        self._measured: JointStates
         self._begin()
 
     def connect(self) -> None:

@@ -48,28 +48,29 @@ class Paced(Protocol):
 def run_lockstep(robot: Paced, ok: Callable[[], bool]) -> None:
     """One command, one control period: nothing moves until a command came."""
     robot.publish_state()
-    while ok():
-        if not _wait_for_command(robot, ok):
-            return
+    while _wait_for_command(robot, ok):
         for tick in range(robot.states_per_command):
             began = time.monotonic()
             robot.apply()
             robot.advance()
             if tick == robot.states_per_command - 1:
                 _drop_early_commands(robot)
+                if not ok():
+                    return
             robot.publish_state()
             robot.report(time.monotonic() - began, 0.0)
         _wait_for_readers(robot, ok)
 
 
 def _wait_for_command(robot: Paced, ok: Callable[[], bool]) -> bool:
+    """Whether a command came before the end."""
     repeat = time.monotonic() + REPEAT_PERIOD
     while ok() and not robot.commanded:
-        robot.spin_once(max(0.0, repeat - time.monotonic()))
-        if time.monotonic() >= repeat and not robot.commanded:
+        if time.monotonic() >= repeat:
             robot.repeat_state()
             repeat = time.monotonic() + REPEAT_PERIOD
-    return robot.commanded
+        robot.spin_once(max(0.0, repeat - time.monotonic()))
+    return ok()
 
 
 def _drop_early_commands(robot: Paced) -> None:
@@ -93,7 +94,8 @@ def run_realtime(robot: Paced, ok: Callable[[], bool], factor: float) -> None:
         began = time.monotonic()
         due += robot.advance() / factor
         took = time.monotonic() - began
-        _spin_until(robot, ok, due)
+        if not _spin_until(robot, ok, due):
+            return
         began = time.monotonic()
         robot.publish_state()
         robot.apply()
@@ -102,7 +104,9 @@ def run_realtime(robot: Paced, ok: Callable[[], bool], factor: float) -> None:
             due = began
 
 
-def _spin_until(robot: Paced, ok: Callable[[], bool], due: float) -> None:
+def _spin_until(robot: Paced, ok: Callable[[], bool], due: float) -> bool:
+    """Serve callbacks until `due`; whether the robot shall go on."""
     robot.spin_once(0.0)
     while ok() and (left := due - time.monotonic()) > 0.0:
         robot.spin_once(left)
+    return ok()

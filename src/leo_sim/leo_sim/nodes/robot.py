@@ -14,6 +14,7 @@ import time
 from typing import Any
 
 from leo_msgs_py import topics
+from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.messages import Bool, Clock, String, UInt32
 from leo_msgs_py.node import api
@@ -196,7 +197,8 @@ class RobotNode:
         self._diagnostics.publish(diagnostic_array(status, now))
 
 
-def main(argv: list[str] | None = None) -> int:
+@executable
+def main(argv: list[str]) -> int:
     """Run the robot node; `argv` as after the executable's name."""
     node = api.create_node('robot', argv)
     settings = read_settings(node)
