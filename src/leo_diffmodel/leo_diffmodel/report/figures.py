@@ -26,7 +26,7 @@ class Line:
     """One curve over a shared abscissa: its name, values and stroke."""
 
     name: str
-    values: Sequence[float]
+    values: Any
     stroke: Stroke
 
 
@@ -69,7 +69,7 @@ def torque(variable: Array, measured: Array, curves: Sequence[Line], axis: str) 
         axis: label of the abscissa, with its unit.
     """
     bins = sort(variable)
-    scale, prefix = _prefix(bins.mean(measured))
+    scale, prefix = _prefix(float(np.quantile(np.abs(measured), 0.9)))
     values, unit = scale * measured, f'{prefix}N m'
     mean, error = bins.mean(values), bins.standard_error(values)
     plot = _plot(axis, f'missing torque [{unit}]')
@@ -100,11 +100,15 @@ def health(time: Array, before: Array, after: Array, same: bool) -> Any:
     """
     plot = _plot('time in the bag [s]', 'squared residual / expected [1]', y_axis_type='log')
     if not same:
-        plot.scatter(time, before, size=4, color=palette.BEFORE, alpha=0.5, marker='triangle')
+        plot.scatter(time, before, size=4, color=palette.BEFORE, alpha=0.6)
     colour = palette.BEFORE if same else palette.AFTER
     dots = plot.scatter(time, after, size=4.5, color=colour, alpha=0.7)
     _hover(plot, dots, [('bag time', '@x{0.00} s'), ('ratio', '@y{0.00}')])
+    both = np.concatenate([after, after if same else before])
+    bottom, top = 0.7 * min(both.min(), 1.0), 1.4 * max(both.max(), 1.0)
+    plot.y_range = Range1d(bottom, top)
     plot.yaxis.formatter = PrintfTickFormatter(format='%g')
+    plot.yaxis.ticker = _ticks(bottom, top)
     span = [float(time.min()), float(time.max())]
     plot.line(span, [1, 1], color=palette.NOISE, line_dash='dashed', line_width=1.5)
     return plot
@@ -165,9 +169,8 @@ def _ticks(low: float, high: float) -> list[float]:
     return [t for t in ticks if 0.99 * low <= t <= 1.01 * high]
 
 
-def _prefix(values: Array) -> tuple[float, str]:
-    """Factor and SI prefix that bring values near one."""
-    size = float(np.abs(values).max(initial=0.0))
+def _prefix(size: float) -> tuple[float, str]:
+    """Factor and SI prefix that bring values of this size near one."""
     if size >= 0.1 or size == 0.0:
         return 1.0, ''
     return (1e3, 'm') if size >= 1e-4 else (1e6, 'µ')

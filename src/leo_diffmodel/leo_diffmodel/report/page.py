@@ -15,7 +15,6 @@ import jinja2
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.comparison import Comparison
-from leo_diffmodel.compare.torque import where as worst_places
 from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.report import palette, text
 from leo_diffmodel.report.section import Section
@@ -47,16 +46,15 @@ def write_comparison(
         model: the model that was compared.
     """
     data, robot = comparison.data, model.robot
-    rows = worst_places(comparison.missing, model)
     sections = [
         verdict.score(data),
         budget.measured(data['budget']),
         horizon.plain(data),
-        missing.section(comparison.missing, robot.joint_names),
-        where.section(rows, robot.input),
+        missing.section(comparison.missing, robot),
+        where.section(comparison.missing, model),
         origin.section(data['provenance'], recordings),
     ]
-    _write(path, render(f'{robot.name}: model against data', sections))
+    _write(path, render(f'{robot.name}: model against data', _source(recordings), sections))
 
 
 def write_explanation(
@@ -74,26 +72,28 @@ def write_explanation(
     if explanation.search is not None:
         sections += _evidence(explanation, recordings)
     sections.append(origin.section(explanation.provenance, recordings))
-    _write(path, render(f'{robot.name}: what the model lacks', sections))
+    _write(path, render(f'{robot.name}: what the model lacks', _source(recordings), sections))
 
 
-def render(title: str, sections: Sequence[Section]) -> str:
-    """The page as HTML; bokeh's script is included only where there is a figure."""
+def render(title: str, source: str, sections: Sequence[Section]) -> str:
+    """The page as HTML; bokeh's script is included only where there is a figure.
+
+    Args:
+        title: what the page is about.
+        source: the data it was made from.
+        sections: from top to bottom.
+    """
     figures = [f for s in sections for f in s.figures]
     script, divs = components(figures) if figures else ('', ())
     remaining = iter(divs)
     blocks = []
     for section in sections:
         plots = [next(remaining) for _ in section.figures]
-        blocks.append(_templates().get_template(section.template).render(
-            section.values, plots=plots
-        ))
-    return _templates().get_template('page.html').render(
-        title=title,
-        sections=blocks,
-        library=Resources(mode='inline', components=BOKEH_PARTS).render_js() if figures else '',
-        script=script,
-    )
+        block = _templates().get_template(section.template)
+        blocks.append(block.render(section.values, plots=plots))
+    library = Resources(mode='inline', components=BOKEH_PARTS).render_js() if figures else ''
+    page = _templates().get_template('page.html')
+    return page.render(title=title, source=source, sections=blocks, library=library, script=script)
 
 
 def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list[Section]:
@@ -105,16 +105,21 @@ def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list
     return [
         budget.explained(errors),
         horizon.held_out(errors, repaired=bool(explanation.effects)),
-        missing.section(curves.measured, robot.joint_names, curves.candidates),
+        missing.section(curves.measured, robot, curves.candidates),
         hypotheses.section(
             explanation.effects,
             explanation.hypotheses,
             explanation.constants,
             found.rounds[0].threshold,
         ),
-        where.section(worst_places(curves.measured, curves.model), robot.input),
+        where.section(curves.measured, curves.model),
         health.section(found, errors),
     ]
+
+
+def _source(recordings: Sequence[Recording]) -> str:
+    first, *others = recordings
+    return f'{first.path.name} and {len(others)} more' if others else first.path.name
 
 
 @cache

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class Stroke(NamedTuple):
-    """How a curve is drawn: colour and dash, so that neither has to carry it alone."""
+    """How a series is drawn: its colour, and a bokeh dash or `points`, so that two tell it."""
 
     colour: str
     dash: str

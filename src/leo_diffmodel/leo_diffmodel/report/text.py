@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers, units and labels as a reader expects them in print."""
+"""Numbers, units and labels as in print."""
 
 from __future__ import annotations
 
@@ -34,8 +34,23 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def quantity(value: float | None, of: str, digits: int = 3) -> str:
-    """A number with its unit."""
-    return f'{number(value, digits)} {unit(of)}'.rstrip()
+    """A number with its unit, never parted at the end of a line."""
+    return f'{number(value, digits)}\u00a0{unit(of)}'.rstrip()
+
+
+def nats(value: float | None) -> str:
+    """A gain in log-likelihood: to a twentieth, thousands set apart by thin spaces."""
+    if value is None or not math.isfinite(value):
+        return '–'
+    if abs(value) < 1000:
+        return number(value) if abs(value) >= 0.05 else '0'
+    return _minus(f'{value:,.0f}'.replace(',', '\u202f'))
+
+
+def change(before: float, after: float) -> str:
+    """Relative change with its sign."""
+    ratio = after / before - 1
+    return ('+' if ratio > 0 else '') + percent(ratio)
 
 
 def percent(share: float | None) -> str:
@@ -68,7 +83,7 @@ def label(row: Mapping[str, Any]) -> str:
 def prose(text: str) -> Markup:
     """A sentence as HTML: escaped, effects set apart, arrows and units as in print."""
     plain = re.sub(r'\b(kg m|N m s)2', r'\1²', text.replace('->', '→'))
-    return Markup(LABEL.sub(r'<b class="effect">\g<0></b>', str(escape(plain))))  # noqa: S704
+    return Markup(LABEL.sub(r'<b class="effect">\g<0></b>', str(escape(plain))))
 
 
 def _plus_minus(value: float, half: float) -> str:
@@ -86,7 +101,7 @@ def _power(value: float) -> int:
 
 
 def _ten(power: int) -> str:
-    return f' × 10{str(power).translate(RAISED)}'
+    return f'\u00a0×\u00a010{str(power).translate(RAISED)}'
 
 
 def _minus(text: str) -> str:

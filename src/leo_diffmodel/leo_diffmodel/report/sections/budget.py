@@ -34,7 +34,7 @@ def explained(errors: Mapping[str, Any]) -> Section:
         f'Shares of the mean squared error of the model as given, {noise["seconds"]:g} s ahead on '
         'held-out data; every state counts alike. Noise is what a perfect model would be charged.',
         _ladder(errors['ladder'], errors['states']),
-        [f'{s["name"]} [{s["unit"]}]' for s in errors['states']],
+        [s['name'] for s in errors['states']],
     )
 
 
@@ -82,6 +82,13 @@ def _section(
     states: list[str],
 ) -> Section:
     whole = max(sum(p['share'] for p in parts), 1e-12)
-    bar = [{**p, 'width': 100 * p['share'] / whole} for p in parts]
-    values = {'title': title, 'note': note, 'parts': bar, 'ladder': ladder, 'states': states}
+    bar = [{**p, 'width': 100 * p['share'] / whole} for p in parts if p['share'] > 0]
+    values = {
+        'title': title,
+        'note': note,
+        'bar': bar,
+        'parts': parts,
+        'ladder': ladder,
+        'states': states,
+    }
     return Section('budget.html', values)

@@ -25,8 +25,8 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
     time = windows.start + 0.5 * windows.dt.sum(axis=1)
     repaired = bool(found.final.hypothesis.candidates)
     plot = health(time, _ratio(found.null), _ratio(found.final), not repaired)
-    legend = [('as given', Stroke(palette.BEFORE, 'solid'))] if repaired else []
-    last = ('repaired', Stroke(palette.AFTER, 'solid'))
+    legend = [('as given', Stroke(palette.BEFORE, 'points'))] if repaired else []
+    last = ('repaired', Stroke(palette.AFTER, 'points'))
     values = {
         'ratio': number(errors['chi2_ratio']),
         'white': errors['chi2_ratio'] <= NOISE_LIKE,
@@ -34,7 +34,7 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
         'repaired': repaired,
         'legend': [
             *legend,
-            last if repaired else ('the model', Stroke(palette.BEFORE, 'solid')),
+            last if repaired else ('the model', Stroke(palette.BEFORE, 'points')),
             ('only noise', Stroke(palette.NOISE, 'dashed')),
         ],
     }

@@ -66,7 +66,6 @@ def _section(
     legend = [(name, stroke) for name, (_, stroke) in series.items()]
     values = {
         'legend': [*legend, ('noise floor', Stroke(palette.NOISE, 'dashed'))],
-        'names': [s['name'] for s in states],
         'note': note,
     }
     return Section('horizon.html', values, tuple(figures))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from leo_diffmodel.report.section import Section
-from leo_diffmodel.report.text import estimates, label, number, percent
+from leo_diffmodel.report.text import change, estimates, label, nats, number, percent
 
 SHOWN = 10
 Row = Mapping[str, Any]
@@ -49,10 +49,10 @@ def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
         'name': row['name'],
         'where': row['where'],
         'parameters': estimates(row['parameters']),
-        'gain_train': number(row['gain_train']),
-        'gain_held_out': number(row['gain_held_out']),
+        'gain_train': nats(row['gain_train']),
+        'gain_held_out': nats(row['gain_held_out']),
         'width': 100 * max(_gain(row), 0.0) / top if top > 0 else 0.0,
-        'change': None if after is None or not before else percent(after / before - 1),
+        'change': None if after is None or not before else change(before, after),
         'errors': None if after is None else f'{number(before)} → {number(after)}',
         'probability': percent(row['inclusion_probability']),
         'near': [_rival(c) for c in row['confusable_with']],
@@ -77,7 +77,7 @@ def _status(
     if rival and _why(rival):
         return 'same', f'the same thing in this data: {_why(rival)}'
     if rival and rival['separable_nats'] < 5:
-        return 'rival', f'cannot be ruled out: {number(rival["separable_nats"], 2)} nats behind'
+        return 'rival', f'cannot be ruled out: {nats(rival["separable_nats"])} nats behind'
     if row['gain_held_out'] is None:
         return 'out', 'ruled out by the first scan'
     if threshold is not None and _gain(row) < threshold:
@@ -85,7 +85,7 @@ def _status(
     if row['gain_held_out'] <= 0:
         return 'out', 'does not hold on held-out data'
     if named:
-        return 'out', f'{number(behind)} nats behind'
+        return 'out', f'{nats(behind)} nats behind'
     return 'out', 'not enough on its own'
 
 
@@ -94,7 +94,7 @@ def _near(effects: Sequence[Row]) -> dict[str, Row]:
 
 
 def _rival(row: Row) -> str:
-    relation = 'same thing' if _why(row) else f'{number(row["separable_nats"], 2)} nats behind'
+    relation = 'same thing' if _why(row) else f'{nats(row["separable_nats"])} nats behind'
     return f'{label(row)} ({relation})'
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The torque the model lacks against speed and angle, and what the candidates make of it."""
+"""The torque the model lacks against speed, angle and input, and what candidates make of it."""
 
 from __future__ import annotations
 
@@ -12,38 +12,56 @@ from leo_diffmodel.report import palette
 from leo_diffmodel.report.figures import Line, torque
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.torque_curves import Curve
+from leo_sim.robot import Robot
 
+Array = np.ndarray
 MOST_JOINTS = 4
+LABELS = {'voltage': 'voltage [V]', 'torque': 'commanded torque [N m]'}
 
 
-def section(
-    missing: MissingTorque, joints: Sequence[str], candidates: Sequence[Curve] = ()
-) -> Section:
-    """Two figures for each joint, those that lack most first.
+def section(missing: MissingTorque, robot: Robot, candidates: Sequence[Curve] = ()) -> Section:
+    """Figures against speed, angle and input for each joint, those that lack most first.
 
     Args:
         missing: the estimate from the data.
-        joints: joint names.
+        robot: whose joints and inputs they are.
         candidates: what each hypothesis says the estimate should be.
     """
     lack = np.sqrt(np.median(missing.torque**2, axis=0))
     shown = [int(j) for j in np.argsort(-lack)[:MOST_JOINTS]]
-    strokes = palette.CANDIDATES
-    figures = []
-    for j in shown:
-        lines = [
-            Line(c.label, c.torque[:, j], s) for c, s in zip(candidates, strokes, strict=False)
-        ]
-        for values, name in ((missing.dq, 'speed [rad/s]'), (missing.q, 'angle [rad]')):
-            axis = f'{joints[j]} {name}'
-            figures.append(torque(values[:, j], missing.torque[:, j], lines, axis))
+    figures = [
+        torque(values, missing.torque[:, j], _lines(candidates, j), axis)
+        for j in shown
+        for axis, values in _variables(missing, robot, j)
+    ]
     length = float(np.median(missing.windows.dt.sum(axis=1)))
     values = {
-        'legend': [(c.label, s) for c, s in zip(candidates, strokes, strict=False)],
-        'names': [joints[j] for j in shown for _ in range(2)],
+        'legend': list(zip([c.label for c in candidates], palette.CANDIDATES, strict=False)),
+        'per_joint': len(figures) / len(shown),
         'milliseconds': round(1e3 * length),
         'noise': float(np.median(missing.spread)),
-        'hidden': len(joints) - len(shown),
+        'hidden': len(robot.joint_names) - len(shown),
         'count': len(missing.time),
     }
     return Section('missing.html', values, tuple(figures))
+
+
+def _variables(missing: MissingTorque, robot: Robot, joint: int) -> list[tuple[str, Array]]:
+    """Abscissae with their labels; the input only where the joint has one that changes."""
+    name = robot.joint_names[joint]
+    found = [
+        (f'{name} speed [rad/s]', missing.dq[:, joint]),
+        (f'{name} angle [rad]', missing.q[:, joint]),
+    ]
+    if joint in robot.actuated:
+        values = missing.inputs[:, robot.actuated.index(joint)]
+        if np.ptp(values) > 0:
+            found.append((f'{name} {LABELS[robot.input]}', values))
+    return found
+
+
+def _lines(candidates: Sequence[Curve], joint: int) -> list[Line]:
+    return [
+        Line(c.label, c.torque[:, joint], stroke)
+        for c, stroke in zip(candidates, palette.CANDIDATES, strict=False)
+    ]

@@ -50,7 +50,7 @@ def score(data: Mapping[str, Any]) -> Section:
         f'{_times(late)}.'
     )
     kind = 'fine' if worst < NOISE_ALONE else 'measured'
-    values = {
+    values: dict[str, Any] = {
         'badge': f'{number(worst, 2)} × noise',
         'kind': kind,
         'meaning': 'rms error over the error that noise alone would cause, at the worse horizon',

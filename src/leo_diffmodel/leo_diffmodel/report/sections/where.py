@@ -6,9 +6,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
+from leo_diffmodel.compare.torque import MissingTorque
+from leo_diffmodel.compare.torque import where as worst_places
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import number, percent, quantity
+from leo_sim.model import Model
 
+UNITS = {'angle': 'rad', 'rate': 'rad/s', 'time': 's'}
 WORST = 6
 MOST_ROWS = 16
 WINDOWS = 3
@@ -16,31 +22,32 @@ FULL = 0.6
 Row = Mapping[str, Any]
 
 
-def section(rows: Sequence[Row], input_kind: str) -> Section:
+def section(missing: MissingTorque, model: Model) -> Section:
     """A heat map of joints and variables, and the worst stretches with their bag times.
 
     Args:
-        rows: `where` of compare.json, worst first.
-        input_kind: `voltage` or `torque`.
+        missing: the missing torque, window by window.
+        model: the model it is missing from.
     """
-    units = {
-        'angle': 'rad',
-        'rate': 'rad/s',
-        'time': 's',
-        'input': 'V' if input_kind == 'voltage' else 'N m',
-    }
-    noise_only = not rows or max(r['share'] for r in rows) > 1.0 + 1e-6
+    rows = worst_places(missing, model)
+    units = {**UNITS, 'input': 'V' if model.robot.input == 'voltage' else 'N m'}
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in rows:
         groups.setdefault((row['joint'], row['variable']), []).append(row)
-    shown = sorted(groups, key=lambda g: (-max(r['share'] for r in groups[g])))[:MOST_ROWS]
+    shown = sorted(groups, key=lambda g: -max(r['share'] for r in groups[g]))[:MOST_ROWS]
     values = {
-        'noise_only': noise_only,
+        'noise_only': _noise_only(missing),
         'map': [_strip(groups[g], units) for g in shown],
         'worst': [_worst(r, units) for r in rows[:WORST]],
         'hidden': len(groups) - len(shown),
     }
     return Section('where.html', values)
+
+
+def _noise_only(missing: MissingTorque) -> bool:
+    """Whether the torques are no larger than their own noise, at four standard errors."""
+    square = (missing.torque / missing.spread) ** 2
+    return float(square.mean()) < 1.0 + 4.0 * np.sqrt(2.0 / square.size)
 
 
 def _strip(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, Any]:
