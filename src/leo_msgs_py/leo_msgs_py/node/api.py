@@ -88,3 +88,9 @@ def ok() -> bool:
 def shutdown() -> None:
     """Destroy all nodes and leave the graph; peers see it at once."""
     _backend.shutdown()
+
+
+def describe() -> str:
+    """Transport, domain and discovery range in words."""
+    text: str = _backend.describe()
+    return text

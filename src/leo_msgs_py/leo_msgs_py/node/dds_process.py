@@ -6,6 +6,7 @@ from __future__ import annotations
 from leo_msgs_py.node.args import RosArgs
 from leo_msgs_py.node.context import Context
 from leo_msgs_py.node.dds_backend import DdsNode
+from leo_msgs_py.wire import config
 
 _contexts: list[Context] = []
 
@@ -32,3 +33,8 @@ def shutdown() -> None:
     """Leave the graph; the next node starts anew."""
     if _contexts:
         _contexts.pop().shutdown()
+
+
+def describe() -> str:
+    """Transport, domain and discovery range in words."""
+    return config.describe()

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import os
+import signal
+import threading
 from typing import Any
 
 import rclpy
@@ -94,14 +96,28 @@ class RosNode(Node):
         return value if default is None else cast(name, value, parameter_type(default))
 
 
+class _Interrupts:
+    """Lets rclpy's own handler end spinning on the first SIGINT; the second interrupts."""
+
+    seen = False
+
+    def handle(self, number: int, frame: Any) -> None:
+        """Python's handler, called by rclpy's after it has asked for the shutdown."""
+        if self.seen:
+            raise KeyboardInterrupt
+        self.seen = True
+
+
 def create_node(name: str, args: list[str], parsed: RosArgs) -> RosNode:
     """Create a node, and with the first one start rclpy."""
     if not _executors:
+        if threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGINT, _Interrupts().handle)
         rclpy.init(args=['leo', *args])
         _executors.append(SingleThreadedExecutor())
     node = RosNode(name, parsed)
     _executors[0].add_node(node)
-    node.get_logger().info(_describe())
+    node.get_logger().info(describe())
     return node
 
 
@@ -132,7 +148,8 @@ def _type(msg_type: Any) -> Any:
     return messages.load(msg_type) if isinstance(msg_type, str) else msg_type
 
 
-def _describe() -> str:
+def describe() -> str:
+    """Transport, domain and discovery range in words."""
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
     reach = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') or 'SUBNET'
     rmw = get_rmw_implementation_identifier()

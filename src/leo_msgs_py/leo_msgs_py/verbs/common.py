@@ -90,11 +90,11 @@ def absolute(name: str) -> str:
 
 def where() -> str:
     """Which domain and discovery range was looked in, and what else to try."""
-    from leo_msgs_py.wire import config
+    from leo_msgs_py.node import api
 
     return (
-        f'in ROS_DOMAIN_ID {config.domain_id()} with ROS_AUTOMATIC_DISCOVERY_RANGE '
-        f'{config.discovery_range()}; both sides need the same (ROS itself defaults to SUBNET)'
+        f'on {api.describe()}; both sides need the same ROS_DOMAIN_ID and '
+        'ROS_AUTOMATIC_DISCOVERY_RANGE (unset, ROS takes SUBNET and cyclonedds LOCALHOST)'
     )
 
 

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo node|topic|service|param|run` as commands, against a running node."""
+
+import json
+from pathlib import Path
+import signal
+import subprocess
+import sys
+
+import pytest
+
+pytestmark = pytest.mark.graph
+PEER = str(Path(__file__).with_name('peer.py'))
+LEO = str(Path(sys.executable).with_name('leo'))
+PATIENCE = 60.0
+
+
+@pytest.fixture(scope='module')
+def peer(domain):
+    child = subprocess.Popen([sys.executable, PEER], stderr=subprocess.PIPE, text=True)
+    assert child.stderr is not None
+    child.stderr.readline()
+    yield child
+    child.kill()
+    child.communicate()
+
+
+def leo(*args, status=0):
+    done = subprocess.run([LEO, *args], capture_output=True, text=True, timeout=PATIENCE)
+    assert done.returncode == status, done.stderr
+    assert 'Traceback' not in done.stderr
+    if status == 2:
+        assert done.stdout == ''
+        assert done.stderr.startswith('leo: error: ')
+        assert done.stderr.count('\n') == 1
+        return done.stderr
+    return done.stdout
+
+
+def test_node_list_and_info(peer):
+    assert leo('node', 'list') == '/talker\n'
+    info = json.loads(leo('node', 'info', '/talker', '--json'))
+    assert info['Publishers']['/joint_states'] == ['sensor_msgs/msg/JointState']
+    assert info['Subscribers'] == {'/commands': ['std_msgs/msg/Float64MultiArray']}
+    assert info['Service Servers']['/home'] == ['std_srvs/srv/Trigger']
+    assert info['Service Clients'] == {'/torque': ['std_srvs/srv/SetBool']}
+    assert '/talker' in leo('node', 'info', '/tolker', status=2)
+
+
+def test_topic_list_info_echo_hz(peer):
+    assert '/joint_states [sensor_msgs/msg/JointState]\n' in leo('topic', 'list', '-t')
+    info = leo('topic', 'info', 'enabled', '-v')
+    assert 'Publisher count: 1' in info
+    assert 'durability: transient local' in info
+    assert leo('topic', 'echo', '/enabled', '--once') == 'data: true\n---\n'
+    state = json.loads(leo('topic', 'echo', '/joint_states', '--once', '--json'))
+    assert (state['name'], state['position'], state['effort']) == (['pivot'], [0.5], [])
+    assert leo('topic', 'echo', '/noise', '--once') == 'data: 1\n---\n'
+    assert 'average rate: ' in leo('topic', 'hz', '/joint_states', '--once')
+
+
+def test_a_missing_topic_lists_those_there_are(peer):
+    error = leo('topic', 'echo', '/joint_state', '--once', status=2)
+    assert 'no topic /joint_state;' in error
+    assert '/joint_states' in error
+
+
+def test_pub_is_heard(peer):
+    with subprocess.Popen(
+        [LEO, 'topic', 'echo', '/echo', '--once'], stdout=subprocess.PIPE, text=True
+    ) as echo:
+        values = '{data: [1, 2.5]}'
+        while echo.poll() is None:
+            leo('topic', 'pub', '--once', '/commands', 'std_msgs/msg/Float64MultiArray', values)
+        assert echo.stdout is not None
+        assert 'data:\n- 1.0\n- 2.5\n' in echo.stdout.read()
+
+
+def test_pub_says_when_nobody_listens(peer):
+    assert '#1' in leo('topic', 'pub', '--once', '/x', 'std_msgs/msg/String', status=1)
+    error = leo('topic', 'pub', '/x', 'std_msgs/msg/String', '{dta: a}', status=2)
+    assert "no field 'dta'; it has: data" in error
+    assert 'std_msgs/msg/String' in leo('topic', 'pub', '/x', 'std_msgs/msg/Strin', status=2)
+    assert 'cannot be' in leo('topic', 'pub', '/x', 'std_msgs/msg/String', '{data: 1}', status=2)
+
+
+def test_service_list_and_call(peer):
+    assert '/home [std_srvs/srv/Trigger]\n' in leo('service', 'list', '-t')
+    assert leo('service', 'call', '/home') == 'success: true\nmessage: homed\n'
+    assert json.loads(leo('service', 'call', '/home', 'std_srvs/srv/Trigger', '{}', '--json')) == {
+        'success': True,
+        'message': 'homed',
+    }
+    assert '/home' in leo('service', 'call', '/hom', status=2)
+
+
+def test_param_list_get_set(peer):
+    assert 'secret' not in leo('param', 'list', '/talker')
+    assert leo('param', 'get', '/talker', 'gain') == '1.5\n'
+    leo('param', 'set', '/talker', 'gain', '3')
+    assert leo('param', 'get', '/talker', 'gain') == '3.0\n'
+    assert 'double' in leo('param', 'set', '/talker', 'gain', 'x', status=2)
+    assert 'gain' in leo('param', 'get', '/talker', 'secret', status=2)
+
+
+def test_nobody_there_says_where_it_looked(domain, monkeypatch):
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(domain + 100))
+    output = leo('node', 'list', status=1)
+    assert f'ROS_DOMAIN_ID {domain + 100}' in output
+    assert 'LOCALHOST' in output
+    monkeypatch.setenv('ROS_DOMAIN_ID', 'many')
+    assert 'ROS_DOMAIN_ID' in leo('node', 'list', status=2)
+
+
+def test_a_closed_pipe_and_an_interrupt_are_quiet(peer):
+    command = f'{LEO} topic echo /joint_states | head -1'
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, timeout=PATIENCE)
+    assert (done.stdout, done.stderr) == ('header:\n', '')
+    with subprocess.Popen(
+        [LEO, 'topic', 'echo', '/noise'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as echo:
+        assert echo.stdout is not None
+        echo.stdout.readline()
+        echo.send_signal(signal.SIGINT)
+        _, errors = echo.communicate(timeout=PATIENCE)
+    assert (echo.returncode, errors) == (0, '')

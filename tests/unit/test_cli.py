@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The `leo` dispatcher: verbs, mistakes, exit status."""
+
+import subprocess
+import sys
+
+import pytest
+
+from leo_msgs_py import cli
+from leo_msgs_py.errors import UserError
+
+VERBS = ('node', 'param', 'run', 'service', 'topic')
+
+
+def refuse(argv):
+    raise UserError('the bag x\n  is empty; record one')
+
+
+def interrupt(argv):
+    raise KeyboardInterrupt
+
+
+class Entry:
+    def __init__(self, name, function):
+        self.name, self.load = name, lambda: function
+
+
+@pytest.fixture
+def verbs(monkeypatch):
+    entries = [
+        Entry('fine', lambda argv: len(argv)),
+        Entry('refuse', refuse),
+        Entry('interrupt', interrupt),
+    ]
+    monkeypatch.setattr(cli, 'entry_points', lambda group: entries)
+
+
+def test_a_verb_gets_the_rest_and_gives_the_status(verbs):
+    assert cli.main(['fine', 'a', 'b']) == 2
+    assert cli.main(['fine']) == 0
+
+
+def test_bad_input_is_one_line(verbs, capsys):
+    assert cli.main(['refuse']) == 2
+    assert capsys.readouterr().err == 'leo: error: the bag x is empty; record one\n'
+
+
+def test_an_interrupt_is_130(verbs, capsys):
+    assert cli.main(['interrupt']) == 130
+    assert capsys.readouterr().err == ''
+
+
+def test_an_unknown_verb_names_the_nearest(verbs, capsys):
+    assert cli.main(['refus']) == 2
+    assert "did you mean 'refuse'?" in capsys.readouterr().err
+
+
+def test_help_lists_the_verbs(capsys):
+    assert cli.main(['--help']) == 0
+    text = capsys.readouterr().out
+    assert all(f'  {verb}\n' in text for verb in VERBS)
+
+
+@pytest.mark.parametrize('verb', VERBS)
+def test_every_verb_has_help_with_examples(verb, capsys):
+    with pytest.raises(SystemExit) as end:
+        cli.main([verb, '--help'])
+    assert end.value.code == 0
+    assert f'  leo {verb} ' in capsys.readouterr().out.partition('examples:')[2]
+
+
+@pytest.mark.parametrize(
+    'argv', [['run'], ['run', 'no', 'such'], ['topic'], ['topic', 'ech'], ['topic', 'echo', '-x']]
+)
+def test_a_wrong_command_line_is_one_line(argv, capsys):
+    assert cli.main(argv) == 2
+    error = capsys.readouterr().err
+    assert error.startswith('leo: error: ')
+    assert error.count('\n') == 1
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        'import sys; from leo_msgs_py import cli; cli.main(["--help"]);'
+        'print([n for n in ("numpy", "cyclonedds", "rosbags", "yaml") if n in sys.modules])'
+    )
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert done.stdout.endswith('[]\n')
