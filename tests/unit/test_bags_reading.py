@@ -273,3 +273,29 @@ def test_wrong_topic_maps_are_refused(tmp_path, text, message):
     with pytest.raises(UserError) as refusal:
         read_bag(bag, PENDULUM, tmp_path / 'map.yaml')
     assert message in str(refusal.value) and '\n' not in str(refusal.value)
+
+
+def test_an_empty_bag_is_refused(tmp_path):
+    with pytest.raises(UserError, match='is empty: nothing was recorded'):
+        read_bag(write_messages(tmp_path / 'bag', []), PENDULUM)
+
+
+def test_applied_inputs_of_other_joints_are_never_passed_over_in_silence(tmp_path):
+    other = Applied(0, ('hinge',), np.array([1.0]), 'voltage').to_message()
+    bag = write_messages(tmp_path / 'bag', [*still(10), ('/dynamic_joint_states', 0, other)])
+    recording = read_bag(bag, PENDULUM)
+    assert recording.input == 'none'
+    assert 'no usable voltage of pivot (there is hinge: voltage, enabled)' in recording.warnings[0]
+
+
+def test_the_command_period_of_a_foreign_bag_is_in_robot_time(tmp_path):
+    wall = 3  # the robot ran three times as fast as its clock
+    log = []
+    for k in range(200):
+        log.append(('/joint_states', k * PERIOD // wall, state(k * PERIOD, 0.1)))
+        log.append(('/dynamic_joint_states', k * PERIOD // wall, applied(k * PERIOD, 1.0)))
+        if k % 5 == 0:
+            at = k * PERIOD // wall + 400_000 + 100_000 * (k % 3)
+            log.append(('/voltage_controller/commands', at, Command(np.array([1.0])).to_message()))
+    recording = read_bag(write_messages(tmp_path / 'bag', log), PENDULUM)
+    assert recording.command_period == pytest.approx(0.05)

@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from leo_diffmodel.nodes.recording import GRAPH_TOPICS, Recording
+from leo_diffmodel.nodes.graph_recorder import GRAPH_TOPICS, GraphRecorder
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import api
 
@@ -33,7 +33,7 @@ def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> in
     base = folder or Path(f'{datetime.now():rosbag2_%Y_%m_%d-%H_%M_%S}')
     node = api.create_node('recorder', ros_args)
     recorder = Recorder(base)
-    recording = Recording(node, recorder)
+    recording = GraphRecorder(node, recorder)
     wanted = _Wanted(node, recording, names) if names else None
     if wanted is None:
         recording.add_graph()
@@ -58,7 +58,7 @@ def _report(recorder: Recorder, wanted: _Wanted | None) -> None:
 class _Wanted:
     """Named topics, subscribed to as soon as their type is known."""
 
-    def __init__(self, node: Any, recording: Recording, names: Sequence[str]) -> None:
+    def __init__(self, node: Any, recording: GraphRecorder, names: Sequence[str]) -> None:
         self._node = node
         self._recording = recording
         self.missing = [node.resolve_topic_name(name) for name in names]

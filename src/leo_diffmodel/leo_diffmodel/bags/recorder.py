@@ -123,6 +123,10 @@ def free_folder(base: Path) -> Path:
 
 def finish_left_over(base: Path) -> list[Path]:
     """Finish the bags of killed recorders with this base name and return their folders."""
+    return [bag for bag in recorded(base) if finish_bag(bag) is BagState.REPAIRED]
+
+
+def recorded(base: Path) -> list[Path]:
+    """Return the bags with this base name, the one being written too."""
     folders = [base, *sorted(base.parent.glob(f'{base.name}_*'))]
-    bags = [folder for folder in folders if folder.is_dir() and any(folder.glob('*.mcap'))]
-    return [bag for bag in bags if finish_bag(bag) is BagState.REPAIRED]
+    return [folder for folder in folders if folder.is_dir() and any(folder.glob('*.mcap'))]

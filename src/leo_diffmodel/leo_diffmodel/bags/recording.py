@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-import statistics
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,10 +13,11 @@ from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
 
-from .contents import BagContents, load
-from .finish import is_recording
+from .contents import load
 from .inputs import InputLog, read_inputs
 from .mcap_file import sha256
+from .notes import input_notes, reading_notes
+from .period import command_period
 from .runs import Held, split_runs
 from .split import Segments, split, unwrapped, velocity
 from .states import Floats, read_states, Stamps, StateLog
@@ -93,6 +93,8 @@ def read_bag(
     """
     path, mapping, robot = Path(path), read_topic_map(topic_map), _robot(robot)
     contents = load(path)
+    if not contents.message_count:
+        raise UserError(f'{path} is empty: nothing was recorded; was the robot running?')
     topic = find_topic(contents, 'joint_states', mapping)
     if topic is None:
         raise UserError(
@@ -105,14 +107,17 @@ def read_bag(
     episodes = _episodes(states, segments, _held(states, inputs, mapping), len(robot.actuators))
     if not episodes:
         raise UserError(f'{path}: no joint states while inputs were recorded; record both')
-    metadata = contents.metadata.get('leo', {})
+    used = sum(len(episode.t) for episode in episodes)
     return Recording(
         path=path, sha256=sha256(contents.files), joints=tuple(robot.joint_names),
         actuators=tuple(a.joint for a in robot.actuators),
         input=inputs.kind if inputs else 'none',
-        command_period=_command_period(metadata, robot, states, inputs),
-        episodes=episodes, metadata=metadata,
-        warnings=tuple(_warnings(contents, states, segments, inputs, turns, episodes)),
+        command_period=command_period(contents, robot, mapping, states, inputs),
+        episodes=episodes, metadata=contents.metadata.get('leo', {}),
+        warnings=(
+            *reading_notes(contents, states, segments, turns, used),
+            *input_notes(contents, robot, mapping, inputs),
+        ),
     )
 
 
@@ -165,43 +170,3 @@ def _averaged(
     t: Stamps, stamps: Stamps, values: Floats, enabled: Floats,
 ) -> tuple[Floats, NDArray[np.bool_]]:
     return average(t, stamps, values), average(t, stamps, enabled) > 0.5
-
-
-def _command_period(
-    metadata: Mapping[str, str], robot: Robot, states: StateLog, inputs: InputLog | None,
-) -> float:
-    """Return the control period [s]: the robot's own, for foreign bags the median one."""
-    if 'robot' in metadata and 'imported_from' not in metadata:
-        return float(robot.control_period)
-    stamps = states.stamp_ns if inputs is None else inputs.stamp_ns
-    steps = [int(step) for step in np.diff(stamps) if step > 0]
-    return statistics.median(steps) * 1e-9 if steps else float(robot.control_period)
-
-
-def _unfinished(contents: BagContents) -> str:
-    if any(is_recording(file) for file in contents.files):
-        return 'still being recorded; read up to now'
-    return 'cut short (the recorder was killed?); read up to the cut'
-
-
-def _warnings(
-    contents: BagContents, states: StateLog, segments: Segments, inputs: InputLog | None,
-    turns: int, episodes: tuple[Episode, ...],
-) -> list[str]:
-    used = sum(len(episode.t) for episode in episodes)
-    lost = len(states.q) - used
-    broken = sum(topic.broken for topic in contents.topics.values())
-    told = [
-        (not contents.finished, _unfinished(contents)),
-        (broken, f'{broken} messages could not be decoded; left out'),
-        (states.dropped, f'{states.dropped} samples with NaN left out'),
-        (inputs and inputs.dropped, f'{inputs.dropped if inputs else 0} unusable inputs left out'),
-        (not states.stamped, 'joint states carry no stamps; log times taken instead'),
-        (states.dq is None, 'no velocities; differentiated from the positions'),
-        (turns, f'{turns} wraps by whole turns undone'),
-        (segments.breaks.get('gap'), f'{segments.breaks.get("gap")} gaps; split there'),
-        (segments.breaks.get('jump'),
-         f'{segments.breaks.get("jump")} jumps no model can make; split there'),
-        (lost > 0.02 * len(states.q), f'{lost} samples unused (lone, or before the first input)'),
-    ]
-    return [f'{contents.path}: {text}' for holds, text in told if holds]

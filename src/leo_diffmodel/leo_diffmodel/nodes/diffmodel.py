@@ -6,11 +6,13 @@ leo run leo_diffmodel diffmodel --ros-args -p bag:=runs/rollout
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
-from leo_diffmodel.bags.recorder import finish_left_over, Recorder
-from leo_diffmodel.nodes.recording import Recording
+from leo_diffmodel.bags.recorder import finish_left_over, recorded, Recorder
+from leo_diffmodel.difference.service import DifferenceService, Settings
+from leo_diffmodel.nodes.graph_recorder import GraphRecorder
 from leo_msgs_py import topics
 from leo_msgs_py.messages import DiagnosticArray, Header
 from leo_msgs_py.node import api
@@ -36,6 +38,8 @@ class DiffModelNode:
         bag: folder of the first bag; bag_1, bag_2, ... follow where it exists.
         record: whether to record.
         robot: model to name in the bag where the robot node does not say.
+        model: model file or robot the difference model corrects.
+        difference: its configuration, recommended or thesis.
     """
 
     def __init__(self, node: Any) -> None:
@@ -44,6 +48,7 @@ class DiffModelNode:
         record = node.declare_parameter('record', True).value
         robot = node.declare_parameter('robot', '').value
         self._parts: list[Part] = [self._record(robot)] if record else []
+        self._parts.append(self._difference())
         self._diagnostics = node.create_publisher(*topics.DIAGNOSTICS)
         node.create_timer(DIAGNOSTICS_PERIOD, self._report)
 
@@ -52,12 +57,21 @@ class DiffModelNode:
         for part in self._parts:
             part.close()
 
-    def _record(self, robot: str) -> Recording:
+    def _record(self, robot: str) -> GraphRecorder:
         for folder in finish_left_over(self._base):
             self._node.get_logger().info(f'finished {folder}, whose recorder was killed')
-        recording = Recording(self._node, Recorder(self._base), robot)
+        recording = GraphRecorder(self._node, Recorder(self._base), robot)
         recording.add_graph()
         return recording
+
+    def _difference(self) -> DifferenceService:
+        settings = Settings(
+            model=self._node.declare_parameter('model', 'pendulum').value,
+            bags=partial(recorded, self._base),
+            folder=self._base.with_name(f'{self._base.name}.difference'),
+            config=self._node.declare_parameter('difference', 'recommended').value,
+        )
+        return DifferenceService(self._node, settings)
 
     def _report(self) -> None:
         header = Header(stamp=time_message(self._node.get_clock().now().nanoseconds))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recording the graph from a node: raw subscriptions into a `Recorder`."""
+"""GraphRecorder the graph from a node: raw subscriptions into a `Recorder`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ GRAPH_TOPICS = (
 """What is recorded unless topics are named."""
 
 
-class Recording:
+class GraphRecorder:
     """Subscribes a node to topics and records them, flushing and asking for facts on timers.
 
     Args:

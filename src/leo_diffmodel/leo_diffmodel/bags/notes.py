@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a user should know about a bag that was read, one line each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .contents import BagContents
+from .finish import is_recording
+from .inputs import InputLog, INTERFACES
+from .split import Segments
+from .states import deserialize, StateLog
+from .topic_map import find_topic, TopicMap
+from .types import DYNAMIC_JOINT_STATE
+
+if TYPE_CHECKING:
+    from leo_sim.robot import Robot
+
+_MANY_UNUSED = 0.02
+
+
+def reading_notes(
+    contents: BagContents, states: StateLog, segments: Segments, turns: int, used: int,
+) -> list[str]:
+    """Return what was left out, mended or split.
+
+    Args:
+        contents: the bag.
+        states: as read.
+        segments: where they were split.
+        turns: wraps by whole turns that were undone.
+        used: states that are in an episode.
+    """
+    unused = len(states.q) - used
+    broken = sum(topic.broken for topic in contents.topics.values())
+    gaps, jumps = segments.breaks.get('gap', 0), segments.breaks.get('jump', 0)
+    told = [
+        (not contents.finished, _unfinished(contents)),
+        (broken, f'{broken} messages could not be decoded; left out'),
+        (states.dropped, f'{states.dropped} samples with NaN left out'),
+        (not states.stamped, 'joint states carry no stamps; log times taken instead'),
+        (states.dq is None, 'no velocities; differentiated from the positions'),
+        (turns, f'{turns} wraps by whole turns undone'),
+        (gaps, f'{gaps} gaps; split there'),
+        (jumps, f'{jumps} jumps no model can make; split there'),
+        (unused > _MANY_UNUSED * len(states.q),
+         f'{unused} samples unused (lone, or before the first input)'),
+    ]
+    return [f'{contents.path}: {text}' for holds, text in told if holds]
+
+
+def input_notes(
+    contents: BagContents, robot: Robot, topic_map: TopicMap, inputs: InputLog | None,
+) -> list[str]:
+    """Return which inputs were unusable, and whether applied ones were passed over."""
+    notes = []
+    if inputs is not None and inputs.dropped:
+        notes.append(f'{inputs.dropped} inputs with NaN or of a wrong length left out')
+    topic = find_topic(contents, 'dynamic_joint_states', topic_map)
+    source = inputs.source if inputs else 'none, so the bag counts as passive'
+    if topic is not None and topic.messages and topic.name != source and topic_map.input == 'auto':
+        wanted = topic_map.interface or INTERFACES[robot.input]
+        joints = ', '.join(str(topic_map.joint(a.joint).name) for a in robot.actuators)
+        there = _interfaces(next((m for _, m in deserialize(topic, DYNAMIC_JOINT_STATE)), None))
+        notes.append(
+            f'{topic.name} has no usable {wanted} of {joints} (there is {there}); inputs taken '
+            f'from: {source}'
+        )
+    return [f'{contents.path}: {note}' for note in notes]
+
+
+def _interfaces(message: object) -> str:
+    """Return the joints of a DynamicJointState and their interfaces in words."""
+    names = getattr(message, 'joint_names', [])
+    values = getattr(message, 'interface_values', [])
+    pairs = zip(names, values, strict=False)
+    return '; '.join(f'{n}: {", ".join(v.interface_names)}' for n, v in pairs) or 'nothing'
+
+
+def _unfinished(contents: BagContents) -> str:
+    if any(is_recording(file) for file in contents.files):
+        return 'still being recorded; read up to now'
+    return 'cut short (the recorder was killed?); read up to the cut'
