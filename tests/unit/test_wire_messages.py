@@ -213,3 +213,10 @@ def test_an_unknown_type_names_the_nearest():
 def test_an_empty_request_is_one_byte():
     assert serialize(m.Trigger.Request()) == bytes.fromhex('0001000000')
     assert repr(m.Trigger.Request()) == 'Trigger_Request()'
+
+
+def test_type_names_of_ros_classes():
+    ros = type('JointState', (), {'__module__': 'sensor_msgs.msg._joint_state'})
+    assert type_name(ros) == 'sensor_msgs/msg/JointState'
+    assert type_name(m.Trigger) == 'std_srvs/srv/Trigger'
+    assert type_name(m.Trigger.Response) == 'std_srvs/srv/Trigger_Response'

@@ -51,7 +51,8 @@ class DdsNode(GraphQueries):
             args.overrides(self.get_fully_qualified_name()), self._announce
         )
         self._serve_parameters()
-        if self.declare_parameter('use_sim_time', False).value:
+        read_only = m.ParameterDescriptor(read_only=True)
+        if self.declare_parameter('use_sim_time', False, read_only).value:
             self._follow_clock()
         self._logger.info(config.describe())
 

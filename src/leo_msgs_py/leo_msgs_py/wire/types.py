@@ -119,13 +119,21 @@ def full_name(name: str, kind: str = 'msg') -> str:
 
 
 def type_name(cls: type) -> str:
-    """'pkg/msg/Name' of a message class, 'pkg/srv/Name' of a service class."""
-    return cast(str, getattr(cls, '__msgtype__', None) or cls.__srvtype__)  # type: ignore[attr-defined]
+    """'pkg/msg/Name' of a message class, 'pkg/srv/Name' of a service class (ROS's or ours)."""
+    for attribute in ('__msgtype__', '__srvtype__'):
+        if hasattr(cls, attribute):
+            return cast(str, getattr(cls, attribute))
+    package, kind = cls.__module__.split('.')[:2]
+    return f'{package}/{kind}/{cls.__name__}'
 
 
-def serialize(message: Message) -> bytes:
+def serialize(message: Any) -> bytes:
     """CDR bytes of a message, 4-byte encapsulation header first, unpadded."""
-    return bytes(typestore().serialize_cdr(message, message.__msgtype__))
+    if isinstance(message, Message):
+        return bytes(typestore().serialize_cdr(message, message.__msgtype__))
+    from rclpy.serialization import serialize_message
+
+    return cast(bytes, serialize_message(message))
 
 
 def deserialize(data: bytes, name: str) -> Message:
