@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from leo_sim.robot import Robot
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Episode:
     """One stretch of a recording without reset, restart or gap; steps may be uneven.
 
@@ -50,7 +50,7 @@ class Episode:
     effort: Floats | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
     """A bag, read for one robot.
 

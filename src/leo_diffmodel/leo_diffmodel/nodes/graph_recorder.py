@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""GraphRecorder the graph from a node: raw subscriptions into a `Recorder`."""
+"""Recording the graph from a node: raw subscriptions into a `Recorder`."""
 
 from __future__ import annotations
 

@@ -57,9 +57,9 @@ def load_map(source: str | Path | ColumnMap) -> ColumnMap:
     if Path(source).is_file():
         return read_config(Path(source), ColumnMap)
     shipped = shipped_maps()
-    name = Path(source).stem
+    name = str(source).removesuffix('.yaml')
     if name not in shipped:
-        raise UserError(f'no column map {source}{nearest(name, list(shipped))}')
+        raise UserError(f'no column map {source}{nearest(Path(name).name, list(shipped))}')
     return read_config(shipped[name], ColumnMap)
 
 
