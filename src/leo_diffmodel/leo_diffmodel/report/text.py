@@ -12,6 +12,7 @@ from markupsafe import escape, Markup
 
 RAISED = str.maketrans('0123456789-', '⁰¹²³⁴⁵⁶⁷⁸⁹⁻')
 LABEL = re.compile(r'\b[a-z][a-z0-9_]*:[A-Za-z0-9_]+')
+TENTH_OF_A_PERCENT = 0.0005
 SMALLEST_PLAIN, LARGEST_PLAIN = -3, 4
 
 
@@ -50,21 +51,25 @@ def nats(value: float | None) -> str:
 def change(before: float, after: float) -> str:
     """Relative change with its sign."""
     ratio = after / before - 1
-    return ('+' if ratio > 0 else '') + percent(ratio)
+    return ('+' if ratio >= TENTH_OF_A_PERCENT else '') + percent(ratio)
 
 
 def percent(share: float | None) -> str:
     """A share as whole percent, with a decimal where it is small or all but complete."""
     if share is None or not math.isfinite(share):
         return '–'
-    places = 1 if 0 < abs(share) < 0.0995 or 0.99 < share < 1 else 0
+    if abs(share) < TENTH_OF_A_PERCENT:
+        return '0 %'
+    places = 1 if abs(share) < 0.0995 or 0.99 < share < 1 else 0
     return _minus(f'{100 * share:.{places}f} %')
 
 
 def estimate(parameter: Mapping[str, Any]) -> str:
-    """Value, 95 % interval and unit of one fitted parameter."""
+    """Value, 95 % interval and unit of one fitted parameter; the interval's ends if lopsided."""
     value, (low, high) = parameter['value'], parameter['ci95']
     half, of = 0.5 * (high - low), unit(parameter['unit'])
+    if not half > 0:
+        return f'{number(value)} {of}'.rstrip() + ' (not determined)'
     if abs(0.5 * (low + high) - value) > 0.1 * half:
         return f'{number(value)} {of}'.rstrip() + f' ({number(low)} … {number(high)})'
     return f'{_plus_minus(value, half)} {of}'.rstrip()
@@ -97,7 +102,7 @@ def _plus_minus(value: float, half: float) -> str:
 
 
 def _power(value: float) -> int:
-    return math.floor(math.log10(abs(value))) if value else 0
+    return math.floor(math.log10(abs(value)) + 1e-9) if value else 0
 
 
 def _ten(power: int) -> str:

@@ -29,7 +29,7 @@ def section(
     """
     taken = {label(e) for e in effects}
     others = [h for h in hypotheses if label(h) not in taken]
-    top = max((_gain(r) for r in [*effects, *hypotheses]), default=0.0)
+    top = max([*(_gain(r) for r in [*effects, *hypotheses]), threshold or 0.0])
     best = _gain(hypotheses[0]) if hypotheses else 0.0
     near = _near(effects)
     rows = [_row(e, top, 'supported', _supported(e)) for e in effects]

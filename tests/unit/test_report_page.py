@@ -1,0 +1,273 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page from hand-made results: five verdicts, escapes, no network, whole or not at all."""
+
+from html.parser import HTMLParser
+from pathlib import Path
+import re
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.compare.comparison import Comparison
+from leo_diffmodel.compare.torque import MissingTorque
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.explanation import Explanation
+from leo_diffmodel.report import page
+from leo_diffmodel.report.sections import budget, horizon, hypotheses
+from leo_sim.model import Model
+from leo_sim.robot import load_robot
+
+LARGEST = 5_000_000
+STATES = [{'name': 'pivot', 'unit': 'rad'}, {'name': 'pivot rate', 'unit': 'rad/s'}]
+PROVENANCE = {
+    'bags': [{'path': 'bags/<run> & "1"', 'sha256': 'f00d'}],
+    'robot': 'pendulum',
+    'effects_in_model': [],
+    'command': "leo explain 'bags/<run>' --model pendulum",
+    'date': '2026-11-20T12:00:00+00:00',
+    'python': '3.11.7',
+    'versions': {'leo_sim': '0.1.0'},
+    'seed': 0,
+}
+NOT_TESTABLE = [
+    {'name': 'torque_ripple', 'where': 'pivot', 'why': 'its trace is 1.0 nats, 12.7 are needed'},
+]
+
+
+class Links(HTMLParser):
+    """Collects what a browser would load or link to, and the visible text."""
+
+    def __init__(self):
+        super().__init__()
+        self.urls, self.text, self.scripts, self._in = [], [], 0, ''
+
+    def handle_starttag(self, tag, attrs):
+        self._in = tag
+        self.scripts += tag == 'script'
+        self.urls += [v for k, v in attrs if k in ('src', 'href', 'srcset', 'data', 'action')]
+        assert tag != 'link'
+
+    def handle_endtag(self, tag):
+        self._in = ''
+
+    def handle_data(self, data):
+        if self._in == 'style':
+            assert 'url(' not in data and '@import' not in data
+        if self._in not in ('script', 'style'):
+            self.text.append(data)
+
+
+def read(path: Path) -> tuple[Links, str]:
+    """The page, parsed, and its visible text."""
+    assert path.stat().st_size < LARGEST
+    links = Links()
+    links.feed(path.read_text(encoding='utf-8'))
+    return links, re.sub(r'\s+', ' ', ''.join(links.text))
+
+
+@pytest.fixture(scope='module')
+def model() -> Model:
+    return Model(load_robot('pendulum'))
+
+
+@pytest.fixture(scope='module')
+def recording() -> Recording:
+    t, flat = np.arange(200) * 0.01, np.zeros((200, 1))
+    episode = Episode(t, flat, flat, flat, np.ones((200, 1), bool))
+    return Recording(
+        Path('bags/<run> & "1"'), 'f00d', ('pivot',), ('pivot',), 'voltage', 0.01, (episode,), {}
+    )
+
+
+@pytest.fixture(scope='module')
+def missing() -> MissingTorque:
+    rng = np.random.default_rng(0)
+    q, dq, u = rng.uniform(-1, 1, (3, 120, 1)) * np.array([1.0, 8.0, 3.0])[:, None, None]
+    empty = np.zeros((120, 6, 1))
+    windows = Windows(
+        empty, empty, empty[:, :5], empty[:, :5] == 0, np.full((120, 5), 0.01),
+        np.arange(120) * 0.06, np.zeros(120, int),
+    )  # fmt: skip
+    torque = -1e-4 * dq + 1e-5 * rng.standard_normal((120, 1))
+    return MissingTorque(np.arange(120) * 0.06, torque, np.full((120, 1), 1e-5), q, dq, u, windows)
+
+
+def explanation(verdict: str, model: Model, sentence: str = 'Sentence <1> & 2.') -> Explanation:
+    """An answer without a search behind it."""
+    return Explanation(
+        verdict=verdict,
+        sentence=sentence,
+        effects=[],
+        constants={},
+        hypotheses=[],
+        not_testable=NOT_TESTABLE,
+        next_run='Let it swing with the motors free.',
+        errors={},
+        seconds=0.1,
+        provenance=PROVENANCE,
+        model=model,
+    )
+
+
+def comparison(missing: MissingTorque, factor: float) -> Comparison:
+    """Errors `factor` times the noise floor, at one step and further ahead."""
+    floor = [[0.002, 0.05], [0.003, 0.06]]
+    seconds = (0.03, 0.6)
+
+    def table(k: float) -> list[dict]:
+        return [
+            {'steps': n, 'seconds': s, 'rmse': [k * e for e in f]}
+            for n, s, f in zip((1, 20), seconds, floor, strict=True)
+        ]
+
+    one = {'rmse': [factor * e for e in floor[0]]}
+    data = {
+        'states': STATES,
+        'step_seconds': 0.03,
+        'one_step': one,
+        'horizon': table(factor),
+        'noise_floor': {'one_step': {'rmse': floor[0]}, 'horizon': table(1.0)},
+        'budget': {'explained': 0.7, 'unexplained': 0.2, 'noise': 0.1},
+        'provenance': PROVENANCE,
+    }
+    return Comparison(data, missing, np.array([0.001, 0.05]))
+
+
+@pytest.mark.parametrize('verdict', ['fine', 'named', 'ambiguous', 'unknown', 'untestable'])
+def test_every_verdict_makes_a_page(verdict, model, recording, tmp_path):
+    path = tmp_path / 'report.html'
+    page.write_explanation(path, explanation(verdict, model), [recording])
+    links, text = read(path)
+    assert links.urls == [] and links.scripts == 0
+    assert verdict in text and 'Sentence <1> & 2.' in text
+    assert 'Let it swing with the motors free.' in text
+    assert 'torque_ripple' in text and '12.7 are needed' in text
+    assert 'f00d' in text and PROVENANCE['date'] in text
+
+
+def test_what_came_from_outside_is_escaped(model, recording, tmp_path):
+    path = tmp_path / 'report.html'
+    hostile = '<script>alert(1)</script> coulomb_friction:pivot'
+    page.write_explanation(path, explanation('named', model, hostile), [recording])
+    links, text = read(path)
+    assert links.scripts == 0 and hostile in text
+    assert '<run>' not in path.read_text() and 'bags/<run> & "1"' in text
+
+
+def test_the_comparison_is_a_sentence_of_numbers(model, recording, missing, tmp_path):
+    path = tmp_path / 'report.html'
+    page.write_comparison(path, comparison(missing, 4.0), [recording], model)
+    links, text = read(path)
+    assert links.urls == [] and links.scripts > 0
+    text = text.replace('\u00a0', ' ')
+    assert '4.0 × noise' in text and '4.0 times what noise alone explains' in text
+    assert '0.00800 rad (pivot)' in text and '0.200 rad/s (pivot rate)' in text
+    assert 'explained by the model 70 %' in text and 'noise 10 %' in text
+    for unit in ('[rad]', '[rad/s]', '[V]', '[s]', 'N m', 'Hz'):
+        assert unit in text, unit
+
+
+@pytest.mark.parametrize(
+    'axis', ['rms error of pivot [rad]', 'pivot speed [rad/s]', 'pivot angle [rad]',
+             'pivot voltage [V]', 'missing torque [mN m]', 'prediction horizon [s]'],
+)  # fmt: skip
+def test_axes_carry_their_unit(axis, model, recording, missing, tmp_path):
+    path = tmp_path / 'report.html'
+    page.write_comparison(path, comparison(missing, 4.0), [recording], model)
+    assert f'"{axis}"' in path.read_text()
+
+
+def test_a_model_at_the_noise_floor_is_said_to_be(model, recording, missing, tmp_path):
+    path = tmp_path / 'report.html'
+    quiet = MissingTorque(
+        missing.time, 0.1 * missing.spread, missing.spread, missing.q, missing.dq,
+        missing.inputs, missing.windows,
+    )  # fmt: skip
+    page.write_comparison(path, comparison(quiet, 1.0), [recording], model)
+    _, text = read(path)
+    assert 'which is what noise alone explains' in text
+    assert 'there is no place where it fails' in text
+
+
+def test_a_page_that_fails_leaves_the_last_one(model, recording, tmp_path, monkeypatch):
+    path = tmp_path / 'report.html'
+    path.write_text('the last one')
+
+    def full(*_):
+        raise OSError('no space left on device')
+
+    monkeypatch.setattr(page.os, 'replace', full)
+    with pytest.raises(OSError, match='no space'):
+        page.write_explanation(path, explanation('fine', model), [recording])
+    assert path.read_text() == 'the last one'
+
+
+def test_budget_shares_add_up():
+    errors = {
+        'states': STATES,
+        'ladder': [
+            {'model': 'as given', 'rmse': [0.10, 1.0], 'seconds': 0.5},
+            {'model': '+ a:pivot', 'rmse': [0.05, 0.6], 'seconds': 0.5},
+            {'model': '+ b:pivot', 'rmse': [0.02, 0.3], 'seconds': 0.5},
+            {'model': 'noise floor', 'rmse': [0.01, 0.1], 'seconds': 0.5},
+        ],
+    }
+    parts = {p['name']: p['share'] for p in budget.explained(errors).values['parts']}
+    assert sum(parts.values()) == pytest.approx(1.0)
+    assert parts['a:pivot'] == pytest.approx(1 - (0.25 + 0.36) / 2)
+    assert parts['noise'] == pytest.approx(0.01)
+
+
+def test_every_state_has_its_floor():
+    errors = {
+        'states': STATES,
+        'horizon': [
+            {'seconds': s, 'before': [0.1, 1.0], 'after': [0.01, 0.1], 'noise_floor': [0.01, 0.1]}
+            for s in (0.03, 0.3)
+        ],
+    }
+    section = horizon.held_out(errors, repaired=True)
+    assert len(section.figures) == len(STATES)
+    assert [name for name, _ in section.values['legend']] == [
+        'as given',
+        'repaired',
+        'noise floor',
+    ]
+
+
+def hypothesis(name: str, train: float, held: float | None, near: tuple = ()) -> dict:
+    return {
+        'name': name,
+        'where': 'pivot',
+        'parameters': {'c': {'value': 0.1, 'unit': 'N m', 'ci95': [0.09, 0.11]}},
+        'gain_train': train,
+        'gain_held_out': held,
+        'error_before': 0.4,
+        'error_after': 0.1,
+        'inclusion_probability': 0.97,
+        'confusable_with': list(near),
+    }
+
+
+def test_every_hypothesis_has_a_status_in_words():
+    same = {'name': 'b', 'where': 'pivot', 'separable_nats': 0.1, 'same_thing': 'both brake'}
+    close = {'name': 'c', 'where': 'pivot', 'separable_nats': 2.0, 'same_thing': None}
+    named = hypothesis('a', 90.0, 30.0, (same, close))
+    others = [
+        hypothesis('b', 89.9, 30.0),
+        hypothesis('c', 88.0, 30.0),
+        hypothesis('d', 50.0, 10.0),
+        hypothesis('e', 40.0, -3.0),
+        hypothesis('f', 3.0, 1.0),
+        hypothesis('g', 20.0, None),
+    ]
+    section = hypotheses.section([named], [named, *others], {}, threshold=12.0)
+    status = {r['name']: (r['kind'], r['status']) for r in section.values['rows']}
+    assert status['a'] == ('supported', 'supported, but not told apart from its rivals')
+    assert status['b'] == ('same', 'the same thing in this data: both brake')
+    assert status['c'] == ('rival', 'cannot be ruled out: 2.00 nats behind')
+    assert status['d'] == ('out', '60.0 nats behind')
+    assert status['e'] == ('out', 'does not hold on held-out data')
+    assert status['f'] == ('out', 'gains no more than noise would')
+    assert status['g'] == ('out', 'ruled out by the first scan')

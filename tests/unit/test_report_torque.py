@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Missing torque on a pendulum with hidden friction, and the page of a whole explanation."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.explain.explanation import explain, Explanation
+from leo_diffmodel.report import bins
+from leo_diffmodel.report.page import write_explanation
+from leo_diffmodel.report.torque_curves import trace
+from leo_sim.effects import place
+from leo_sim.model import Model
+from leo_sim.robot import load_robot
+
+FRICTION = 1e-4
+SAMPLES, PERIOD, HELD = 800, 0.01, 10
+
+
+@pytest.fixture(scope='module')
+def recording() -> Recording:
+    """8 s of random voltage steps on a pendulum with viscous friction, with sensor noise."""
+    robot = load_robot('pendulum')
+    model = Model(robot, effects=(place(robot, 'viscous_friction', 'pivot', b=FRICTION),))
+    rng = np.random.default_rng(3)
+    volts = np.repeat(rng.uniform(-3, 3, SAMPLES // HELD), HELD)[:, None]
+    state, seen = model.start(), []
+    for u in volts:
+        seen.append(np.concatenate(model.sense(state)))
+        state = model.step(state, u, PERIOD)
+    q, dq = (np.array(seen) + rng.normal(0, [1e-3, 0.03], (SAMPLES, 2))).T[:, :, None]
+    episode = Episode(np.arange(SAMPLES) * PERIOD, q, dq, volts, np.ones_like(volts, bool))
+    return Recording(
+        Path('bags/friction'), '0' * 64, ('pivot',), ('pivot',), 'voltage', 0.03, (episode,), {}
+    )
+
+
+@pytest.fixture(scope='module')
+def explanation(recording: Recording) -> Explanation:
+    return explain([recording], Model(load_robot('pendulum')))
+
+
+def test_missing_torque_has_the_slope_of_the_hidden_friction(recording, explanation):
+    measured = trace([recording], explanation.search).measured
+    slope = np.polyfit(measured.dq[:, 0], measured.torque[:, 0], 1)[0]
+    assert slope == pytest.approx(-FRICTION, rel=0.1)
+
+
+def test_the_leading_candidate_runs_through_the_measured_means(recording, explanation):
+    curves = trace([recording], explanation.search)
+    groups = bins.sort(curves.measured.dq[:, 0], count=10)
+    measured = curves.measured.torque[:, 0]
+    off = groups.mean(measured) - groups.mean(curves.candidates[0].torque[:, 0])
+    assert np.abs(off / groups.standard_error(measured)).max() < 4
+    assert 1 <= len(curves.candidates) <= 4
+
+
+@pytest.mark.parametrize('verdict', ['fine', 'named', 'ambiguous', 'unknown'])
+def test_the_whole_page(verdict, recording, explanation, tmp_path):
+    path = tmp_path / 'out' / 'report.html'
+    write_explanation(path, replace(explanation, verdict=verdict), [recording])
+    text = path.read_text()
+    assert path.stat().st_size < 5_000_000
+    assert f'>{verdict}<' in text
+    for title in ('Where the error goes', 'Error against prediction horizon', 'Hypotheses',
+                  'Torque the model lacks', 'Where it fails', 'Is what is left only noise?',
+                  'Where this comes from'):  # fmt: skip
+        assert f'<h2>{title}</h2>' in text
+    for name in ('viscous_friction', 'back_emf_scale', 'N m s/rad', 'nats', 'held-out'):
+        assert name in text
+
+
+def test_bins_leave_out_thin_ones():
+    groups = bins.sort(np.concatenate([np.linspace(0, 1, 100), [50.0]]), count=10)
+    assert groups.centre.max() < 2
+    assert groups.members.sum(axis=1).min() >= bins.FEWEST
