@@ -3,6 +3,7 @@
 
 import time
 
+from leo_sim.nodes import pacing
 from leo_sim.nodes.pacing import REPEAT_PERIOD, run_lockstep, run_realtime
 
 
@@ -13,7 +14,7 @@ class Notes:
 
     def __init__(self, script=(), period=0.01):
         self.calls, self.script, self.commanded = [], list(script), False
-        self.period, self.lateness, self.slow_at = period, [], None
+        self.period, self.lateness, self.slow_at, self.stuck = period, [], None, False
 
     def ok(self):
         return not self.calls or self.calls[-1] != 'end'
@@ -44,7 +45,10 @@ class Notes:
 
     def acknowledged(self, timeout):
         self.calls.append('acknowledged?')
-        return True
+        return not self.stuck
+
+    def warn(self, text):
+        self.calls.append(text)
 
     def report(self, loop_time, lateness):
         self.lateness.append(lateness)
@@ -71,6 +75,16 @@ def test_lockstep_repeats_its_state_while_it_waits():
     run_lockstep(robot, robot.ok)
     assert robot.calls[:3] == ['state', 'repeat', 'repeat']
     assert time.monotonic() - began >= 2 * REPEAT_PERIOD
+
+
+def test_lockstep_goes_on_without_a_reader_that_takes_nothing(monkeypatch):
+    monkeypatch.setattr(pacing, 'ACKNOWLEDGE_TIMEOUT', 0.05)
+    robot = Notes(['command', *99 * ['nothing'], 'end'])
+    robot.stuck = True
+    end = time.monotonic() + 0.3
+    run_lockstep(robot, lambda: time.monotonic() < end)
+    asked = robot.calls.count('acknowledged?')
+    assert asked > 1 and robot.calls.count('a reader took nothing for 0.05 s: going on without it')
 
 
 class Timed(Notes):

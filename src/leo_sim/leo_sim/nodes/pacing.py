@@ -41,6 +41,9 @@ class Paced(Protocol):
     def acknowledged(self, timeout: float) -> bool:
         """Whether all reliable readers have everything within `timeout` [s]."""
 
+    def warn(self, text: str) -> None:
+        """Log a warning."""
+
     def report(self, loop_time: float, lateness: float) -> None:
         """Note how long one state took and how late it was [s]."""
 
@@ -80,8 +83,11 @@ def _drop_early_commands(robot: Paced) -> None:
 
 
 def _wait_for_readers(robot: Paced, ok: Callable[[], bool]) -> None:
-    give_up = time.monotonic() + ACKNOWLEDGE_TIMEOUT
-    while ok() and not robot.acknowledged(REPEAT_PERIOD) and time.monotonic() < give_up:
+    began = time.monotonic()
+    while ok() and not robot.acknowledged(REPEAT_PERIOD):
+        if time.monotonic() - began > ACKNOWLEDGE_TIMEOUT:
+            robot.warn(f'a reader took nothing for {ACKNOWLEDGE_TIMEOUT:g} s: going on without it')
+            return
         robot.spin_once(0.0)
 
 

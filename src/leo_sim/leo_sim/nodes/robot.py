@@ -30,7 +30,7 @@ from leo_sim.safety import BadCommand, Safety
 READER_GRACE = 0.5
 """How long the first state of an episode waits for the readers of its number [s]."""
 
-DISCOVERY_GRACE = 0.5
+DISCOVERY_GRACE = 1.0
 """How long the very first state waits for somebody to find it [s]."""
 
 COMMAND_TOPICS = {'voltage': topics.VOLTAGE_COMMANDS, 'effort': topics.EFFORT_COMMANDS}
@@ -49,7 +49,9 @@ class RobotNode:
         self._driver = load_driver(settings.driver, settings.options)
         self.info = self._driver.info
         _check_clock(settings, self.info.own_clock)
-        self._safety = Safety(self.info.limits, settings.command_timeout, settings.slew)
+        # In lockstep time stands still without commands: none is ever too old.
+        timeout = settings.command_timeout if self._factor else 0.0
+        self._safety = Safety(self.info.limits, timeout, settings.slew)
         self._episode = EpisodeNumber(
             episode_file(node.get_fully_qualified_name()), settings.episode
         )
@@ -138,6 +140,10 @@ class RobotNode:
             return False
         left = max(0.0, timeout - (time.monotonic() - began))
         return bool(self._applied.wait_for_all_acked(left))
+
+    def warn(self, text: str) -> None:
+        """Log a warning."""
+        self._node.get_logger().warning(text)
 
     def report(self, loop_time: float, lateness: float) -> None:
         """Note how long one state took and how late it was [s]."""

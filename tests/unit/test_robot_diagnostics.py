@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the robot node says about itself: the worst news first, and every count."""
+
+import pytest
+
+from leo_msgs_py.messages import DiagnosticStatus
+from leo_sim.nodes.diagnostics import Health, diagnostic_array, robot_status
+from leo_sim.safety import Safety
+
+
+def status(safety=None, health=None, torque=True, new_missed=0):
+    return robot_status(
+        '/robot', safety or Safety([1.0]), health or Health(0.0), torque, new_missed
+    )
+
+
+def stopped():
+    safety = Safety([1.0])
+    safety.e_stop()
+    return safety
+
+
+def late():
+    safety = Safety([1.0], timeout=0.1)
+    safety.accept([1.0], 0.0)
+    safety.output(1.0)
+    return safety
+
+
+@pytest.mark.parametrize(
+    ('given', 'level', 'said'),
+    [
+        ({}, DiagnosticStatus.OK, 'running'),
+        ({'torque': False}, DiagnosticStatus.OK, 'motors free'),
+        ({'new_missed': 3}, DiagnosticStatus.WARN, '3 deadlines missed'),
+        ({'safety': late(), 'new_missed': 3}, DiagnosticStatus.WARN, 'timed out'),
+        ({'safety': stopped(), 'new_missed': 3}, DiagnosticStatus.ERROR, 'e-stop'),
+    ],
+)
+def test_the_worst_news_sets_the_level(given, level, said):
+    found = status(**given)
+    assert found.level == level and said in found.message
+
+
+def test_counts_and_loop_times_are_told():
+    health = Health(period=0.01)
+    for loop_time, lateness in ((0.001, 0.0), (0.003, 0.005), (0.002, 0.02)):
+        health.note(loop_time, lateness)
+    values = {pair.key: pair.value for pair in status(late(), health).values}
+    assert values['states in the last second'] == '3'
+    assert (values['loop time mean ms'], values['loop time max ms']) == ('2.000', '3.000')
+    assert (values['missed deadlines'], values['command timeouts']) == ('1', '1')
+    assert health.take_loop_times() == (0, 0.0, 0.0), 'the next second starts anew'
+
+
+def test_lockstep_is_never_late():
+    health = Health(period=0.0)
+    health.note(0.001, 5.0)
+    assert health.missed == 0
+
+
+def test_the_message_is_stamped():
+    message = diagnostic_array(status(), 1_500_000_000)
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1, 500_000_000)
+    assert [s.name for s in message.status] == ['/robot']
