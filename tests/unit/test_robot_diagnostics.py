@@ -4,7 +4,7 @@
 import pytest
 
 from leo_msgs_py.messages import DiagnosticStatus
-from leo_sim.nodes.diagnostics import Health, diagnostic_array, robot_status
+from leo_sim.nodes.diagnostics import diagnostic_array, Health, robot_status
 from leo_sim.safety import Safety
 
 
