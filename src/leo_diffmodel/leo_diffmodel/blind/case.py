@@ -22,7 +22,7 @@ SIZES = (1.0, 30.0)
 POSITION_NOISE = (0.5e-3, 3e-3)
 RATE_NOISE = (0.02, 0.1)
 LEVELS = {'voltage': (0.4, 1.0), 'torque': (0.1, 0.4)}
-ENGINES = (('pybullet', 0.0), ('rk4', 0.0007))
+ENGINES = (('pybullet', 0.0), ('rk4', 0.0019))
 EFFECT_NAMES = (
     'command_delay', 'voltage_scale', 'voltage_deadband', 'voltage_limit', 'actuator_lag',
     'torque_scale', 'back_emf_scale', 'viscous_friction', 'coulomb_friction',

@@ -69,9 +69,9 @@ CLASSES = (
         'a torque command has no back-EMF to tell them apart',
     ),
     SameThing(
-        frozenset({'encoder_offset', 'external_force', 'link_com'}),
+        frozenset({'encoder_offset', 'external_force', 'link_com', 'torque_ripple'}),
         lambda f: f.one_hinge,
-        'on a single hinge a shifted zero, a sideways force and a shifted CoM all turn gravity',
+        'on a single hinge a shifted zero, CoM or sideways force, and a ripple once per turn, turn gravity',
     ),
 )
 
