@@ -51,9 +51,11 @@ class Robot:
     def swing(self, seconds: float) -> None:
         for _ in range(round(seconds / PERIOD)):
             stamp, t = self.count * 10_000_000, self.count * PERIOD
-            self._states.publish(JointStates(
-                stamp, ('pivot',), np.array([math.sin(t)]), np.array([math.cos(t)])
-            ).to_message())
+            self._states.publish(
+                JointStates(
+                    stamp, ('pivot',), np.array([math.sin(t)]), np.array([math.cos(t)])
+                ).to_message()
+            )
             self._applied.publish(Applied(stamp, ('pivot',), np.array([t])).to_message())
             self.count += 1
             api.spin_once(self.node, PERIOD)
@@ -134,8 +136,17 @@ def test_a_played_bag_is_recorded_as_it_was(tmp_path, domain, spawn):
     inputs = {'pivot': {'voltage': np.sin(9 * t), 'enabled': np.ones(len(t))}}
     run = Run(t, ['pivot'], np.sin(t)[:, None], np.cos(t)[:, None], inputs=inputs)
     source = write_runs(tmp_path / 'source', [run], {'robot': 'pendulum'})
-    recorder = spawn('-c', LEO, 'bag', 'record', '-o', str(tmp_path / 'copy'),
-                     '/joint_states', '/dynamic_joint_states', 'robot/episode')
+    recorder = spawn(
+        '-c',
+        LEO,
+        'bag',
+        'record',
+        '-o',
+        str(tmp_path / 'copy'),
+        '/joint_states',
+        '/dynamic_joint_states',
+        'robot/episode',
+    )
     watcher = api.create_node('watcher', [])
     assert api.spin_until(
         watcher, lambda: watcher.count_subscribers('/dynamic_joint_states') > 0, 30.0

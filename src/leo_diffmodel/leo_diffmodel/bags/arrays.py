@@ -11,13 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from leo_msgs_py import messages, topics
-from leo_msgs_py.topics import Topic
-from leo_msgs_py.values import time_message
-from leo_msgs_py.wire.types import serialize, type_name
+from leo_msgs_py import topics
+from leo_msgs_py.wire.types import message_class, serialize
 
 from .qos_text import to_yaml
+from .types import DYNAMIC_JOINT_STATE, JOINT_STATE, UINT32
 from .writer import BagWriter
+
+# Plain classes even where ROS is there: the codec of bags wants numpy arrays.
+Time, Header = message_class('builtin_interfaces/msg/Time'), message_class('std_msgs/msg/Header')
+JointState = message_class(JOINT_STATE)
+DynamicJointState = message_class(DYNAMIC_JOINT_STATE)
+InterfaceValue = message_class('control_msgs/msg/InterfaceValue')
+UInt32 = message_class(UINT32)
 
 Floats = NDArray[np.float64]
 EPISODE_PAUSE_NS = 1_000_000_000
@@ -58,14 +64,18 @@ def write_runs(folder: Path, runs: Sequence[Run], metadata: Mapping[str, str]) -
     """
     writer = BagWriter(folder, metadata)
     channels = {
-        topic.name: _add(writer, topic)
-        for topic in (topics.EPISODE, topics.JOINT_STATES, topics.DYNAMIC_JOINT_STATES)
-        if topic is not topics.DYNAMIC_JOINT_STATES or any(run.inputs for run in runs)
+        topic.name: writer.add_topic(f'/{topic.name}', type_name, to_yaml(topic.qos))
+        for topic, type_name in (
+            (topics.EPISODE, UINT32),
+            (topics.JOINT_STATES, JOINT_STATE),
+            (topics.DYNAMIC_JOINT_STATES, DYNAMIC_JOINT_STATE),
+        )
+        if type_name != DYNAMIC_JOINT_STATE or any(run.inputs for run in runs)
     }
     start = 0
     for number, run in enumerate(runs, start=1):
         stamps = start + np.round((run.t - run.t[0]) * 1e9).astype(np.int64)
-        episode = serialize(messages.UInt32(data=number))
+        episode = serialize(UInt32(data=number))
         writer.write(channels[topics.EPISODE.name], episode, int(stamps[0]))
         for name, stamp, message in _messages(run, stamps.tolist()):
             writer.write(channels[name], serialize(message), stamp)
@@ -74,28 +84,29 @@ def write_runs(folder: Path, runs: Sequence[Run], metadata: Mapping[str, str]) -
     return folder
 
 
-def _add(writer: BagWriter, topic: Topic) -> int:
-    return writer.add_topic(f'/{topic.name}', type_name(topic.type), to_yaml(topic.qos))
-
-
 def _messages(run: Run, stamps: list[int]) -> Iterator[tuple[str, int, Any]]:
     """Yield (topic, stamp [ns], message) in time order."""
     nothing: list[float] = []
     names = list(run.joints)
     columns = [list(interfaces.values()) for interfaces in run.inputs.values()]
     for k, stamp in enumerate(stamps):
-        header = messages.Header(stamp=time_message(stamp))
-        yield topics.JOINT_STATES.name, stamp, messages.JointState(
+        header = Header(stamp=_time(stamp))
+        yield topics.JOINT_STATES.name, stamp, JointState(
             header=header, name=names, position=run.q[k],
             velocity=nothing if run.dq is None else run.dq[k],
             effort=nothing if run.effort is None else run.effort[k],
         )
         if columns:
-            yield topics.DYNAMIC_JOINT_STATES.name, stamp, messages.DynamicJointState(
+            yield topics.DYNAMIC_JOINT_STATES.name, stamp, DynamicJointState(
                 header=header, joint_names=list(run.inputs), interface_values=[
-                    messages.InterfaceValue(
+                    InterfaceValue(
                         interface_names=list(interfaces), values=[c[k] for c in column]
                     )
                     for interfaces, column in zip(run.inputs.values(), columns, strict=True)
                 ],
             )
+
+
+def _time(stamp_ns: int) -> Any:
+    seconds, rest = divmod(stamp_ns, 1_000_000_000)
+    return Time(sec=seconds, nanosec=rest)
