@@ -11,7 +11,8 @@ import numpy as np
 from leo_sim.engines.components import mul, sub
 from leo_sim.engines.rigid import joined
 
-SWEEPS = 20
+SWEEPS = 50
+SETTLED = 1e-12  # rad/s
 
 
 class Contact(NamedTuple):
@@ -89,13 +90,18 @@ def settled(contact: Contact, factor: Factor, dq: Any, motor: Any) -> tuple[Any,
     answers = [factor.response(j) for j in joints]
     given = {(kind, j): 0.0 for kind in kinds for j in joints}
     for _ in range(1 if len(given) == 1 else SWEEPS):
+        moved = 0.0
         for kind, j in given:
-            total, share = _LAWS[kind](contact, j, answers[j][..., j], dq, motor, given[kind, j])
+            answer = answers[j][..., j]
+            total, share = _LAWS[kind](contact, j, answer, dq, motor, given[kind, j])
             change = total - given[kind, j]
             dq = dq + answers[j] * change[..., None]
             if share is not None:
                 motor = _set(motor, j, motor[..., j] - change * share)
             given[kind, j] = total
+            moved = max(moved, float(np.max(np.abs(change * answer))))
+        if not moved > SETTLED:
+            break
     return dq, motor
 
 

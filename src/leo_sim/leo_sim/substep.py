@@ -67,6 +67,7 @@ def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any
     free = None if laws.gap is None else motor_speed + h * torques.motor / rotor
     rates, motor_speed = settled(contact, factor, rates, free)
     if laws.gap is not None:
+        motor_speed = np.where(laws.gap > 0, motor_speed, rates)
         slip = offset + h * (motor_speed - rates)
         memory = {**memory, DRIVE: np.stack(np.broadcast_arrays(slip, motor_speed))}
     return rates, memory

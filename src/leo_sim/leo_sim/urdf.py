@@ -77,7 +77,7 @@ def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
     for link in root.findall('link'):
         for old in link.findall('inertial'):
             link.remove(old)
-        link.append(_inertial(bodies[link.get('name', '')]))
+        link.append(_inertial(link.get('name', ''), bodies[link.get('name', '')]))
     for joint in root.findall('joint'):
         for old in joint.findall('dynamics') + joint.findall('limit'):
             joint.remove(old)
@@ -178,13 +178,14 @@ def _sorted(joints: list[Joint], links: set[str], source: str) -> tuple[Joint, .
     return tuple(ordered)
 
 
-def _inertial(body: Body) -> ElementTree.Element:
+def _inertial(name: str, body: Body) -> ElementTree.Element:
     xx, yy, zz, xy, xz, yz = body.inertia
     rotation = np.eye(3)
     moments = np.array([xx, yy, zz])
     if xy or xz or yz:
         moments, rotation = np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         rotation = rotation * np.sign(np.linalg.det(rotation))
+    moments = _physical(name, body.mass, moments)
     pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[2, 1], rotation[2, 2]))
     roll = math.atan2(rotation[2, 1], rotation[2, 2])
     yaw = math.atan2(rotation[1, 0], rotation[0, 0])
@@ -196,6 +197,22 @@ def _inertial(body: Body) -> ElementTree.Element:
         'ixx': repr(float(moments[0])), 'iyy': repr(float(moments[1])),
         'izz': repr(float(moments[2])), 'ixy': '0', 'ixz': '0', 'iyz': '0'})
     return element
+
+
+def _physical(name: str, mass: float, moments: np.ndarray) -> np.ndarray:
+    """Principal moments of a real body: PyBullet silently takes others for zero.
+
+    Raises:
+        UserError: Negative, or one larger than the other two together.
+    """
+    most = int(np.argmax(moments))
+    others = moments.sum() - moments[most]
+    if mass < 0 or moments.min() < 0 or moments[most] > others * (1 + 1e-9):
+        raise UserError(f'link {name!r}: no body has the mass {mass:g} kg and the principal '
+                        f'moments {moments} kg m2; use the engine rigid, or correct them')
+    moments = moments.copy()
+    moments[most] = min(moments[most], others)
+    return moments
 
 
 def _written(vector: Iterable[float]) -> str:

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Model files: round trip, and one clear line for whatever is wrong in one."""
+import numpy as np
+import pytest
+import yaml
+
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import EFFECTS, place
+from leo_sim.model import Model
+from leo_sim.model_file import load_effects, load_model, save_model, write_effects
+from leo_sim.robot import Constant, load_robot
+
+ROBOT = load_robot('pendulum')
+FRICTION = {'name': 'viscous_friction', 'where': 'pivot',
+            'parameters': {'b': {'value': 1e-5, 'unit': 'N m s/rad', 'ci95': [9e-6, 1.1e-5]}}}
+USER_EFFECT = """
+from leo_sim.effects import Effect, Parameter
+class Wind(Effect):
+    name = 'wind'
+    family = 'load'
+    hook = 'torque'
+    parameters = (Parameter('w', 'N m'),)
+    def torque(self, p, q, dq, motor, load):
+        return p['w'] + 0.0 * q
+"""
+
+
+def write(tmp_path, **content):
+    path = tmp_path / 'model.yaml'
+    path.write_text(yaml.safe_dump({'robot': 'pendulum', **content}))
+    return path
+
+
+def test_everything_survives_a_round_trip(tmp_path):
+    resistance = 'actuators.pivot.resistance'
+    path = write(tmp_path, effects=[FRICTION], difference_model='difference.safetensors',
+                 constants={resistance: {'value': 9.0, 'unit': 'ohm', 'uncertain': [8, 11]}},
+                 history=[{'added': 'viscous_friction:pivot', 'bags': ['a'], 'error': 0.1}])
+    first = load_model(path)
+    second = load_model(save_model(tmp_path / 'copy.yaml', first))
+    for model in (first, second):
+        assert model.constants[resistance] == model.robot.actuators[0].resistance == 9.0
+        assert model.robot.constants[resistance].uncertain == (8.0, 11.0)
+        assert model.effects[0].parameters == {'b': 1e-5}
+        assert model.effects[0].ci95 == {'b': (9e-6, 1.1e-5)}
+        assert model.history[0]['added'] == 'viscous_friction:pivot'
+        assert model.difference_model.name == 'difference.safetensors'
+
+
+@pytest.mark.parametrize('name', sorted(EFFECTS))
+def test_every_effect_can_be_written_and_read(tmp_path, name):
+    model = Model(ROBOT, [place(ROBOT, name, 'all')])
+    again = load_model(save_model(tmp_path / 'model.yaml', model))
+    assert again.effects == model.effects
+
+
+def test_constants_given_to_the_model_are_written(tmp_path):
+    model = Model(ROBOT, constants={'links.bob.mass': 0.06})
+    assert load_model(save_model(tmp_path / 'm.yaml', model)).constants['links.bob.mass'] == 0.06
+
+
+def test_a_model_is_never_overwritten(tmp_path):
+    path = write(tmp_path)
+    before = path.read_text()
+    with pytest.raises(UserError, match='new file'):
+        save_model(path, Model(ROBOT))
+    assert path.read_text() == before
+
+
+def test_a_robot_folder_beside_the_file(tmp_path):
+    folder = tmp_path / 'mine'
+    folder.mkdir()
+    for name in ('robot.urdf', 'robot.yaml'):
+        (folder / name).write_text((ROBOT.folder / name).read_text())
+    model = load_model(write(tmp_path, robot='mine'))
+    assert model.robot.folder == folder
+    saved = save_model(tmp_path / 'new.yaml', model)
+    assert yaml.safe_load(saved.read_text())['robot'] == 'mine'
+
+
+def test_an_effect_of_the_user(tmp_path):
+    (tmp_path / 'wind.py').write_text(USER_EFFECT)
+    wind = {'name': 'wind.py', 'where': 'all', 'parameters': {'w': {'value': 1e-3, 'unit': 'N m'}}}
+    model = load_model(write(tmp_path, effects=[wind]))
+    still, blown = (m.step(m.state_from([3.1], [0.0]), [0.0], 0.05).dq[0]
+                    for m in (Model(ROBOT), model))
+    assert blown - still == pytest.approx(1e-3 * 0.05 / 0.000191, rel=0.1)
+    assert load_model(save_model(tmp_path / 'copy.yaml', model)).effects[0].effect.name == 'wind'
+
+
+def test_effects_lists_for_hidden_effects(tmp_path):
+    path = tmp_path / 'hidden.yaml'
+    placed = place(ROBOT, 'coulomb_friction', 'pivot', c=1e-3)
+    path.write_text(yaml.safe_dump({'effects': write_effects([placed])}))
+    assert load_effects(path, ROBOT) == (placed,)
+
+
+def entry(**changes):
+    return [{**FRICTION, **changes}]
+
+
+def parameter(**changes):
+    return {'b': {'value': 1e-5, 'unit': 'N m s/rad', **changes}}
+
+
+@pytest.mark.parametrize(('content', 'said'), [
+    ({'effects': entry(name='viscous_frction')}, ['effects[0]', 'viscous_friction?']),
+    ({'effects': entry(where='elbow')}, ['effects[0]', "'elbow'", 'pivot']),
+    ({'effects': entry(parameters=parameter(unit='N m'))},
+     ['viscous_friction.b', "'N m s/rad'", "'N m'"]),
+    ({'effects': entry(parameters=parameter(value=-1.0))}, ['viscous_friction.b', '-1']),
+    ({'effects': entry(parameters={'mu': {'value': 1, 'unit': ''}})}, ["'mu'", 'it has: b']),
+    ({'effects': entry(parameters={'b': {'value': 1}})},
+     ['effects.0.parameters.b.unit', 'missing']),
+    ({'effects': entry(parameters=parameter(value='much'))}, ['effects.0.parameters.b.value']),
+    ({'robot': 'pendulm'}, ["'pendulm'", 'pendulum?']),
+    ({'colour': 'red'}, ['colour', 'unknown key']),
+    ({'constants': {'links.bob.mas': {'value': 1, 'unit': 'kg'}}}, ['links.bob.mass?']),
+    ({'constants': {'links.bob.mass': {'value': 1, 'unit': 'g'}}}, ["'kg'", "'g'"]),
+])
+def test_what_is_wrong_is_said_in_one_line(tmp_path, content, said):
+    with pytest.raises(UserError) as error:
+        load_model(write(tmp_path, **content))
+    message = str(error.value)
+    assert '\n' not in message
+    assert [part for part in said if part not in message] == []
+
+
+@pytest.mark.parametrize('text', ['robot: [', '- a list', '', '\xff'])
+def test_a_file_that_is_no_model(tmp_path, text):
+    path = tmp_path / 'model.yaml'
+    path.write_bytes(text.encode('latin-1'))
+    with pytest.raises(UserError, match=r'model\.yaml') as error:
+        load_model(path)
+    assert '\n' not in str(error.value)
+
+
+def test_no_such_model():
+    with pytest.raises(UserError, match='no model file'):
+        load_model('/nowhere/model.yaml')
+
+
+def test_back_emf_needs_a_voltage():
+    robot = load_robot('torque_pendulum')
+    assert not EFFECTS['back_emf_scale'].applies(robot)
+    with pytest.raises(UserError, match='torque input'):
+        place(robot, 'back_emf_scale', 'all', k=1.1)
+
+
+def test_units_and_neutral_values_follow_the_robot():
+    limit = EFFECTS['voltage_limit']
+    (volts,) = limit.parameters_for(ROBOT, ('pivot',))
+    (torque,) = limit.parameters_for(load_robot('torque_pendulum'), ('pivot',))
+    assert (volts.unit, volts.neutral) == ('V', 3.0)
+    assert (torque.unit, torque.neutral) == ('N m', 6.0)
+
+
+def test_with_constants_keeps_the_range(tmp_path):
+    changed = {'gravity': Constant('gravity', 9.8, 'm/s2', (9.7, 9.9))}
+    robot = ROBOT.with_constants(changed)
+    model = load_model(save_model(tmp_path / 'm.yaml', Model(robot)))
+    assert model.robot.constants['gravity'] == changed['gravity']
+    assert np.isclose(model.laws.gravity, 9.8)

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Batched rollouts: scans, uneven times, histories, constants."""
+import numpy as np
+import pytest
+
+from leo_sim.batch import rollout
+from leo_sim.effects import place
+from leo_sim.model import Model
+from leo_sim.robot import load_robot
+
+ROBOT = load_robot('pendulum')
+RNG = np.random.default_rng(0)
+Q0, DQ0 = RNG.uniform(-3, 3, (4, 1)), RNG.uniform(-5, 5, (4, 1))
+INPUTS = RNG.uniform(-3, 3, (4, 6, 1))
+DT = RNG.uniform(0.002, 0.03, (4, 6))
+
+
+def scanned(*values):
+    return np.array(values)[:, None, None]
+
+
+@pytest.mark.parametrize(('effect', 'where', 'name', 'values'), [
+    ('viscous_friction', 'pivot', 'b', (0.0, 1e-5, 1e-4)),
+    ('command_delay', 'pivot', 'delay', (0.0, 0.004, 0.03)),
+    ('actuator_lag', 'pivot', 'tau', (0.0, 0.01, 0.1)),
+    ('backlash', 'pivot', 'gap', (0.0, 0.01, 0.1)),
+    ('stribeck_friction', 'pivot', 'c_static', (0.0, 1e-3, 3e-3)),
+    ('link_mass', 'bob', 'm', (0.0, 0.01, 0.04)),
+    ('external_force', 'bob', 'x', (0.0, -0.1, 0.2)),
+    ('encoder_offset', 'pivot', 'o', (0.0, -0.1, 0.2)),
+])
+def test_a_scan_equals_its_single_runs(effect, where, name, values):
+    scan = Model(ROBOT, [place(ROBOT, effect, where, **{name: scanned(*values)})])
+    q, dq = rollout(scan, Q0, DQ0, INPUTS, DT)
+    assert q.shape == dq.shape == (3, 4, 7, 1)
+    for i, value in enumerate(values):
+        single = Model(ROBOT, [place(ROBOT, effect, where, **{name: value})])
+        one_q, one_dq = rollout(single, Q0, DQ0, INPUTS, DT)
+        assert q[i] == pytest.approx(one_q, abs=1e-10)
+        assert dq[i] == pytest.approx(one_dq, abs=1e-9)
+
+
+@pytest.mark.parametrize('path', ['actuators.pivot.resistance', 'links.bob.mass', 'gravity',
+                                  'joints.pivot.damping', 'actuators.pivot.rotor_inertia'])
+def test_constants_can_be_scanned(path):
+    values = ROBOT.constants[path].value * np.array([1.0, 1.3])
+    q, _ = rollout(Model(ROBOT, constants={path: scanned(*values)}), Q0, DQ0, INPUTS, DT)
+    for i, value in enumerate(values):
+        one, _ = rollout(Model(ROBOT, constants={path: value}), Q0, DQ0, INPUTS, DT)
+        assert q[i] == pytest.approx(one, abs=1e-10)
+    assert abs(q[1] - q[0]).max() > 1e-9
+
+
+def test_measured_start_is_returned_unchanged():
+    effects = [place(ROBOT, 'encoder_offset', 'pivot', o=0.2)]
+    q, dq = rollout(Model(ROBOT, effects), Q0, DQ0, INPUTS, DT)
+    assert q[:, 0] == pytest.approx(Q0, abs=1e-12)
+    assert dq[:, 0] == pytest.approx(DQ0, abs=1e-12)
+
+
+@pytest.mark.parametrize(('effect', 'values'), [
+    ('command_delay', {'delay': 0.013}), ('actuator_lag', {'tau': 0.02}),
+    ('backlash', {'gap': 0.1})])
+def test_history_warms_up_what_effects_remember(effect, values):
+    """A window with the samples before it goes on like the run it was cut from."""
+    model = Model(ROBOT, [place(ROBOT, effect, 'pivot', **values)])
+    inputs = RNG.uniform(-3, 3, (1, 60, 1))
+    q, dq = rollout(model, [[2.0]], [[0.0]], inputs, 0.01)
+    cut = 40
+    past = (q[:, :cut], dq[:, :cut], inputs[:, :cut], None, np.full((1, cut), 0.01))
+    warm, _ = rollout(model, q[:, cut], dq[:, cut], inputs[:, cut:], 0.01, history=past)
+    cold, _ = rollout(model, q[:, cut], dq[:, cut], inputs[:, cut:], 0.01)
+    lost = abs(cold - q[:, cut:]).max()
+    assert lost > 1e-5
+    assert abs(warm - q[:, cut:]).max() < (0.2 * lost if effect == 'backlash' else 1e-9)
+
+
+def test_delay_is_continuous():
+    """A tenth of a substep more delay changes the motion by a tenth of what a whole one does."""
+    step = ROBOT.integration_step
+    delays = 0.01 + step * np.array([0.0, 0.1, 1.0])
+    model = Model(ROBOT, [place(ROBOT, 'command_delay', 'pivot', delay=scanned(*delays))])
+    _, dq = rollout(model, Q0, DQ0, INPUTS, 0.02)
+    small, large = (abs(dq[i, :, -1] - dq[0, :, -1]).mean() for i in (1, 2))
+    assert small == pytest.approx(0.1 * large, rel=0.1)
+
+
+def test_delay_of_whole_periods_shifts_the_inputs():
+    late = Model(ROBOT, [place(ROBOT, 'command_delay', 'pivot', delay=0.02)])
+    shifted = np.concatenate([np.zeros((4, 1, 1)), INPUTS[:, :-1]], axis=1)
+    q, _ = rollout(late, Q0, DQ0, INPUTS, 0.02)
+    expected, _ = rollout(Model(ROBOT), Q0, DQ0, shifted, 0.02)
+    assert q == pytest.approx(expected, abs=1e-12)
+
+
+def test_push_is_a_torque_on_the_links():
+    push = np.full((4, 6, 1), 2e-3)
+    q, _ = rollout(Model(ROBOT), Q0, DQ0, INPUTS, 0.02, push=push)
+    biased = Model(ROBOT, [place(ROBOT, 'bias_torque', 'pivot', t=2e-3)])
+    assert q == pytest.approx(rollout(biased, Q0, DQ0, INPUTS, 0.02)[0], abs=1e-12)

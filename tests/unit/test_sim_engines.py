@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The engines against each other, against hand calculation and against conservation laws."""
+from functools import cache
+from itertools import product
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from leo_msgs_py.errors import UserError
+from leo_sim.batch import rollout
+from leo_sim.drawing import of_size, Windows
+from leo_sim.effects import EFFECTS, place
+from leo_sim.effects.base import Body
+from leo_sim.engines.pybullet import Bullet
+from leo_sim.engines.rigid import Rigid
+from leo_sim.model import Model, State
+from leo_sim.robot import load_robot
+from leo_sim.urdf import parse
+
+ROBOTS = {name: load_robot(name) for name in ('pendulum', 'torque_pendulum')}
+PLACES = [(robot, effect) for robot, effect in product(ROBOTS, EFFECTS)
+          if EFFECTS[effect].applies(ROBOTS[robot])]
+
+ARM = """
+<robot name="arm">
+  <link name="base"/>
+  <joint name="yaw" type="revolute">
+    <parent link="base"/><child link="upper"/>
+    <origin xyz="0.1 -0.2 0.3" rpy="0.3 -0.4 0.5"/><axis xyz="0.2 -0.4 1"/>
+  </joint>
+  <link name="upper"><inertial>
+    <origin xyz="0.02 -0.05 0.11" rpy="0.3 -0.2 0.5"/><mass value="0.7"/>
+    <inertia ixx="0.004" iyy="0.005" izz="0.003" ixy="0.0003" ixz="-0.0002" iyz="0.0001"/>
+  </inertial></link>
+  <joint name="bracket" type="fixed">
+    <parent link="upper"/><child link="plate"/><origin xyz="0.05 0.02 0.2" rpy="0 0.7 0"/>
+  </joint>
+  <link name="plate"><inertial>
+    <origin xyz="0 0.03 0.01"/><mass value="0.2"/>
+    <inertia ixx="0.001" iyy="0.001" izz="0.0015" ixy="0" ixz="0" iyz="0"/>
+  </inertial></link>
+  <joint name="slide" type="prismatic">
+    <parent link="plate"/><child link="rail"/>
+    <origin xyz="-0.1 0 0.1" rpy="0 0 1"/><axis xyz="0 0.6 0.8"/>
+  </joint>
+  <link name="rail"><inertial>
+    <origin xyz="0.01 0.02 -0.03"/><mass value="0.4"/>
+    <inertia ixx="0.002" iyy="0.0015" izz="0.001" ixy="0" ixz="0.0001" iyz="0"/>
+  </inertial></link>
+  <joint name="wrist" type="continuous">
+    <parent link="rail"/><child link="hand"/>
+    <origin xyz="0 0.1 0.1" rpy="1 0.2 -0.3"/><axis xyz="1 0 0"/>
+  </joint>
+  <link name="hand"><inertial>
+    <origin xyz="0.03 0.04 0.05"/><mass value="0.3"/>
+    <inertia ixx="0.001" iyy="0.0012" izz="0.0008" ixy="0" ixz="0" iyz="0"/>
+  </inertial></link>
+</robot>
+"""
+
+
+def arm(forces=False):
+    links, joints = parse(ARM, 'arm.urdf')
+    bodies = {link.name: link.body for link in links}
+    if forces:
+        bodies['upper'] = bodies['upper']._replace(force=(0.3, 0.2, -0.4))
+        bodies['hand'] = bodies['hand']._replace(force=(-0.5, 0.1, 0.6))
+    return Rigid(joints, bodies, 9.81), Bullet(ARM, joints, bodies, 9.81)
+
+
+def lower_triangle(mass, size):
+    return np.array([float(mass[i][j]) for i in range(size) for j in range(i + 1)])
+
+
+@pytest.mark.parametrize('forces', [False, True])
+def test_inertia_bias_and_load_of_a_tree_in_space_agree_with_pybullet(forces):
+    rigid, bullet = arm(forces)
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        q, dq = rng.uniform(-2, 2, 3), rng.uniform(-4, 4, 3)
+        ours, theirs = rigid.mass_and_bias(q, dq), bullet.mass_and_bias(q, dq)
+        assert lower_triangle(ours[0], 3) == pytest.approx(lower_triangle(theirs[0], 3), abs=1e-12)
+        assert np.array(ours[1]) == pytest.approx(np.array(theirs[1]), abs=1e-12)
+        assert rigid.load(q) == pytest.approx(bullet.load(q), abs=1e-12)
+
+
+@pytest.mark.parametrize('forces', [False, True])
+def test_pybullet_moves_as_it_is_told(forces):
+    _, bullet = arm(forces)
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        q, dq = rng.uniform(-2, 2, 3), rng.uniform(-4, 4, 3)
+        faster = dq + rng.normal(0, 0.1, 3)
+        bullet.begin(q, dq, 1e-3)
+        bullet.mass_and_bias(q, dq)
+        moved, rates = bullet.move(q, dq, faster, 1e-3)
+        assert rates == pytest.approx(faster, abs=1e-12)
+        assert moved == pytest.approx(q + 1e-3 * faster, abs=1e-12)
+
+
+def test_batched_dynamics_equal_single_ones():
+    rigid, _ = arm()
+    rng = np.random.default_rng(3)
+    q, dq = rng.uniform(-2, 2, (2, 5, 3)), rng.uniform(-4, 4, (2, 5, 3))
+    mass, bias = rigid.mass_and_bias(q, dq)
+    one_mass, one_bias = rigid.mass_and_bias(q[1, 4], dq[1, 4])
+    for i, j in ((0, 0), (1, 0), (2, 0), (2, 1), (2, 2)):
+        every = np.broadcast_to(mass[i][j], (2, 5))
+        assert every[1, 4] == pytest.approx(float(one_mass[i][j]), rel=1e-12)
+    assert [b[1, 4] for b in bias] == pytest.approx([float(b) for b in one_bias], rel=1e-12)
+
+
+@cache
+def drawn(robot, effect):
+    """An effect of 20 noise floors somewhere on the robot, or of less where that is too much."""
+    robot, rng = ROBOTS[robot], np.random.default_rng(4)
+    where = EFFECTS[effect].places(robot)[0]
+    windows = Windows(robot, rng)
+    sizes = (of_size(windows, effect, where, size, rng) for size in (20.0, 5.0, 1.0, 0.2))
+    placed = next((p for p in sizes if p is not None), None)
+    assert placed is not None, f'no amplitude of {effect} shows on {robot.name}'
+    return placed
+
+
+@pytest.mark.parametrize(('robot', 'effect'), PLACES)
+def test_pybullet_and_batched_rollouts_agree_with_every_effect(robot, effect):
+    placed, robot = drawn(robot, effect), ROBOTS[robot]
+    model = Model(robot, [placed])
+    rng = np.random.default_rng(5)
+    inputs = rng.uniform(-0.8, 0.8, (15, 1)) * robot.limits
+    enabled = rng.uniform(size=(15, 1)) > 0.2
+    state = model.state_from([2.9], [1.0])
+    track = [model.sense(state)]
+    for u, on in zip(inputs, enabled, strict=True):
+        state = model.step(state, u, 0.011, enabled=on)
+        track.append(model.sense(state))
+    q, dq = rollout(model, [[2.9]], [[1.0]], inputs[None], 0.011, enabled[None])
+    assert q[0] == pytest.approx(np.array([t[0] for t in track]), abs=1e-8)
+    assert dq[0] == pytest.approx(np.array([t[1] for t in track]), abs=1e-7)
+
+
+@pytest.mark.parametrize(('robot', 'effect'), PLACES)
+def test_runge_kutta_with_events_agrees_with_every_effect(robot, effect):
+    """Rates within 1 % of the move in a control step, unless play makes it chaotic."""
+    placed, robot = drawn(robot, effect), ROBOTS[robot]
+    fine = robot.integration_step / 4
+    ours = Model(robot, [placed], engine='rigid', integration_step=fine)
+    other = Model(robot, [placed], engine='rk4', integration_step=fine)
+    rng = np.random.default_rng(6)
+    state, differences = ours.state_from([2.9], [1.0]), []
+    for u in rng.uniform(-0.8, 0.8, (15, 1)) * robot.limits:
+        after, same = (m.step(state, u, robot.control_period) for m in (ours, other))
+        moved = abs(after.dq - state.dq).max() + abs(after.q - state.q).max()
+        differences.append(abs(after.dq - same.dq).max() / moved)
+        state = after
+    assert np.median(differences) < 0.01
+
+
+def pendulum_by_hand(start, u):
+    """The motion of data sheet section 9 after 0.05 s."""
+    J, m, length, b, K, R = 0.000191, 0.055, 0.042, 3e-6, 0.0536, 9.5
+
+    def slope(_, y):
+        torque = m * 9.81 * length * np.sin(y[0]) - (b + K * K / R) * y[1] + K / R * u
+        return [y[1], torque / J]
+
+    return solve_ivp(slope, (0, 0.05), start, rtol=1e-12, atol=1e-13).y[:, -1]
+
+
+@pytest.mark.parametrize(('start', 'u'), [((1.0, 0.0), 3.0), ((2.5, 10.0), -3.0),
+                                          ((3.1, -12.0), 1.0)])
+def test_pendulum_is_the_one_of_the_thesis(start, u):
+    model = Model(ROBOTS['pendulum'], integration_step=1e-4)
+    after = model.step(State(np.array(start[:1]), np.array(start[1:])), [u], 0.05)
+    assert [after.q[0], after.dq[0]] == pytest.approx(pendulum_by_hand(start, u), abs=5e-6)
+
+
+def test_heavier_bob_with_the_thesis_inertia_about_the_pivot():
+    robot = ROBOTS['pendulum']
+    effects = [place(robot, 'link_mass', 'bob', m=0.035),
+               place(robot, 'link_inertia', 'bob', I=-0.035 * 0.042 ** 2)]
+    model = Model(robot, effects)
+    mass, bias = model.rigid.mass_and_bias(np.array([1.0]), np.array([0.0]))
+    assert mass[0][0] + model.laws.rotor_inertia[0] == pytest.approx(0.000191, abs=1e-15)
+    assert bias[0] == pytest.approx(-0.09 * 9.81 * 0.042 * np.sin(1.0))
+
+
+def test_torque_pendulum_is_the_cad_model_of_the_rig():
+    model = Model(ROBOTS['torque_pendulum'])
+    mass, bias = model.rigid.mass_and_bias(np.array([np.pi / 2]), np.array([0.0]))
+    assert mass[0][0] + model.laws.rotor_inertia[0] == pytest.approx(0.1495, abs=5e-5)
+    assert bias[0] == pytest.approx(2.997, abs=5e-4)
+
+
+def test_energy_is_kept_without_motor_and_friction():
+    robot = ROBOTS['torque_pendulum']
+    q, dq = rollout(Model(robot), [[2.0]], [[3.0]], np.zeros((1, 1000, 1)), 0.01)
+    energy = 0.5 * 0.149519217 * dq ** 2 - 2.996955 * np.cos(q)
+    assert np.ptp(energy) < 2e-3 * np.ptp(0.5 * 0.1495 * dq ** 2)
+    assert abs(energy[0, -100:].mean() - energy[0, :100].mean()) < 1e-5
+
+
+def test_free_motor_does_not_brake_and_a_shorted_one_does():
+    model = Model(ROBOTS['pendulum'], constants={'joints.pivot.damping': 0.0})
+    start = State(np.array([np.pi]), np.array([8.0]))
+    free = model.step(start, [0.0], 0.01, enabled=[False])
+    shorted = model.step(start, [0.0], 0.01, enabled=[True])
+    driven = model.step(start, [3.0], 0.01, enabled=[False])
+    assert shorted.dq[0] < free.dq[0] < 8.0
+    assert driven.dq[0] == free.dq[0]
+
+
+def test_stop_holds_the_joint_in_both_engines(tmp_path):
+    robot_file = ROBOTS['torque_pendulum'].folder / 'robot.yaml'
+    (tmp_path / 'robot.yaml').write_text(robot_file.read_text())
+    text = ROBOTS['torque_pendulum'].urdf.replace('type="continuous"', 'type="revolute"')
+    text = text.replace('<axis', '<limit lower="-0.5" upper="0.6"/><axis')
+    (tmp_path / 'robot.urdf').write_text(text)
+    robot = load_robot(tmp_path)
+    inputs = np.full((1, 100, 1), 4.0)
+    q, dq = rollout(Model(robot), [[0.0]], [[0.0]], inputs, 0.01)
+    assert q.max() <= 0.6 + 1e-6
+    assert q[0, -1, 0] == pytest.approx(0.6, abs=1e-6)
+    assert dq[0, -1, 0] == pytest.approx(0.0, abs=1e-9)
+    state = Model(robot).step(Model(robot).start(), [4.0], 1.0)
+    assert state.q == pytest.approx(q[0, -1], abs=1e-6)
+
+
+def test_inertia_of_no_real_body_is_refused_by_pybullet():
+    links, joints = parse(ARM, 'arm.urdf')
+    bodies = {link.name: link.body for link in links}
+    hand = bodies['hand']
+    bodies['hand'] = Body(hand.mass, hand.com, (0.001, 0.001, 0.1, 0.0, 0.0, 0.0))
+    with pytest.raises(UserError, match='hand'):
+        Bullet(ARM, joints, bodies, 9.81)
