@@ -42,7 +42,10 @@ setup(
     entry_points={
         'console_scripts': [f'{n} = {t}' for n, t in NODES.items() if UNDER_COLCON],
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
-        'leo.verbs': [],
+        'leo.verbs': [
+            f'{verb} = leo_learner.verbs.{verb}:main'
+            for verb in ('learn', 'play')
+        ],
     },
     zip_safe=False,
 )

@@ -17,7 +17,7 @@ from torch import Tensor
 from leo_learner.ddpg import Agent, Training
 from leo_msgs_py.errors import UserError
 
-MODULES = ('actor', 'critics', 'target_actor', 'target_critics')
+MODULES = ('actor', 'critic', 'target_actor', 'target_critic')
 OPTIMISERS = ('actor_adam', 'critic_adam')
 SCALES = ('observation_scale', 'reward_scale')
 PREFIX = 'checkpoint-'
@@ -48,25 +48,48 @@ def load_checkpoint(folder: Path, training: Training) -> None:
     Raises:
         UserError: no checkpoint in `folder`, or one of another run.
     """
-    found = sorted(folder.glob(f'{PREFIX}*'))
-    if not found:
-        raise UserError(f'{folder} has no checkpoint; it is written by leo learn -o {folder}')
+    path = newest(folder)
     try:
-        counters = json.loads((found[-1] / 'run.json').read_text())
-        _check(found[-1], counters, training)
-        tensors = load_file(found[-1] / 'agent.safetensors')
-        load_agent(training.agent, tensors)
-        best = {n: t for n, t in tensors.items() if n.startswith('best_actor/')}
-        training.best_actor = {n.removeprefix('best_actor/'): t for n, t in best.items()}
-        training.replay.load(found[-1] / 'replay.npz')
+        counters = json.loads((path / 'run.json').read_text())
+        _check(path, counters, training)
+        tensors = load_file(path / 'agent.safetensors')
+        _load_agent(training.agent, tensors)
+        training.best_actor = _part(tensors, 'best_actor/')
+        training.replay.load(path / 'replay.npz')
     except (OSError, SafetensorError, KeyError, ValueError, RuntimeError) as error:
         raise UserError(
-            f'{found[-1]} cannot be read ({str(error).splitlines()[0]}); remove it to start anew'
+            f'{path} cannot be read ({_one_line(error)}); remove it to start anew'
         ) from error
     training.steps, training.episodes = counters['steps'], counters['episodes']
-    training.agent.updates = counters['updates']
     best_return = counters['best_return']
     training.best_return = -math.inf if best_return is None else best_return
+
+
+def start_from(folder: Path, training: Training) -> None:
+    """Let `training` begin with the networks a finished run left in `folder`, its best policy.
+
+    Raises:
+        UserError: no checkpoint in `folder`, or one of other networks.
+    """
+    path = newest(folder)
+    try:
+        tensors = load_file(path / 'agent.safetensors')
+        _load_agent(training.agent, tensors)
+        training.agent.actor.load_state_dict(_part(tensors, 'best_actor/'))
+    except (OSError, SafetensorError, KeyError, ValueError, RuntimeError) as error:
+        raise UserError(f'{path}: no networks for this run ({_one_line(error)})') from error
+
+
+def newest(folder: Path) -> Path:
+    """The checkpoint in a folder.
+
+    Raises:
+        UserError: there is none.
+    """
+    found = sorted(folder.glob(f'{PREFIX}*'))
+    if not found:
+        raise UserError(f'{folder} has no checkpoint; leo learn -o {folder} writes one')
+    return found[-1]
 
 
 def agent_tensors(agent: Agent) -> dict[str, Tensor]:
@@ -81,7 +104,7 @@ def agent_tensors(agent: Agent) -> dict[str, Tensor]:
     return {name: t.contiguous() for name, t in tensors.items()}
 
 
-def load_agent(agent: Agent, tensors: dict[str, Tensor]) -> None:
+def _load_agent(agent: Agent, tensors: dict[str, Tensor]) -> None:
     """The reverse of `agent_tensors`, for an agent of the same configuration."""
     for name in SCALES:
         setattr(agent, name, tensors[name].clone())
@@ -104,12 +127,19 @@ def _load_optimiser(
     optimiser.load_state_dict({'state': state, 'param_groups': groups})
 
 
+def _part(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
+    return {n.removeprefix(prefix): t for n, t in tensors.items() if n.startswith(prefix)}
+
+
+def _one_line(error: Exception) -> str:
+    return str(error).splitlines()[0]
+
+
 def _counters(training: Training) -> dict[str, object]:
     best = training.best_return
     return {
         'steps': training.steps,
         'episodes': training.episodes,
-        'updates': training.agent.updates,
         'best_return': best if math.isfinite(best) else None,
         'seed': training.seed,
         'config': asdict(training.config),

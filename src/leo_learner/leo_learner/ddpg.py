@@ -66,10 +66,6 @@ class Config:
     """Starts per test: the nominal one, then fixed random ones. The thesis tests one."""
     scale: bool = False
     """Divide observations and rewards by their spread over the warm-up."""
-    critics: int = 1
-    """Critics whose smallest value is the target (2: clipped double Q)."""
-    target_noise: float = 0.0
-    """Noise on the target policy's action, clipped at 2.5 times itself."""
     layer_norm: bool = False
     """Layer norm before each hidden ReLU."""
 
@@ -84,11 +80,9 @@ RECOMMENDED = replace(
     tau=0.01,
     episode_steps=100,
     noise_sigma=0.5,
-    test_interval=8,
-    test_starts=5,
+    test_interval=12,
+    test_starts=3,
     scale=True,
-    critics=2,
-    target_noise=0.2,
     layer_norm=True,
 )
 CONFIGS = {'thesis': THESIS, 'recommended': RECOMMENDED}
@@ -179,16 +173,13 @@ class Agent:
         with torch.random.fork_rng():
             torch.manual_seed(seed)
             self.actor = Actor(n_obs, n_act, config)
-            self.critics = nn.ModuleList(
-                Critic(n_obs, n_act, config) for _ in range(config.critics)
-            )
+            self.critic = Critic(n_obs, n_act, config)
         self.target_actor = copy.deepcopy(self.actor).requires_grad_(False)
-        self.target_critics = copy.deepcopy(self.critics).requires_grad_(False)
+        self.target_critic = copy.deepcopy(self.critic).requires_grad_(False)
         self.actor_adam = adam(self.actor, config.actor_rate)
-        self.critic_adam = adam(self.critics, config.critic_rate, config.critic_l2)
+        self.critic_adam = adam(self.critic, config.critic_rate, config.critic_l2)
         self.observation_scale = torch.ones(n_obs)
         self.reward_scale = torch.ones(())
-        self.updates = 0
 
     def act(self, observation: np.ndarray) -> np.ndarray:
         """The policy's action in [-1, 1] for one unscaled observation (n_obs,)."""
@@ -196,53 +187,46 @@ class Agent:
             scaled = torch.as_tensor(observation, dtype=torch.float32) * self.observation_scale
             return self.actor(scaled).numpy()
 
+    @property
+    def scaled(self) -> bool:
+        """Whether the scales are those of a warm-up."""
+        return bool((self.observation_scale != 1).any())
+
     def fit_scale(self, warm_up: Batch) -> None:
         """Freeze the scales at one over the spread of what the warm-up saw."""
         spread = np.maximum(warm_up.observations.std(axis=0), 1e-3)
         self.observation_scale = torch.from_numpy(1 / spread)
         self.reward_scale = torch.tensor(1 / max(float(warm_up.rewards.std()), 1e-3))
 
-    def learn(self, batch: Batch, generator: torch.Generator) -> dict[str, Tensor]:
+    def learn(self, batch: Batch) -> dict[str, Tensor]:
         """One gradient step on critic and actor, then the targets follow; returns the losses."""
         tensors = Batch(*(torch.from_numpy(column) for column in batch))
         observations = tensors.observations * self.observation_scale
-        losses = self._learn_critic(observations, tensors, generator)
-        losses |= self._learn_actor(observations)
+        losses = self._learn_critic(observations, tensors) | self._learn_actor(observations)
         self._follow(self.target_actor, self.actor)
-        self._follow(self.target_critics, self.critics)
-        self.updates += 1
+        self._follow(self.target_critic, self.critic)
         return losses
 
-    def _learn_critic(
-        self, observations: Tensor, batch: Batch, generator: torch.Generator
-    ) -> dict[str, Tensor]:
+    def _learn_critic(self, observations: Tensor, batch: Batch) -> dict[str, Tensor]:
         with torch.no_grad():
             following = batch.next_observations * self.observation_scale
-            action = self.target_actor(following)
-            if self.config.target_noise > 0:
-                action = self._smooth(action, generator)
-            value = torch.stack([c(following, action) for c in self.target_critics]).amin(0)
+            value = self.target_critic(following, self.target_actor(following))
             bootstrap = self.config.gamma * (1 - batch.terminated) * value
             target = batch.rewards * self.reward_scale + bootstrap
-        values = [critic(observations, batch.actions) for critic in self.critics]
-        loss = torch.stack([mse_loss(value, target) for value in values]).sum()
+        values = self.critic(observations, batch.actions)
+        loss = mse_loss(values, target)
         self.critic_adam.zero_grad()
         loss.backward()
         self.critic_adam.step()
-        return {'losses/qf_loss': loss.detach(), 'losses/qf_values': values[0].detach().mean()}
-
-    def _smooth(self, action: Tensor, generator: torch.Generator) -> Tensor:
-        sigma = self.config.target_noise
-        noise = sigma * torch.randn(action.shape, generator=generator)
-        return (action + noise.clamp(-2.5 * sigma, 2.5 * sigma)).clamp(-1, 1)
+        return {'losses/qf_loss': loss.detach(), 'losses/qf_values': values.detach().mean()}
 
     def _learn_actor(self, observations: Tensor) -> dict[str, Tensor]:
-        self.critics.requires_grad_(False)
-        loss = -self.critics[0](observations, self.actor(observations)).mean()
+        self.critic.requires_grad_(False)
+        loss = -self.critic(observations, self.actor(observations)).mean()
         self.actor_adam.zero_grad()
         loss.backward()
         self.actor_adam.step()
-        self.critics.requires_grad_(True)
+        self.critic.requires_grad_(True)
         return {'losses/actor_loss': loss.detach()}
 
     def _follow(self, target: nn.Module, learned: nn.Module) -> None:
@@ -297,7 +281,6 @@ class Training:
 
     def _train_episode(self, on_scalar: OnScalar) -> None:
         rng = np.random.default_rng([self.seed, self.episodes])
-        generator = torch.Generator().manual_seed(int(rng.integers(2**62)))
         config, began, first = self.config, time.perf_counter(), self.steps
         noise = OrnsteinUhlenbeck(len(self.limit), config.noise_theta, config.noise_sigma, rng)
         observation, _ = self.env.reset(
@@ -314,19 +297,19 @@ class Training:
             total, self.steps = total + float(reward), self.steps + 1
             cut = self.steps - first == config.episode_steps
             observation, done = following, terminated or truncated or cut
-            losses |= self._learn(rng, generator)
+            losses |= self._learn(rng)
         self.episodes += 1
         speed = (self.steps - first) / (time.perf_counter() - began)
         report = {'charts/episodic_return': total, 'charts/SPS': speed, **losses}
         for name, value in report.items():
             on_scalar(name, float(value), self.steps)
 
-    def _learn(self, rng: np.random.Generator, generator: torch.Generator) -> dict[str, Any]:
+    def _learn(self, rng: np.random.Generator) -> dict[str, Any]:
         if len(self.replay) < max(self.config.warm_up, self.config.batch):
             return {}
-        if self.config.scale and self.agent.updates == 0:
+        if self.config.scale and not self.agent.scaled:
             self.agent.fit_scale(self.replay.all())
-        return self.agent.learn(self.replay.sample(self.config.batch, rng), generator)
+        return self.agent.learn(self.replay.sample(self.config.batch, rng))
 
     def _keep_best(self, on_scalar: OnScalar) -> None:
         result = float(self.test(self.config.test_starts).mean())

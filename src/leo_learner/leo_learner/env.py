@@ -9,7 +9,8 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from leo_diffmodel.difference.network import DifferenceModel
+from leo_diffmodel.difference.network import DifferenceModel, from_bytes
+from leo_msgs_py.errors import UserError
 from leo_sim import task
 from leo_sim.model import Model, State
 from leo_sim.robot import Robot
@@ -81,3 +82,20 @@ class ModelEnv(RobotSpaces):
     def _sensed(self, state: State) -> State:
         q, dq = self.model.sense(state)
         return replace(state, q=q, dq=dq)
+
+
+def model_env(model: Model) -> ModelEnv:
+    """The environment of a model with the difference model its file names, if any.
+
+    Raises:
+        UserError: that difference model is not there, or is none of this robot.
+    """
+    path = model.difference_model
+    if path is None:
+        return ModelEnv(model)
+    if not path.is_file():
+        raise UserError(f'no difference model {path}; model.yaml names it')
+    difference = from_bytes(path.read_bytes(), str(path))
+    if difference.robot != model.robot.name:
+        raise UserError(f'{path} is of robot {difference.robot!r}, not {model.robot.name!r}')
+    return ModelEnv(model, difference)

@@ -84,10 +84,10 @@ class Policy:
 
     def check(self, robot: Robot) -> None:
         """Raise UserError unless the policy fits `robot`."""
-        if self.observation != observation_names(robot) or len(self.limit) != len(robot.actuators):
+        if (self.robot, self.observation) != (robot.name, observation_names(robot)):
             raise UserError(
-                f'the policy was trained for robot {self.robot!r} and observes '
-                f'{", ".join(self.observation)}; robot {robot.name!r} observes '
+                f'the policy is of robot {self.robot!r} and observes '
+                f'{", ".join(self.observation)}; {robot.name!r} observes '
                 f'{", ".join(observation_names(robot))}. Give a policy trained for it'
             )
 

@@ -69,22 +69,20 @@ class Replay:
         """Everything held, in ring order."""
         return Batch(*(column[: len(self)] for column in self._rows))
 
-    def save(self, path: Path, limit: int | None = None) -> None:
-        """Write the first `limit` transitions held (all without it) as `.npz`."""
-        n = len(self) if limit is None else min(limit, len(self))
-        columns = {name: column[:n] for name, column in self._rows._asdict().items()}
-        added = self.added if n == len(self) else n
-        np.savez(path, added=np.int64(added), **columns)
+    def save(self, path: Path) -> None:
+        """Write everything held as `.npz`."""
+        columns = {name: column[: len(self)] for name, column in self._rows._asdict().items()}
+        np.savez(path, added=np.int64(self.added), **columns)
 
-    def load(self, path: Path) -> None:
-        """Replace what is held by a file that `save` wrote.
+    def load(self, path: Path, limit: int | None = None) -> None:
+        """Replace what is held by the first `limit` (all) transitions of a file of `save`.
 
         Raises:
             UserError: the file holds other observation or action sizes than this buffer.
         """
         with np.load(path) as stored:
-            columns = Batch(*(stored[name] for name in Batch._fields))
-            added = int(stored['added'])
+            columns = Batch(*(stored[name][:limit] for name in Batch._fields))
+            added = int(stored['added']) if limit is None else len(columns.rewards)
         for name, new, own in zip(Batch._fields, columns, self._rows, strict=True):
             if new.shape[1:] != own.shape[1:]:
                 raise UserError(

@@ -14,6 +14,8 @@ from typing import IO
 
 from leo_msgs_py.errors import UserError
 
+CONFIG_NAMES = ('recommended', 'thesis')
+
 
 @dataclass
 class Progress:

@@ -6,12 +6,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from leo_diffmodel.difference.job import Progress, Updates
-from leo_diffmodel.difference.network import DifferenceModel, from_bytes
+from leo_diffmodel.difference.job import CONFIG_NAMES, Progress, Updates
+
+if TYPE_CHECKING:
+    from leo_diffmodel.difference.network import DifferenceModel
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.messages import DiagnosticStatus, JointState, KeyValue, UInt8MultiArray
@@ -43,6 +45,9 @@ class DifferenceService:
     """Answers queries, publishes weights, starts updates; recording never waits for it."""
 
     def __init__(self, node: Any, settings: Settings) -> None:
+        if settings.config not in CONFIG_NAMES:
+            names = ' or '.join(CONFIG_NAMES)
+            raise UserError(f'no difference model {settings.config!r}; give {names}')
         self._node, self._settings = node, settings
         self._model: Model = load_model(settings.model)
         self._updates = Updates(settings.folder, settings.model, settings.config)
@@ -99,6 +104,8 @@ class DifferenceService:
         path = self._updates.newest()
         if path is None:
             return
+        from leo_diffmodel.difference.network import from_bytes
+
         data = path.read_bytes()
         try:
             difference = from_bytes(data, str(path))

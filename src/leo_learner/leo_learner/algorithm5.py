@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Algorithm 5 of the thesis: learn on model + difference, try on the robot, learn the difference.
+
+A plain class: where the robot is and where the difference model comes from is the node's
+business. What has been done is written down after every phase, so a process that was killed goes
+on with the phase it was in, from the checkpoint of its training.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, replace
+import json
+from pathlib import Path
+from typing import Protocol
+
+import gymnasium
+import numpy as np
+
+from leo_diffmodel.difference.network import DifferenceModel, from_bytes
+from leo_learner.checkpoint import newest, start_from
+from leo_learner.collect import collect, play
+from leo_learner.ddpg import Config, Training
+from leo_learner.env import ModelEnv
+from leo_learner.learning import learn, POLICY
+from leo_learner.policy import Policy
+from leo_sim.model import Model
+
+UPDATE_SIGMA = 0.12
+"""Exploration once there is a difference model (data sheet section 10)."""
+KEPT_REPLAY = 100_000
+"""Transitions of the first training every later one starts from (data sheet section 11.5)."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Length and kind of a run.
+
+    Attributes:
+        updates: of the difference model.
+        first_steps: training on the model alone.
+        update_steps: training after each update.
+        transitions: gathered on the robot before each update.
+        tests: episodes per test on the robot.
+        thesis: keep the first training's replay and explore less after an update, as the thesis
+            does; without it a retraining keeps the networks alone, which learns faster.
+        seed: of everything drawn.
+    """
+
+    updates: int = 1
+    first_steps: int = 10_000
+    update_steps: int = 6000
+    transitions: int = 5000
+    tests: int = 5
+    thesis: bool = False
+    seed: int = 0
+
+
+@dataclass
+class Done:
+    """What has been done so far; `algorithm5.json` in the run's folder.
+
+    Attributes:
+        update: number of the round, 0 is the training on the model alone.
+        phase: what is next: `train`, `test`, `collect`, `update` or `end`.
+        version: of the difference model in use, 0 for none.
+        tests: mean return on the robot after each round.
+    """
+
+    update: int = 0
+    phase: str = 'train'
+    version: int = 0
+    tests: list[float] = field(default_factory=list)
+
+
+class DifferenceSource(Protocol):
+    """Where difference models come from."""
+
+    def newer(self, version: int) -> bytes:
+        """Weights of a later version than `version`, once an update has made them."""
+
+
+class Algorithm5:
+    """Rounds of train, test, collect, update until `settings.updates` are made.
+
+    Args:
+        folder: of the run; a run that was interrupted goes on there.
+        model: the ideal model, or one repaired by named effects.
+        config: of DDPG.
+        settings: length and kind of the run.
+        robot: environment of the real robot.
+        source: of difference models.
+        alive: False ends a training early, after its episode.
+        say: receives one line per phase.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        model: Model,
+        config: Config,
+        settings: Settings,
+        robot: gymnasium.Env,
+        source: DifferenceSource,
+        alive: Callable[[], bool] = lambda: True,
+        say: Callable[[str], None] = print,
+    ) -> None:
+        self._folder, self._model, self._config = folder, model, config
+        self._settings, self._robot, self._source = settings, robot, source
+        self._alive, self._say = alive, say
+        self.done = self._read()
+
+    def run(self) -> bool:
+        """All that is left to do; False where it was told to stop before."""
+        phases = {
+            'train': self._train, 'test': self._test,
+            'collect': self._collect, 'update': self._update,
+        }
+        while self.done.phase != 'end':
+            if not phases[self.done.phase]():
+                return False
+            self._write()
+        return True
+
+    @property
+    def best(self) -> Path:
+        """The policy with the best test on the robot."""
+        return self._round(int(np.argmax(self.done.tests))) / POLICY
+
+    def _train(self) -> bool:
+        update, settings = self.done.update, self._settings
+        config = self._config
+        if update and settings.thesis:
+            config = replace(config, noise_sigma=UPDATE_SIGMA)
+        training = Training(ModelEnv(self._model, self._difference()), config, self._seed())
+        if update:
+            self._start_from_before(training)
+        steps = settings.update_steps if update else settings.first_steps
+        on = f'model + difference {self.done.version}' if update else 'the model'
+        self._say(f'round {update}: training {steps} steps on {on}')
+        outcome = learn(
+            training, self._model.robot, steps, self._round(update),
+            title=f'round {update}', alive=self._alive,
+        )
+        self.done.phase = 'test'
+        return outcome.finished
+
+    def _test(self) -> bool:
+        result = float(play(self._robot, self._policy(), self._settings.tests).mean())
+        self.done.tests.append(result)
+        self._say(f'round {self.done.update}: return on the robot {result:.1f}')
+        over = self.done.update == self._settings.updates
+        self.done.phase = 'end' if over else 'collect'
+        return True
+
+    def _collect(self) -> bool:
+        steps = self._settings.transitions
+        self._say(f'round {self.done.update}: gathering {steps} transitions on the robot')
+        collect(self._robot, self._policy(), steps, self._seed())
+        self.done.phase = 'update'
+        return True
+
+    def _update(self) -> bool:
+        self._say(f'round {self.done.update}: updating the difference model')
+        weights = self._source.newer(self.done.version)
+        difference = from_bytes(weights)
+        (self._folder / f'difference-{difference.version:03d}.safetensors').write_bytes(weights)
+        self._say(f'difference model {difference.version}, from {difference.trained_on} steps')
+        self.done.version = difference.version
+        self.done.update += 1
+        self.done.phase = 'train'
+        return True
+
+    def _start_from_before(self, training: Training) -> None:
+        """Networks as the round before left them; in the thesis the first round's replay too."""
+        start_from(self._round(self.done.update - 1), training)
+        if self._settings.thesis:
+            training.replay.load(newest(self._round(0)) / 'replay.npz', KEPT_REPLAY)
+
+    def _difference(self) -> DifferenceModel | None:
+        if not self.done.version:
+            return None
+        path = self._folder / f'difference-{self.done.version:03d}.safetensors'
+        return from_bytes(path.read_bytes(), str(path))
+
+    def _policy(self) -> Policy:
+        return Policy.load(self._round(self.done.update) / POLICY)
+
+    def _round(self, update: int) -> Path:
+        return self._folder / f'round-{update}'
+
+    def _seed(self, update: int | None = None) -> int:
+        return 1000 * self._settings.seed + (self.done.update if update is None else update)
+
+    def _read(self) -> Done:
+        path = self._folder / 'algorithm5.json'
+        return Done(**json.loads(path.read_text())) if path.exists() else Done()
+
+    def _write(self) -> None:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        temporary = self._folder / 'algorithm5.json.tmp'
+        temporary.write_text(json.dumps(asdict(self.done), indent=1))
+        temporary.replace(self._folder / 'algorithm5.json')

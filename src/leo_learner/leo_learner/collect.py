@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Run a policy: returns without noise, and rollouts with noise that gather transitions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import gymnasium
+import numpy as np
+
+from leo_learner.ddpg import OrnsteinUhlenbeck
+
+Act = Callable[[np.ndarray], np.ndarray]
+"""Observation (n_obs,) -> input [V or N m] (A,), as `Policy` is one."""
+
+COLLECT_THETA, COLLECT_SIGMA = 0.15, 0.1
+"""Noise while gathering transitions on the robot (data sheet section 10)."""
+
+
+def play(env: gymnasium.Env, act: Act, episodes: int, seed: int = 0) -> np.ndarray:
+    """Returns of `episodes` episodes without noise: the nominal start, then random ones.
+
+    An episode that was lost to a restart of the robot is played again.
+    """
+    returns: list[float] = []
+    while len(returns) < episodes:
+        number = len(returns)
+        pose = 'random' if number else 'nominal'
+        total, lost = _episode(env, act, lambda u: u, seed + number, pose)
+        if not lost:
+            returns.append(total)
+    return np.array(returns)
+
+
+def collect(
+    env: gymnasium.Env,
+    act: Act,
+    steps: int,
+    seed: int = 0,
+    on_step: Callable[[], None] = lambda: None,
+) -> None:
+    """Drive `steps` transitions from random starts with noise on the policy; others record.
+
+    Args:
+        env: of the robot.
+        act: the policy.
+        steps: transitions; the last episode ends where they are reached.
+        seed: of noise and starts.
+        on_step: called after every transition.
+    """
+    assert isinstance(env.action_space, gymnasium.spaces.Box)
+    limit, done, episode = env.action_space.high, 0, 0
+
+    def counted() -> bool:
+        nonlocal done
+        done += 1
+        on_step()
+        return done < steps
+
+    while done < steps:
+        rng = np.random.default_rng([seed, episode])
+        noise = OrnsteinUhlenbeck(len(limit), COLLECT_THETA, COLLECT_SIGMA, rng)
+
+        def noisy(inputs: np.ndarray, noise: OrnsteinUhlenbeck = noise) -> np.ndarray:
+            return np.clip(inputs + noise() * limit, -limit, limit)
+
+        _episode(env, act, noisy, int(rng.integers(2**31)), 'random', counted)
+        episode += 1
+
+
+def _episode(
+    env: gymnasium.Env,
+    act: Act,
+    change: Act,
+    seed: int,
+    pose: str,
+    go_on: Callable[[], bool] = lambda: True,
+) -> tuple[float, bool]:
+    """One episode; its return and whether it was lost."""
+    observation, _ = env.reset(seed=seed, options={'pose': pose})
+    total, done = 0.0, False
+    while not done:
+        inputs = change(act(observation))
+        observation, reward, terminated, truncated, info = env.step(inputs)
+        if 'lost' in info:
+            return total, True
+        total += float(reward)
+        done = terminated or truncated or not go_on()
+    return total, False

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The learner node: Algorithm 5 over the topics of a robot and a difference-model node.
+
+leo run leo_sim robot --ros-args -p robot:=pendulum -p realtime_factor:=0 -p start:=random
+leo run leo_diffmodel diffmodel --ros-args -p model:=pendulum -p bag:=runs/a5/rollout
+leo run leo_learner learner --ros-args -p model:=pendulum -p folder:=runs/a5
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from leo_learner.algorithm5 import Algorithm5, Settings
+from leo_learner.ddpg import CONFIGS
+from leo_learner.nodes.difference_client import DifferenceClient
+from leo_learner.robot_env import RobotEnv, Stopped
+from leo_msgs_py.cli import executable
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.node import api
+from leo_sim.model_file import load_model
+
+
+def read_settings(node: Any) -> Settings:
+    """Declare the parameters of `Settings` on `node`, all but `thesis`, and read them."""
+    defaults = asdict(Settings())
+    defaults.pop('thesis')
+    given = {name: node.declare_parameter(name, value).value for name, value in defaults.items()}
+    for name, value in given.items():
+        if not isinstance(value, int) or value < (name in ('tests', 'transitions')):
+            raise UserError(f'{name} is {value!r}; give a whole number, 0 or more')
+    return Settings(**given)
+
+
+@executable
+def main(argv: list[str]) -> int:
+    """Run the learner node until its last update is tested."""
+    node = api.create_node('learner', argv)
+    settings = read_settings(node)
+    model = load_model(node.declare_parameter('model', 'pendulum').value)
+    folder = Path(node.declare_parameter('folder', 'runs/learner').value)
+    name = node.declare_parameter('config', 'recommended').value
+    if name not in CONFIGS:
+        raise UserError(f'no configuration {name!r}; give {" or ".join(CONFIGS)}')
+    log = node.get_logger().info
+
+    def alive() -> bool:
+        api.spin_once(node, 0.0)
+        return api.ok()
+
+    algorithm = Algorithm5(
+        folder, model, CONFIGS[name],
+        Settings(**asdict(settings) | {'thesis': name == 'thesis'}),
+        RobotEnv(node, model.robot), DifferenceClient(node, model.robot.name), alive, log,
+    )
+    try:
+        if algorithm.run():
+            log(f'done; best policy {algorithm.best}; try: leo play {algorithm.best}')
+        else:
+            log(f'stopped; start again with -p folder:={folder} to go on')
+    except Stopped:
+        log(f'stopped while waiting; start again with -p folder:={folder} to go on')
+    finally:
+        node.destroy_node()
+        api.shutdown()
+    return 0

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo learn`: train a policy on a model, or on the robot itself."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict, dataclass
+import json
+from pathlib import Path
+from typing import Any
+
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.verbs.common import Parser
+
+EXAMPLES = """\
+  leo learn --robot pendulum -o runs/ideal
+  leo learn --model repaired/model.yaml --seed 3 -o runs/repaired
+  leo learn --robot pendulum --config thesis --steps 50000 -o runs/thesis
+  leo learn --robot pendulum --on-robot -o runs/real     (needs: leo run leo_sim robot ...)
+  leo learn --resume runs/ideal --steps 20000
+  tensorboard --logdir runs"""
+RUN = 'run.json'
+STEPS = {'recommended': 10_000, 'thesis': 50_000}
+"""Transitions where --steps does not say."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a run is; written to `run.json` so that it can be resumed."""
+
+    model: str
+    config: str
+    seed: int
+    steps: int
+    on_robot: bool
+
+
+def main(argv: list[str]) -> int:
+    """Train, save, print the policy's test return; 1 where the run was stopped early."""
+    options, rest = _parser().parse_known_args(argv)
+    if rest and rest[0] != '--ros-args':
+        raise UserError(f'leo learn: unknown argument {rest[0]!r}; see leo learn --help')
+    run, folder = _run(options)
+    outcome = _train(run, folder, rest, quiet=options.json)
+    result = {'policy': str(outcome.policy), **asdict(run), **_numbers(outcome)}
+    if options.json:
+        print(json.dumps(result))
+    else:
+        _print(folder, outcome)
+    return 0 if outcome.finished else 1
+
+
+def _parser() -> Parser:
+    parser = Parser('leo learn', 'Train a policy with DDPG.', EXAMPLES)
+    parser.add_argument('--robot', metavar='R', help='robot whose ideal model is trained on')
+    parser.add_argument('--model', metavar='MODEL', help='model file, robot or robot folder')
+    parser.add_argument(
+        '--config', choices=list(STEPS), default='recommended',
+        help='recommended, or thesis: the reference',
+    )
+    parser.add_argument('--steps', type=int, metavar='N', help='transitions to gather')
+    parser.add_argument('--seed', type=int, default=0, metavar='S')
+    parser.add_argument('--on-robot', action='store_true', help='train on the running robot')
+    parser.add_argument('--resume', type=Path, metavar='DIR', help='go on with a run')
+    parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder of the run')
+    parser.add_json()
+    return parser
+
+
+def _run(options: argparse.Namespace) -> tuple[Run, Path]:
+    """The run asked for and its folder, checked and written down."""
+    if options.resume:
+        return _resumed(options.resume, options.steps), options.resume
+    if options.output is None:
+        raise UserError('leo learn: no folder for the run; give one with -o DIR')
+    if (options.output / RUN).exists():
+        raise UserError(
+            f'{options.output} holds a run already; go on with leo learn --resume '
+            f'{options.output}, or give another folder'
+        )
+    steps = STEPS[options.config] if options.steps is None else options.steps
+    if steps < 1 or options.seed < 0:
+        raise UserError('leo learn: --steps must be 1 or more and --seed 0 or more')
+    model = options.model or options.robot or 'pendulum'
+    run = Run(model, options.config, options.seed, steps, options.on_robot)
+    return run, options.output
+
+
+def _resumed(folder: Path, steps: int | None) -> Run:
+    path = folder / RUN
+    if not path.is_file():
+        raise UserError(f'{folder} holds no run of leo learn (no {RUN}); give its -o folder')
+    run = json.loads(path.read_text())
+    return Run(**run | ({} if steps is None else {'steps': steps}))
+
+
+def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
+    from leo_learner.ddpg import CONFIGS, Training
+    from leo_learner.env import model_env
+    from leo_learner.learning import learn
+    from leo_msgs_py.node import api
+    from leo_sim.model_file import load_model
+
+    model = load_model(run.model)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / RUN).write_text(json.dumps(asdict(run), indent=1))
+    alive: Any = lambda: True  # noqa: E731
+    if run.on_robot:
+        from leo_learner.robot_env import RobotEnv
+
+        env: Any = RobotEnv(api.create_node('learn', ros_args), model.robot)
+        alive = api.ok
+    else:
+        env = model_env(model)
+    training = Training(env, CONFIGS[run.config], run.seed)
+    try:
+        return learn(training, model.robot, run.steps, folder, quiet=quiet, alive=alive)
+    finally:
+        if run.on_robot:
+            api.shutdown()
+
+
+def _numbers(outcome: Any) -> dict[str, Any]:
+    return {
+        'test_return': outcome.test_return,
+        'steps_done': outcome.steps,
+        'seconds': round(outcome.seconds, 1),
+        'finished': outcome.finished,
+    }
+
+
+def _print(folder: Path, outcome: Any) -> None:
+    if outcome.finished:
+        print(
+            f'{outcome.policy}: test return {outcome.test_return:.1f} after {outcome.steps} '
+            f'steps, {outcome.seconds:.0f} s\nnext: leo play {outcome.policy} --model MODEL'
+        )
+    else:
+        print(f'stopped after {outcome.steps} steps; next: leo learn --resume {folder}')

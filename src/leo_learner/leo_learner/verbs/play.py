@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo play`: run a policy on a model, or on the running robot, and print its return."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.verbs.common import Parser
+
+EXAMPLES = """\
+  leo play runs/ideal/policy.safetensors --model pendulum
+  leo play runs/ideal/policy.safetensors --episodes 20 --model repaired/model.yaml
+  leo play runs/ideal/policy.safetensors                 (on the robot: leo run leo_sim robot)
+  leo play runs/ideal/policy.safetensors --collect 5000  (with noise, to record a rollout)"""
+
+
+def main(argv: list[str]) -> int:
+    """Play episodes without noise, print each return and their mean."""
+    parser = Parser('leo play', 'Run a policy on the robot, or on a model.', EXAMPLES)
+    parser.add_argument('policy', type=Path, help='policy.safetensors of leo learn')
+    parser.add_argument('--model', metavar='M', help='model file or robot; without it the robot')
+    parser.add_argument('--episodes', type=int, default=1, metavar='N')
+    parser.add_argument('--collect', type=int, metavar='STEPS', help='drive STEPS with noise')
+    parser.add_argument('--seed', type=int, default=0, metavar='S', help='of random starts')
+    parser.add_json()
+    options, rest = parser.parse_known_args(argv)
+    if rest and rest[0] != '--ros-args':
+        raise UserError(f'leo play: unknown argument {rest[0]!r}; see leo play --help')
+    if options.episodes < 1 or (options.collect is not None and options.collect < 1):
+        raise UserError('leo play: --episodes and --collect take 1 or more')
+    result = _play(options, rest)
+    print(json.dumps(result) if options.json else _text(result))
+    return 0
+
+
+def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
+    from leo_learner.collect import collect, play
+    from leo_learner.env import model_env
+    from leo_learner.policy import Policy
+    from leo_msgs_py.node import api
+    from leo_sim.model_file import load_model
+
+    policy = Policy.load(options.policy)
+    model = load_model(options.model or policy.robot)
+    policy.check(model.robot)
+    if options.model:
+        env: Any = model_env(model)
+    else:
+        from leo_learner.robot_env import RobotEnv
+
+        env = RobotEnv(api.create_node('play', ros_args), model.robot)
+    told = {'policy': str(options.policy), 'on': options.model or 'the robot'}
+    try:
+        if options.collect:
+            collect(env, policy, options.collect, options.seed)
+            return told | {'collected': options.collect}
+        returns = play(env, policy, options.episodes, options.seed)
+    finally:
+        if not options.model:
+            api.shutdown()
+    return told | {'returns': returns.tolist(), 'mean': float(returns.mean())}
+
+
+def _text(result: dict[str, Any]) -> str:
+    if 'collected' in result:
+        return f'{result["collected"]} transitions driven on {result["on"]}'
+    each = ', '.join(f'{value:.1f}' for value in result['returns'])
+    mean = f'mean of {len(result["returns"])}: {result["mean"]:.1f}'
+    return f'return on {result["on"]}: {each}\n{mean}'
