@@ -156,7 +156,7 @@ def _whisker(source: ColumnDataSource) -> Any:
 
 def _limits(measured: Array, mean: Array) -> tuple[float, float]:
     """Ordinate that holds the bulk of the points and every binned mean."""
-    low, high = np.quantile(measured, (0.01, 0.99))
+    low, high = np.quantile(measured, (0.02, 0.98))
     ends = np.array([low, high, mean.min(initial=0.0), mean.max(initial=0.0)])
     margin = 0.08 * max(float(np.ptp(ends)), 1e-12)
     return float(ends.min() - margin), float(ends.max() + margin)

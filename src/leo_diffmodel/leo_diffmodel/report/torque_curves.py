@@ -101,8 +101,6 @@ def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
 
 def _leading(found: Search) -> list[tuple[str, Fit]]:
     final, first = found.final, found.rounds[0]
-    if not final.hypothesis.candidates and first.best is None:
-        return []
     leading = [(' + '.join(c.label for c in final.hypothesis.candidates), final)]
     leading += [
         (s.candidate.label, s.fit)

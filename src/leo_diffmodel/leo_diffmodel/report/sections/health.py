@@ -10,13 +10,12 @@ import numpy as np
 
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit
+from leo_diffmodel.explain.verdict import UNEXPLAINED_RATIO
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.figures import health
 from leo_diffmodel.report.palette import Stroke
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import number, percent
-
-NOISE_LIKE = 1.6
 
 
 def section(found: Search, errors: Mapping[str, Any]) -> Section:
@@ -29,7 +28,7 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
     last = ('repaired', Stroke(palette.AFTER, 'points'))
     values = {
         'ratio': number(errors['chi2_ratio']),
-        'white': errors['chi2_ratio'] <= NOISE_LIKE,
+        'white': errors['chi2_ratio'] <= UNEXPLAINED_RATIO,
         'left': percent(errors['unexplained_share']),
         'repaired': repaired,
         'legend': [

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.figures import horizon, Line
 from leo_diffmodel.report.palette import Stroke
@@ -21,6 +23,7 @@ PLAIN = (
     'floor is what a perfect model would score on this bag: noise in the start state, carried '
     'along, and in the reading.'
 )
+BELOW_FLOOR = 0.6
 BEFORE = Stroke(palette.BEFORE, 'solid')
 AFTER = Stroke(palette.AFTER, 'solid')
 
@@ -41,6 +44,14 @@ def plain(data: Mapping[str, Any]) -> Section:
     floor = [r['rmse'] for r in data['noise_floor']['horizon']]
     series = {'the model': ([r['rmse'] for r in data['horizon']], BEFORE)}
     return _section(data['states'], _seconds(data['horizon']), series, floor, PLAIN)
+
+
+def _floor_too_high(
+    series: Mapping[str, tuple[list[list[float]], Stroke]], floor: list[list[float]]
+) -> bool:
+    """Whether a model scores clearly better than a perfect one should be able to."""
+    best = np.min([errors for errors, _ in series.values()], axis=0)
+    return bool((best < BELOW_FLOOR * np.array(floor)).any())
 
 
 def _seconds(rows: Sequence[Mapping[str, Any]]) -> list[float]:
@@ -67,5 +78,6 @@ def _section(
     values = {
         'legend': [*legend, ('noise floor', Stroke(palette.NOISE, 'dashed'))],
         'note': note,
+        'floor_too_high': _floor_too_high(series, floor),
     }
     return Section('horizon.html', values, tuple(figures))

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from leo_diffmodel.explain.evidence import MARGIN_NATS
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import change, estimates, label, nats, number, percent
 
@@ -62,7 +63,9 @@ def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
 
 
 def _supported(effect: Row) -> str:
-    rivals = [c for c in effect['confusable_with'] if c['separable_nats'] < 5 and not _why(c)]
+    rivals = [
+        c for c in effect['confusable_with'] if c['separable_nats'] < MARGIN_NATS and not _why(c)
+    ]
     if rivals:
         return 'supported, but not told apart from its rivals'
     return 'supported by training and held-out data'
@@ -76,14 +79,16 @@ def _status(
     rival = near.get(label(row))
     if rival and _why(rival):
         return 'same', f'the same thing in this data: {_why(rival)}'
-    if rival and rival['separable_nats'] < 5:
+    if rival and rival['separable_nats'] < MARGIN_NATS:
         return 'rival', f'cannot be ruled out: {nats(rival["separable_nats"])} nats behind'
     if row['gain_held_out'] is None:
         return 'out', 'ruled out by the first scan'
-    if threshold is not None and _gain(row) < threshold:
+    if threshold is not None and max(row['gain_train'], _gain(row)) < threshold:
         return 'out', 'gains no more than noise would'
     if row['gain_held_out'] <= 0:
         return 'out', 'does not hold on held-out data'
+    if named and behind < MARGIN_NATS:
+        return 'out', 'overtaken by the supported effects together'
     if named:
         return 'out', f'{nats(behind)} nats behind'
     return 'out', 'not enough on its own'

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -29,15 +30,17 @@ def section(missing: MissingTorque, robot: Robot, candidates: Sequence[Curve] = 
     """
     lack = np.sqrt(np.median(missing.torque**2, axis=0))
     shown = [int(j) for j in np.argsort(-lack)[:MOST_JOINTS]]
-    figures = [
-        torque(values, missing.torque[:, j], _lines(candidates, j), axis)
-        for j in shown
-        for axis, values in _variables(missing, robot, j)
-    ]
+    figures: list[Any] = []
+    rows = []
+    for j in shown:
+        lines = _lines(candidates, j)
+        new = [torque(v, missing.torque[:, j], lines, a) for a, v in _variables(missing, robot, j)]
+        rows.append((robot.joint_names[j], len(figures), len(figures) + len(new)))
+        figures += new
     length = float(np.median(missing.windows.dt.sum(axis=1)))
     values = {
         'legend': list(zip([c.label for c in candidates], palette.CANDIDATES, strict=False)),
-        'per_joint': len(figures) / len(shown),
+        'rows': rows,
         'milliseconds': round(1e3 * length),
         'noise': float(np.median(missing.spread)),
         'hidden': len(robot.joint_names) - len(shown),

@@ -44,9 +44,9 @@ def score(data: Mapping[str, Any]) -> Section:
     late = _over_noise(far['rmse'], far_floor['rmse'])
     worst = max(ratio, late)
     sentence = (
-        f'One step ({quantity(data["step_seconds"], "s")}) ahead the model is off by '
+        f'One step ({data["step_seconds"]:.3g} s) ahead the model is off by '
         f'{_states(data["states"], data["one_step"]["rmse"])}, {_times(ratio)}; '
-        f'{quantity(far["seconds"], "s")} ahead by {_states(data["states"], far["rmse"])}, '
+        f'{far["seconds"]:.3g} s ahead by {_states(data["states"], far["rmse"])}, '
         f'{_times(late)}.'
     )
     kind = 'fine' if worst < NOISE_ALONE else 'measured'
