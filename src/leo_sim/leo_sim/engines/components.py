@@ -10,16 +10,21 @@ from typing import Any
 
 Vec = tuple[Any, Any, Any]
 Mat = Sequence[Any]
+ZERO: Vec = (0.0, 0.0, 0.0)  # this very tuple is skipped as a whole
 
 
 def mul(a: Any, b: Any) -> Any:
     """A b."""
-    for one, other in ((a, b), (b, a)):
-        if one.__class__ is float:
-            if one == 0.0:
-                return 0.0
-            if one == 1.0:
-                return other
+    if a.__class__ is float:
+        if a == 0.0:
+            return 0.0
+        if a == 1.0:
+            return b
+    if b.__class__ is float:
+        if b == 0.0:
+            return 0.0
+        if b == 1.0:
+            return a
     return a * b
 
 
@@ -48,16 +53,22 @@ def dot(a: Vec, b: Vec) -> Any:
 
 def plus(a: Vec, b: Vec) -> Vec:
     """Sum of two vectors."""
+    if a is ZERO or b is ZERO:
+        return b if a is ZERO else a
     return add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2])
 
 
 def scaled(factor: Any, a: Vec) -> Vec:
     """A vector times a factor."""
+    if a is ZERO or (factor.__class__ is float and factor == 0.0):
+        return ZERO
     return mul(factor, a[0]), mul(factor, a[1]), mul(factor, a[2])
 
 
 def cross(a: Vec, b: Vec) -> Vec:
     """Vector product."""
+    if a is ZERO or b is ZERO:
+        return ZERO
     return (sub(mul(a[1], b[2]), mul(a[2], b[1])),
             sub(mul(a[2], b[0]), mul(a[0], b[2])),
             sub(mul(a[0], b[1]), mul(a[1], b[0])))
@@ -65,6 +76,8 @@ def cross(a: Vec, b: Vec) -> Vec:
 
 def turned(r: Mat, a: Vec) -> Vec:
     """Matrix (9 components, row by row) times vector."""
+    if a is ZERO:
+        return ZERO
     return dot((r[0], r[1], r[2]), a), dot((r[3], r[4], r[5]), a), dot((r[6], r[7], r[8]), a)
 
 

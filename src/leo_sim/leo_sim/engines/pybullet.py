@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import os
 import tempfile
 from typing import Any
+import weakref
 
 import numpy as np
 
@@ -27,6 +28,7 @@ class Bullet:
                  gravity: float):
         with quiet():
             self._at = {'physicsClientId': pybullet.connect(pybullet.DIRECT)}
+            weakref.finalize(self, pybullet.disconnect, **self._at)
             pybullet.setGravity(0, 0, -gravity, **self._at)
             pybullet.setPhysicsEngineParameter(
                 numSubSteps=0, numSolverIterations=10, deterministicOverlappingPairs=1,
@@ -38,10 +40,6 @@ class Bullet:
         self._h = 0.0
         self._mass: Any = None
         self._bias: Any = None
-
-    def close(self) -> None:
-        """Disconnect the client."""
-        pybullet.disconnect(**self._at)
 
     def begin(self, q: Any, dq: Any, h: float) -> None:
         """Put the robot into a state; substeps of h s follow."""

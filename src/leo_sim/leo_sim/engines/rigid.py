@@ -25,10 +25,10 @@ from leo_sim.engines.components import (
     transposed,
     turned,
     Vec,
+    ZERO,
 )
 from leo_sim.urdf import Joint
 
-ZERO: Vec = (0.0, 0.0, 0.0)
 UNIT: Mat = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -67,7 +67,7 @@ class Rigid:
         self._column = {i: c for c, i in enumerate(moving)}
         self._fixed = [Rigid._fixed_part(joint) for joint in joints]
         self._gravity = gravity
-        self._constant = (self._inertia(self._poses(np.zeros(1))) if len(moving) == 1 else None)
+        self._single = self._inertia(self._poses(np.zeros(1))) if len(moving) == 1 else None
         self._pulled = any(f.__class__ is not float or f for b in self._bodies for f in b.force)
 
     def begin(self, q: Any, dq: Any, h: Any) -> None:
@@ -87,8 +87,9 @@ class Rigid:
             dq: Rates (..., J).
         """
         poses = self._poses(q)
-        inertia = self._constant or self._inertia(poses)
-        return inertia, self._torques(poses, self._split(dq))
+        if self._single is not None:  # a constant inertia, and no torque from the speed
+            return self._single, self._torques(poses, [0.0])
+        return self._inertia(poses), self._torques(poses, self._split(dq))
 
     def load(self, q: Any) -> Any:
         """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""

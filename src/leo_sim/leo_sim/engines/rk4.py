@@ -14,6 +14,7 @@ from leo_sim.laws import Laws, Memory
 from leo_sim.substep import DRIVE, Dynamics, rested
 
 EVENTS = 6  # per substep
+SWEEPS = 20
 NEAR = 1e-12
 
 
@@ -59,23 +60,23 @@ class _System:
         driving = np.where(linked, torques.motor, 0.0) + torques.joint
         factor = Factor(mass, np.where(linked, laws.rotor_inertia, 0.0), y.q.shape)
         free = driving - np.array([float(b) for b in bias])
-        level = np.zeros_like(free) if torques.level is None else torques.level
-        link = self._with_friction(factor, free, level, phase.sliding)
+        link = self._with_friction(factor, free, torques.level, phase.sliding)
         inertia = np.maximum(laws.rotor_inertia, NEAR)
         rotor = np.where(linked, link, torques.motor / inertia)
         return link, rotor, torques.motor - laws.rotor_inertia * link
 
-    @staticmethod
-    def _with_friction(factor: Factor, free: Any, level: Any, sliding: Any) -> Any:
+    def _with_friction(self, factor: Factor, free: Any, level: Any, sliding: Any) -> Any:
         """Accelerations with friction against sliding; sticking joints are held while it can."""
+        if not self.laws.dry:
+            return factor.solve(free.tolist())
         torque = free - sliding * level
-        answers = [factor.response(j) for j in range(len(free))]
         held = np.zeros_like(free)
-        for _ in range(EVENTS):
-            for j in np.flatnonzero((sliding == 0) & (level > 0)).tolist():
-                now = factor.solve(list(torque + held))[j]
-                held[j] = np.clip(held[j] - now / answers[j][j], -level[j], level[j])
-        return factor.solve(list(torque + held))
+        sticking = np.flatnonzero((sliding == 0) & (level > 0)).tolist()
+        for _ in range(SWEEPS if len(sticking) > 1 else len(sticking)):
+            for j in sticking:
+                now = factor.solve((torque + held).tolist())[j]
+                held[j] = np.clip(held[j] - now / factor.response(j)[j], -level[j], level[j])
+        return factor.solve((torque + held).tolist())
 
     def derivative(self, y: _Motion, phase: _Phase) -> _Motion:
         """d/dt of the state."""
