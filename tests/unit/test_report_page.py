@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page from hand-made results: five verdicts, escapes, no network, whole or not at all."""
 
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 import re
@@ -15,6 +16,8 @@ from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.report import page
 from leo_diffmodel.report.sections import budget, horizon, hypotheses
+from leo_diffmodel.report.sections import missing as missing_section
+from leo_diffmodel.report.sections import verdict as verdict_section
 from leo_sim.model import Model
 from leo_sim.robot import load_robot
 
@@ -180,10 +183,7 @@ def test_axes_carry_their_unit(axis, model, recording, missing, tmp_path):
 
 def test_a_model_at_the_noise_floor_is_said_to_be(model, recording, missing, tmp_path):
     path = tmp_path / 'report.html'
-    quiet = MissingTorque(
-        missing.time, 0.1 * missing.spread, missing.spread, missing.q, missing.dq,
-        missing.inputs, missing.windows,
-    )  # fmt: skip
+    quiet = replace(missing, torque=0.1 * missing.spread)
     page.write_comparison(path, comparison(quiet, 1.0), [recording], model)
     _, text = read(path)
     assert 'which is what noise alone explains' in text
@@ -271,3 +271,21 @@ def test_every_hypothesis_has_a_status_in_words():
     assert status['e'] == ('out', 'does not hold on held-out data')
     assert status['f'] == ('out', 'gains no more than noise would')
     assert status['g'] == ('out', 'ruled out by the first scan')
+
+
+def test_an_angle_of_many_turns_is_folded_into_one(model, missing):
+    q = np.linspace(0, 300, len(missing.q))[:, None]
+    turning = replace(missing, q=q)
+    plot = missing_section.section(turning, model.robot).figures[1]
+    assert plot.xaxis.axis_label == 'pivot angle within a turn [rad]'
+    drawn = np.concatenate(
+        [r.data_source.data['x'] for r in plot.renderers if len(r.data_source.data['x']) > 2]
+    )
+    assert np.abs(drawn).max() <= np.pi
+
+
+def test_advice_already_in_the_sentence_is_not_repeated(model):
+    told = replace(
+        explanation('untestable', model), sentence='Too still: swing it.', next_run='swing it'
+    )
+    assert verdict_section.answer(told).values['next_run'] is None

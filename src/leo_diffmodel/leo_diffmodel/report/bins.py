@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 Array = np.ndarray
-BINS = 24
+PER_BIN = 10
+LEAST_BINS, MOST_BINS = 12, 40
 FEWEST = 6
 TAIL = 0.005
 
@@ -34,8 +35,14 @@ class Bins:
         return np.array([values[m].std(ddof=1) / np.sqrt(m.sum()) for m in self.members])
 
 
-def sort(variable: Array, count: int = BINS) -> Bins:
-    """Bins over all but the outermost samples; those with fewer than six samples are left out."""
+def sort(variable: Array, count: int | None = None) -> Bins:
+    """Bins over all but the outermost samples; those with fewer than six samples are left out.
+
+    Args:
+        variable: what to sort by, shape (W,).
+        count: number of bins; by default one for ten samples, within 12 to 40.
+    """
+    count = count or int(np.clip(len(variable) // PER_BIN, LEAST_BINS, MOST_BINS))
     low, high = np.quantile(variable, (TAIL, 1 - TAIL))
     edges = np.linspace(low, high, count + 1)
     index = np.clip(np.searchsorted(edges, variable, side='right') - 1, 0, count - 1)

@@ -17,6 +17,7 @@ from leo_sim.robot import Robot
 
 Array = np.ndarray
 MOST_JOINTS = 4
+TURN = 2 * np.pi
 LABELS = {'voltage': 'voltage [V]', 'torque': 'commanded torque [N m]'}
 
 
@@ -52,15 +53,19 @@ def section(missing: MissingTorque, robot: Robot, candidates: Sequence[Curve] = 
 def _variables(missing: MissingTorque, robot: Robot, joint: int) -> list[tuple[str, Array]]:
     """Abscissae with their labels; the input only where the joint has one that changes."""
     name = robot.joint_names[joint]
-    found = [
-        (f'{name} speed [rad/s]', missing.dq[:, joint]),
-        (f'{name} angle [rad]', missing.q[:, joint]),
-    ]
+    found = [(f'{name} speed [rad/s]', missing.dq[:, joint]), _angle(name, missing.q[:, joint])]
     if joint in robot.actuated:
         values = missing.inputs[:, robot.actuated.index(joint)]
         if np.ptp(values) > 0:
             found.append((f'{name} {LABELS[robot.input]}', values))
     return found
+
+
+def _angle(name: str, q: Array) -> tuple[str, Array]:
+    """The angle, folded into one turn where the joint went around."""
+    if np.ptp(q) <= TURN:
+        return f'{name} angle [rad]', q
+    return f'{name} angle within a turn [rad]', (q + np.pi) % TURN - np.pi
 
 
 def _lines(candidates: Sequence[Curve], joint: int) -> list[Line]:

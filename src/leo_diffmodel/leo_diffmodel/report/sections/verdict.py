@@ -25,13 +25,14 @@ MOST_STATES = 3
 
 def answer(explanation: Any) -> Section:
     """Verdict, sentence, limits of the data and the next run of an Explanation."""
+    told = bool(explanation.next_run) and explanation.next_run in explanation.sentence
     values = {
         'badge': explanation.verdict,
         'kind': explanation.verdict,
         'meaning': MEANING[explanation.verdict],
         'sentence': explanation.sentence,
         'not_testable': _by_name(explanation.not_testable),
-        'next_run': explanation.next_run,
+        'next_run': None if told else explanation.next_run,
         'seconds': explanation.seconds,
     }
     return Section('verdict.html', values)
