@@ -58,6 +58,7 @@ def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any
     geared, driving = rotor, torques.motor
     if laws.gap is not None:
         geared, driving = (np.where(laws.gap > 0, 0.0, f) for f in (rotor, torques.motor))
+        rotor = np.where(laws.gap > 0, rotor, 1.0)
     driving = driving + (torques.joint + push)
     factor = Factor(mass, geared + (0.5 * h) * drag.joint, dq.shape)
     rates = dq + h * factor.solve([driving[..., j] - b for j, b in enumerate(bias)])

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A robot with three joints in space, two of them actuated, and effects at some of them."""
+import numpy as np
+import pytest
+
+from leo_sim.batch import rollout
+from leo_sim.effects import place
+from leo_sim.model import Model
+from leo_sim.robot import load_robot
+
+URDF = """
+<robot name="arm">
+  <link name="base"/>
+  <joint name="yaw" type="continuous">
+    <parent link="base"/><child link="upper"/>
+    <origin xyz="0.1 -0.2 0.3" rpy="0.3 -0.4 0.5"/><axis xyz="0.2 -0.4 1"/>
+    <dynamics damping="0.01"/>
+  </joint>
+  <link name="upper"><inertial>
+    <origin xyz="0.02 -0.05 0.11" rpy="0.3 -0.2 0.5"/><mass value="0.7"/>
+    <inertia ixx="0.004" iyy="0.005" izz="0.003" ixy="0.0003" ixz="-0.0002" iyz="0.0001"/>
+  </inertial></link>
+  <joint name="slide" type="prismatic">
+    <parent link="upper"/><child link="rail"/>
+    <origin xyz="-0.1 0 0.1" rpy="0 0 1"/><axis xyz="0 0.6 0.8"/>
+    <limit lower="-0.05" upper="0.08" effort="1" velocity="1"/>
+  </joint>
+  <link name="rail"><inertial>
+    <origin xyz="0.01 0.02 -0.03"/><mass value="0.4"/>
+    <inertia ixx="0.002" iyy="0.0015" izz="0.001" ixy="0" ixz="0.0001" iyz="0"/>
+  </inertial></link>
+  <joint name="wrist" type="continuous">
+    <parent link="rail"/><child link="hand"/>
+    <origin xyz="0 0.1 0.1" rpy="1 0.2 -0.3"/><axis xyz="1 0 0"/>
+  </joint>
+  <link name="hand"><inertial>
+    <origin xyz="0.03 0.04 0.05"/><mass value="0.3"/>
+    <inertia ixx="0.001" iyy="0.0012" izz="0.0008" ixy="0" ixz="0" iyz="0"/>
+  </inertial></link>
+</robot>
+"""
+YAML = """
+name: arm
+input: voltage
+control_period: 0.02
+integration_step: 0.001
+state_rate: 100
+episode_seconds: 5
+actuators:
+  wrist: &motor
+    torque_constant: {value: 0.5, unit: N m/A}
+    resistance: {value: 4, unit: ohm}
+    limit: {value: 8, unit: V}
+    supply: {value: 12, unit: V}
+    rotor_inertia: {value: 0.001, unit: kg m2}
+  yaw: *motor
+start_poses:
+  nominal: {}
+"""
+EFFECTS = {
+    'nothing': [],
+    'subsets': [('voltage_scale', 'yaw', {'k': 0.8}), ('torque_scale', 'wrist', {'k': 1.2}),
+                ('viscous_friction', 'slide', {'b': 2.0}), ('link_mass', 'hand', {'m': 0.1}),
+                ('command_delay', 'wrist', {'delay': 0.007}),
+                ('encoder_offset', 'wrist', {'o': 0.1})],
+    'dry friction everywhere': [('coulomb_friction', 'all', {'c': 0.05}),
+                                ('load_dependent_friction', 'yaw', {'mu': 0.02})],
+    'play in one gear, friction in all': [('backlash', 'wrist', {'gap': 0.05}),
+                                          ('coulomb_friction', 'all', {'c': 0.02})],
+    'play in both gears': [('backlash', 'all', {'gap': 0.03}),
+                           ('armature', 'yaw', {'J': 0.002})],
+    'forces': [('external_force', 'hand', {'x': 0.5, 'z': 1.0}),
+               ('external_force', 'upper', {'x': -0.2, 'z': 0.3}),
+               ('load_dependent_friction', 'wrist', {'mu': 0.05})],
+}
+
+
+@pytest.fixture(scope='module')
+def robot(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('arm')
+    (folder / 'robot.urdf').write_text(URDF)
+    (folder / 'robot.yaml').write_text(YAML)
+    return load_robot(folder)
+
+
+@pytest.mark.parametrize('name', EFFECTS)
+def test_pybullet_and_batched_rollouts_agree(robot, name):
+    effects = [place(robot, effect, where, **p) for effect, where, p in EFFECTS[name]]
+    model = Model(robot, effects)
+    rng = np.random.default_rng(0)
+    inputs = rng.uniform(-8, 8, (20, 2))
+    enabled = rng.uniform(size=(20, 2)) > 0.2
+    state = model.state_from([0.3, 0.01, -0.4], [1.0, 0.1, -2.0])
+    track = [model.sense(state)]
+    for u, on in zip(inputs, enabled, strict=True):
+        state = model.step(state, u, 0.02, enabled=on)
+        track.append(model.sense(state))
+    q, dq = rollout(model, track[0][0][None], track[0][1][None], inputs[None], 0.02,
+                    enabled[None])
+    assert q[0] == pytest.approx(np.array([t[0] for t in track]), abs=1e-8)
+    assert dq[0] == pytest.approx(np.array([t[1] for t in track]), abs=1e-6)
+    assert q[0, :, 1].max() <= 0.08 + 1e-3
+    assert q[0, :, 1].min() >= -0.05 - 1e-3
+
+
+def test_inputs_reach_the_actuators_in_their_order(robot):
+    model = Model(robot, constants={'gravity': 0.0}, engine='rigid')
+    rest = model.start()
+    wrist, yaw = (model.step(rest, u, 1e-4).dq for u in ([1.0, 0.0], [0.0, 1.0]))
+    assert abs(wrist[2]) > 3 * abs(wrist[0])
+    assert abs(yaw[0]) > abs(wrist[0])
+
+
+def test_scans_keep_their_leading_axis(robot):
+    scan = place(robot, 'viscous_friction', ['yaw', 'wrist'],
+                 b=np.array([0.0, 0.01, 0.02])[:, None, None])
+    start = np.zeros((2, 3))
+    q, _ = rollout(Model(robot, [scan]), start, start + 1.0, np.ones((2, 4, 2)), 0.02)
+    assert q.shape == (3, 2, 5, 3)
+    single = place(robot, 'viscous_friction', ['yaw', 'wrist'], b=0.02)
+    one, _ = rollout(Model(robot, [single]), start, start + 1.0, np.ones((2, 4, 2)), 0.02)
+    assert q[2] == pytest.approx(one, abs=1e-10)
