@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from leo_sim.constants import bodies
 from leo_sim.effects.base import Body, Drive, Placed
 from leo_sim.motor import Motor, torque_source, voltage_motor
-from leo_sim.robot import bodies, Robot
+from leo_sim.robot import Robot
 
 Memory = Mapping[str, Any]
 Index = slice | list[int]
@@ -200,7 +201,8 @@ class Laws:
 def _bodies(robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]
             ) -> dict[str, Body]:
     """Inertial figures of the links, body effects included, arrays as (S, 1)."""
-    links = bodies(robot, {path: _squeezed(value) for path, value in values.items()})
+    single = {path: _squeezed(value) for path, value in values.items()}
+    links = bodies(robot.links, robot.joints, single)
     for placed in effects:
         if placed.effect.hook == 'body':
             p = {name: _squeezed(value) for name, value in placed.parameters.items()}

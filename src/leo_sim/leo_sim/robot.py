@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_sim import urdf
-from leo_sim.effects.base import Body
+from leo_sim.constants import Constant, constants_of
 from leo_sim.names import nearest
 from leo_sim.robot_file import (
     ObservedFile,
@@ -23,25 +22,9 @@ from leo_sim.robot_file import (
     TerminationFile,
 )
 from leo_sim.urdf import Joint, Link
-from leo_sim.yaml_file import Quantity, read
+from leo_sim.yaml_file import read
 
-BODY_UNITS = {'mass': 'kg', 'com_x': 'm', 'com_y': 'm', 'com_z': 'm', 'inertia': 'kg m2'}
-MOTOR_UNITS = {'torque_constant': 'N m/A', 'resistance': 'ohm', 'supply': 'V'}
-
-
-@dataclass(frozen=True)
-class Constant:
-    """A number of robot.yaml that a model file may override.
-
-    Attributes:
-        path: As `actuators.pivot.resistance`.
-        uncertain: The range it is known to lie in; None for a number taken as exact.
-    """
-
-    path: str
-    value: float
-    unit: str
-    uncertain: tuple[float, float] | None = None
+__all__ = ['Actuator', 'Constant', 'Robot', 'load_robot', 'named_robots']
 
 
 @dataclass(frozen=True)
@@ -146,33 +129,6 @@ def load_robot(ref: str | Path) -> Robot:
     return _robot(folder, file, text, links, joints)
 
 
-def bodies(robot: Robot, values: Mapping[str, Any]) -> dict[str, Body]:
-    """Inertial figures of every link for values of the constants (floats or arrays)."""
-    result = {}
-    axes = {joint.child: joint.axis for joint in robot.joints}
-    for link in robot.links:
-        body = link.body
-        if link.name in axes:
-            path = f'links.{link.name}.'
-            added = values[path + 'inertia'] - _about(body, axes[link.name])
-            xx, yy, zz, *products = body.inertia
-            body = Body(values[path + 'mass'], tuple(values[path + c] for c in _COM),
-                        (xx + added, yy + added, zz + added, *products))
-        result[link.name] = body
-    return result
-
-
-_COM = ('com_x', 'com_y', 'com_z')
-
-
-def _about(body: Body, axis: tuple[float, float, float]) -> float:
-    """Moment of inertia about the CoM along an axis (x for a fixed joint without one)."""
-    x, y, z = axis
-    xx, yy, zz, xy, xz, yz = body.inertia
-    return (x * x * xx + y * y * yy + z * z * zz
-            + 2 * (x * y * xy + x * z * xz + y * z * yz))
-
-
 def named_robots() -> dict[str, Path]:
     """Folders of the robots in the entry-point group leo.robots, by name."""
     return {entry.name: Path(entry.load()) for entry in entry_points(group='leo.robots')}
@@ -189,7 +145,7 @@ def _robot(folder: Path, file: RobotFile, text: str, links: tuple[Link, ...],
            joints: tuple[Joint, ...]) -> Robot:
     moving = tuple(joint.name for joint in joints if joint.kind != 'fixed')
     _check_names(folder, file, moving, [link.name for link in links])
-    constants = _constants(folder, file, links, joints)
+    constants = constants_of(folder, file, links, joints)
     values = {path: constant.value for path, constant in constants.items()}
     return Robot(
         name=file.name, folder=folder, urdf=text, links=links, joints=joints, joint_names=moving,
@@ -220,53 +176,6 @@ def _check_names(folder: Path, file: RobotFile, joints: tuple[str, ...],
                             f'{name!r}{nearest(name, links)}')
     if 'nominal' not in file.start_poses:
         raise UserError(f'{folder / "robot.yaml"}: start_poses: the pose nominal is missing')
-
-
-def _constants(folder: Path, file: RobotFile, links: tuple[Link, ...],
-               joints: tuple[Joint, ...]) -> dict[str, Constant]:
-    """All constants: defaults of the URDF, then what robot.yaml says."""
-    found = {c.path: c for c in _urdf_constants(links, joints)}
-    given: dict[str, Quantity | None] = {'gravity': file.gravity}
-    for group in ('actuators', 'links', 'joints'):
-        for name, part in getattr(file, group).items():
-            given |= {f'{group}.{name}.{key}': getattr(part, key)
-                      for key in type(part).model_fields}
-    for path, quantity in given.items():
-        if quantity is None:
-            continue
-        unit = _unit(path, file.input)
-        if quantity.unit != unit:
-            raise UserError(f'{folder / "robot.yaml"}: {path}: the unit is {unit!r}, '
-                            f'found {quantity.unit!r}')
-        found[path] = Constant(path, quantity.value, unit, quantity.uncertain)
-    for name in file.actuators:
-        for key in MOTOR_UNITS if file.input == 'voltage' else ():
-            if f'actuators.{name}.{key}' not in found:
-                raise UserError(f'{folder / "robot.yaml"}: actuators.{name}.{key}: is missing')
-        inertia = f'actuators.{name}.rotor_inertia'
-        found.setdefault(inertia, Constant(inertia, 0.0, 'kg m2'))
-    return found
-
-
-def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[Constant]:
-    bodies_of = {link.name: link.body for link in links}
-    found = []
-    for joint in joints:
-        body, path = bodies_of[joint.child], f'links.{joint.child}.'
-        figures = (body.mass, *body.com, _about(body, joint.axis))
-        found += [Constant(path + key, value, unit)
-                  for (key, unit), value in zip(BODY_UNITS.items(), figures, strict=True)]
-        if joint.kind != 'fixed':
-            path = f'joints.{joint.name}.damping'
-            found.append(Constant(path, joint.damping, 'N m s/rad'))
-    return found
-
-
-def _unit(path: str, input_kind: str) -> str:
-    """The unit of a constant by its path."""
-    units = {**BODY_UNITS, **MOTOR_UNITS, 'rotor_inertia': 'kg m2', 'gravity': 'm/s2',
-             'damping': 'N m s/rad', 'limit': 'V' if input_kind == 'voltage' else 'N m'}
-    return units[path.rsplit('.', 1)[-1]]
 
 
 def _actuator(joint: str, values: Mapping[str, float]) -> Actuator:

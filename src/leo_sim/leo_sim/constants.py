@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Constants of a robot: every number of robot.yaml and robot.urdf that a model may override."""
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from leo_msgs_py.errors import UserError
+from leo_sim.effects.base import Body
+from leo_sim.robot_file import RobotFile
+from leo_sim.urdf import Joint, Link
+from leo_sim.yaml_file import Quantity
+
+BODY_UNITS = {'mass': 'kg', 'com_x': 'm', 'com_y': 'm', 'com_z': 'm', 'inertia': 'kg m2'}
+MOTOR_UNITS = {'torque_constant': 'N m/A', 'resistance': 'ohm', 'supply': 'V'}
+COM = ('com_x', 'com_y', 'com_z')
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A number of robot.yaml that a model file may override.
+
+    Attributes:
+        path: As `actuators.pivot.resistance`.
+        uncertain: The range it is known to lie in; None for a number taken as exact.
+    """
+
+    path: str
+    value: float
+    unit: str
+    uncertain: tuple[float, float] | None = None
+
+
+def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],
+                     joints: tuple[Joint, ...]) -> dict[str, Constant]:
+    """All constants by path: defaults of the URDF, then what robot.yaml says.
+
+    Raises:
+        UserError: A wrong unit, or a motor figure that is missing.
+    """
+    found = {c.path: c for c in _urdf_constants(links, joints)}
+    given: dict[str, Quantity | None] = {'gravity': file.gravity}
+    for group in ('actuators', 'links', 'joints'):
+        for name, part in getattr(file, group).items():
+            given |= {f'{group}.{name}.{key}': getattr(part, key)
+                      for key in type(part).model_fields}
+    for path, quantity in given.items():
+        if quantity is None:
+            continue
+        unit = _unit(path, file.input)
+        if quantity.unit != unit:
+            raise UserError(f'{folder / "robot.yaml"}: {path}: the unit is {unit!r}, '
+                            f'found {quantity.unit!r}')
+        found[path] = Constant(path, quantity.value, unit, quantity.uncertain)
+    for name in file.actuators:
+        for key in MOTOR_UNITS if file.input == 'voltage' else ():
+            if f'actuators.{name}.{key}' not in found:
+                raise UserError(f'{folder / "robot.yaml"}: actuators.{name}.{key}: is missing')
+        inertia = f'actuators.{name}.rotor_inertia'
+        found.setdefault(inertia, Constant(inertia, 0.0, 'kg m2'))
+    return found
+
+
+def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[Constant]:
+    bodies_of = {link.name: link.body for link in links}
+    found = []
+    for joint in joints:
+        body, path = bodies_of[joint.child], f'links.{joint.child}.'
+        figures = (body.mass, *body.com, _about(body, joint.axis))
+        found += [Constant(path + key, value, unit)
+                  for (key, unit), value in zip(BODY_UNITS.items(), figures, strict=True)]
+        if joint.kind != 'fixed':
+            path = f'joints.{joint.name}.damping'
+            found.append(Constant(path, joint.damping, 'N m s/rad'))
+    return found
+
+
+def _unit(path: str, input_kind: str) -> str:
+    """The unit of a constant by its path."""
+    units = {**BODY_UNITS, **MOTOR_UNITS, 'rotor_inertia': 'kg m2', 'gravity': 'm/s2',
+             'damping': 'N m s/rad', 'limit': 'V' if input_kind == 'voltage' else 'N m'}
+    return units[path.rsplit('.', 1)[-1]]
+
+
+def bodies(links: tuple[Link, ...], joints: tuple[Joint, ...], values: Mapping[str, Any]
+           ) -> dict[str, Body]:
+    """Inertial figures of every link for values of the constants (floats or arrays)."""
+    result = {}
+    axes = {joint.child: joint.axis for joint in joints}
+    for link in links:
+        body = link.body
+        if link.name in axes:
+            path = f'links.{link.name}.'
+            added = values[path + 'inertia'] - _about(body, axes[link.name])
+            xx, yy, zz, *products = body.inertia
+            body = Body(values[path + 'mass'], tuple(values[path + c] for c in COM),
+                        (xx + added, yy + added, zz + added, *products))
+        result[link.name] = body
+    return result
+
+
+def _about(body: Body, axis: tuple[float, float, float]) -> float:
+    """Moment of inertia about the CoM along an axis (x for a fixed joint without one)."""
+    x, y, z = axis
+    xx, yy, zz, xy, xz, yz = body.inertia
+    return (x * x * xx + y * y * yy + z * z * zz
+            + 2 * (x * y * xy + x * z * xz + y * z * yz))
