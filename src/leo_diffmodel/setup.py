@@ -51,6 +51,11 @@ setup(
         'leo.verbs': [
             'bag = leo_diffmodel.verbs.bag:main',
             'import = leo_diffmodel.verbs.import_logs:main',
+            'compare = leo_diffmodel.verbs.compare:main',
+            'explain = leo_diffmodel.verbs.explain:main',
+            'add = leo_diffmodel.verbs.add:main',
+            'repair = leo_diffmodel.verbs.repair:main',
+            'blind = leo_diffmodel.verbs.blind:main',
         ],
     },
     zip_safe=False,

@@ -12,6 +12,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_sim.batch import rollout
 from leo_sim.model import Model
+from leo_sim.task import observation
 
 Array = np.ndarray
 HISTORY = 0.15
@@ -122,6 +123,15 @@ def one_step(prediction: Prediction, step: float) -> dict:
             'mean_mse': float(floor.mean()),
         },
     }
+
+
+def observation_mse(model: Model, prediction: Prediction, step: float) -> float:
+    """Mean squared one-step error over the robot's observation (thesis Table 7)."""
+    at, joints = _index(prediction, step), prediction.windows.q.shape[-1]
+    seen, expected = prediction.windows.measured[:, at], prediction.predicted[:, at]
+    measured = observation(model.robot, seen[:, :joints], seen[:, joints:])
+    predicted = observation(model.robot, expected[:, :joints], expected[:, joints:])
+    return float(((measured - predicted) ** 2).mean())
 
 
 def ahead(prediction: Prediction, seconds: float) -> list[float]:

@@ -58,7 +58,7 @@ def inclusion(step: Round, facts: Facts, blocks: Array, seed: int = 0) -> float:
     ours = np.array([s.candidate == best or bool(same_thing(best, s.candidate, facts))
                      for s in fitted])  # fmt: skip
     gains = np.array([_block_gains(step.null, s.fit, blocks) for s in fitted])  # type: ignore[arg-type]
-    price = np.array([s.gain_train + s.gain_held_out - s.score for s in fitted])
+    price = np.array([s.price for s in fitted])
     count = gains.shape[1]
     draws = np.random.default_rng(seed).integers(0, count, (DRAWS, count))
     totals = gains[:, draws].sum(axis=-1) - price[:, None]

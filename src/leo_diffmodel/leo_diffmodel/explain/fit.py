@@ -69,74 +69,101 @@ def fit(
 ) -> Fit:
     """Gauss-Newton over parameters and start states, with step halving and bounds.
 
-    Only the training windows move the parameters; every window moves its own start state.
+    Only the training windows move the parameters; every window moves its own start state. A
+    point is judged by its loss with the start states projected out, so that a start that has
+    not settled yet does not hide that the parameters got better.
     """
     theta = hypothesis.neutral if theta is None else theta
     start = problem.windows.measured[:, 0] if start is None else start
     best = _evaluate(problem, hypothesis, theta, start)
-    step_theta, step_start = _step(problem, best)
     scale = 1.0
     for _ in range(iterations):
-        trial = _evaluate(
-            problem,
-            hypothesis,
-            np.clip(best.theta + scale * step_theta, hypothesis.low, hypothesis.high),
-            best.start + scale * step_start,
-        )
-        gained = _training_loss(problem, best) - _training_loss(problem, trial)
+        step = _step(problem, best)
+        moved = np.clip(theta + scale * step.theta, hypothesis.low, hypothesis.high)
+        shift = step.start + step.gain @ (moved - theta)
+        trial = _evaluate(problem, hypothesis, moved, best.start + shift)
+        gained = best.merit - trial.merit
         if gained < 0:
-            scale *= 0.4
+            scale *= 0.3
             continue
-        best, scale = trial, min(1.0, 2 * scale)
-        step_theta, step_start = _step(problem, best)
+        best, theta, scale = trial, moved, min(1.0, 3 * scale)
         if gained < 0.02:
             break
-    return best.finish(problem)
+    return _finish(problem, best)
 
 
 @dataclass(frozen=True)
 class _Point:
+    """A hypothesis at one set of values; `merit` is its projected training loss [nats]."""
+
     hypothesis: Hypothesis
     theta: Array
     start: Array
     linear: shooting.Linear
-    loss: Array
+    rest: Array
+    merit: float
 
-    def finish(self, problem: Problem) -> Fit:
-        residual, by_theta, _, _ = shooting.eliminate(self.linear)
-        information = _gram(by_theta[problem.train])
-        return Fit(
-            self.hypothesis,
-            self.theta,
-            np.linalg.pinv(information) if len(self.theta) else np.zeros((0, 0)),
-            self.start,
-            self.loss,
-            residual,
-        )
+
+@dataclass(frozen=True)
+class _Step:
+    """The step of the parameters, and of each start state: start + gain (change of theta)."""
+
+    theta: Array
+    start: Array
+    gain: Array
 
 
 def _evaluate(problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array) -> _Point:
     linear = shooting.linearise(
         problem.base, problem.windows, problem.sigma, hypothesis, theta, start
     )
-    return _Point(hypothesis, theta, start, linear, shooting.huber(linear.residual))
+    rest = shooting.eliminate(linear)[0]
+    merit = float(shooting.huber(rest[problem.train]).sum())
+    return _Point(hypothesis, theta, start, linear, rest, merit)
 
 
-def _training_loss(problem: Problem, point: _Point) -> float:
-    return float(point.loss[problem.train].sum())
-
-
-def _step(problem: Problem, point: _Point) -> tuple[Array, Array]:
-    """The Gauss-Newton step of parameters and start states."""
-    rest, _, _, _ = shooting.eliminate(point.linear)
-    weight = shooting.robust_weight(rest)
+def _step(problem: Problem, point: _Point) -> _Step:
+    weight = shooting.robust_weight(point.rest)
     residual, by_theta, start, gain = shooting.eliminate(point.linear, weight)
     step = np.zeros(len(point.theta))
     if len(step):
         columns = by_theta[problem.train]
         slope = np.einsum('wnp,wn->p', columns, residual[problem.train])
-        step = -_solve(_gram(columns), slope)
-    return step, -start - gain @ step
+        step = _bounded_step(_gram(columns), slope, point)
+    return _Step(step, -start, -gain)
+
+
+def _bounded_step(matrix: Array, slope: Array, point: _Point) -> Array:
+    """The Gauss-Newton step with parameters that push against a bound held there."""
+    low, high = point.hypothesis.low, point.hypothesis.high
+    free = np.ones(len(slope), dtype=bool)
+    step = np.zeros(len(slope))
+    for _ in range(len(slope)):
+        step[:] = 0.0
+        step[free] = -_solve(matrix[np.ix_(free, free)], slope[free])
+        blocked = ((point.theta <= low) & (step < 0)) | ((point.theta >= high) & (step > 0))
+        if not blocked.any():
+            break
+        free &= ~blocked
+    return step
+
+
+def _finish(problem: Problem, point: _Point) -> Fit:
+    """Settle the start states and read off loss, residual and covariance."""
+    step = _step(problem, point)
+    settled = _evaluate(problem, point.hypothesis, point.theta, point.start + step.start)
+    loss = shooting.huber(settled.linear.residual)
+    worse = loss > shooting.huber(point.linear.residual)
+    start = np.where(worse[:, None], point.start, settled.start)
+    by_theta = shooting.eliminate(settled.linear)[1][problem.train]
+    return Fit(
+        point.hypothesis,
+        point.theta,
+        _covariance(_gram(by_theta)),
+        start,
+        np.minimum(loss, shooting.huber(point.linear.residual)),
+        settled.rest,
+    )
 
 
 def _gram(columns: Array) -> Array:
@@ -149,3 +176,11 @@ def _solve(matrix: Array, vector: Array) -> Array:
     scaled = matrix / np.outer(scale, scale)
     ridge = 1e-9 * np.eye(len(vector))
     return np.linalg.solve(scaled + ridge, vector / scale) / scale
+
+
+def _covariance(information: Array) -> Array:
+    """Inverse of the information; a direction the data do not determine gets a huge variance."""
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-30))
+    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    inverse = (vectors / np.maximum(values, 1e-12)) @ vectors.T
+    return inverse / np.outer(scale, scale)

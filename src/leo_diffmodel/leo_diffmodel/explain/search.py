@@ -39,12 +39,19 @@ class Scored:
 
     @property
     def score(self) -> float:
-        """Total gain less the price of its parameters (half a log of the sample count each)."""
+        """Training gain less the price of its parameters (half a log of the sample count each).
+
+        What is held out takes no part in the choice; it only has to agree.
+        """
         if self.fit is None:
             return self.gain_train
-        count = len(self.candidate.parameters)
-        price = 0.5 * count * np.log(self.fit.residual.size)
-        return self.gain_train + self.gain_held_out - float(price)
+        return self.gain_train - self.price
+
+    @property
+    def price(self) -> float:
+        """Nats that the candidate's parameters must earn (Bayesian information criterion)."""
+        assert self.fit is not None
+        return 0.5 * len(self.candidate.parameters) * float(np.log(self.fit.residual.size))
 
 
 @dataclass(frozen=True)
@@ -70,7 +77,7 @@ class Round:
         supported = (
             top is not None
             and top.fit is not None
-            and top.gain_train + top.gain_held_out > self.threshold
+            and top.gain_train > self.threshold
             and top.gain_held_out > 0
         )
         return top if supported else None
