@@ -32,7 +32,7 @@ class Constant:
 
 
 def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],
-                     joints: tuple[Joint, ...]) -> dict[str, Constant]:
+                 joints: tuple[Joint, ...]) -> dict[str, Constant]:
     """All constants by path: defaults of the URDF, then what robot.yaml says.
 
     Raises:
