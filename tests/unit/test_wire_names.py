@@ -86,6 +86,8 @@ def test_discovery_settings(monkeypatch):
     local = config.cyclone_config('LOCALHOST', ['10.0.0.2'])
     assert '<AllowMulticast>false</AllowMulticast>' in local
     assert '<Peer address="localhost"/><Peer address="10.0.0.2"/>' in local
+    assert '127.0.0.1' not in local  # peers elsewhere could not be reached from loopback
+    assert '<NetworkInterface address="127.0.0.1"/>' in config.cyclone_config('LOCALHOST', [])
     assert 'AllowMulticast' not in config.cyclone_config('SUBNET', [])
     assert 'ros_discovery_off' in config.cyclone_config('OFF', [])
     assert config.cyclone_config('SYSTEM_DEFAULT', []) == ''
