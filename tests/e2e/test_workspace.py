@@ -35,7 +35,7 @@ def sourced(install: Path, command: str, folder: Path) -> subprocess.Popen[str]:
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ['PATH']])
     return subprocess.Popen(
         ['bash', '-c', f'. {install}/local_setup.bash && {command}'],
-        env={**os.environ, 'PATH': path, 'ROS_DOMAIN_ID': str(100 + os.getpid() % 100)},
+        env={**os.environ, 'PATH': path},
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -60,6 +60,7 @@ def test_colcon_puts_leo_on_the_path(colcon_install: Path, tmp_path: Path) -> No
 
 
 @pytest.mark.graph
+@pytest.mark.usefixtures('domain')
 @pytest.mark.parametrize(('package', 'executable'), EXECUTABLES.items())
 def test_installed_node_starts_and_stops(
     colcon_install: Path, tmp_path: Path, package: str, executable: str

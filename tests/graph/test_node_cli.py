@@ -108,6 +108,7 @@ def test_nobody_there_says_where_it_looked(domain, monkeypatch):
     output = leo('node', 'list', status=1)
     assert f'ROS_DOMAIN_ID {domain + 100}' in output
     assert 'LOCALHOST' in output
+    assert 'none, on cyclonedds transport' in leo('topic', 'echo', '/x', status=2)
     monkeypatch.setenv('ROS_DOMAIN_ID', 'many')
     assert 'ROS_DOMAIN_ID' in leo('node', 'list', status=2)
 

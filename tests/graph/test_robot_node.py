@@ -3,7 +3,6 @@
 
 from collections.abc import Callable
 import math
-import os
 from pathlib import Path
 import signal
 import subprocess
@@ -28,13 +27,11 @@ pytestmark = pytest.mark.graph
 PATIENCE = 20.0
 CONTROL_PERIOD_NS = round(load_robot('pendulum').control_period * 1e9)
 LEO = str(Path(sys.executable).with_name('leo'))
-DOMAIN = str(100 + os.getpid() % 100)
 
 
 @pytest.fixture(scope='module')
-def node(tmp_path_factory):
+def node(domain, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('ROS_DOMAIN_ID', DOMAIN)
         patch.setenv('XDG_RUNTIME_DIR', str(tmp_path_factory.mktemp('runtime')))
         made = api.create_node('tester', [])
         yield made
