@@ -8,14 +8,20 @@ line on stderr and exit status 2.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import asdict
 import json
 import os
 from pathlib import Path
 import sys
 import time
+from typing import TYPE_CHECKING
 
 from leo_msgs_py.errors import UserError
+
+if TYPE_CHECKING:
+    from leo_diffmodel.bags.recording import Recording
+    from leo_sim.robot import Robot
 
 PROGRESS_PERIOD = 0.5
 """Wall time between two lines of progress [s]."""
@@ -41,7 +47,6 @@ def main(argv: list[str]) -> int:
 
 
 def _fit(options: argparse.Namespace) -> dict[str, float]:
-    from leo_diffmodel.bags.recording import read_bag
     from leo_diffmodel.difference.data import transitions
     from leo_diffmodel.difference.fit import fit
     from leo_diffmodel.difference.layout import layout_of
@@ -50,7 +55,7 @@ def _fit(options: argparse.Namespace) -> dict[str, float]:
 
     os.nice(5)
     model = load_model(options.model)
-    recordings = [read_bag(bag, model.robot) for bag in options.bags]
+    recordings = _readable(options.bags, model.robot)
     steps = transitions(recordings, model, options.limit)
     start = options.start and from_bytes(options.start.read_bytes(), str(options.start))
     fitted, report = fit(
@@ -61,6 +66,22 @@ def _fit(options: argparse.Namespace) -> dict[str, float]:
     temporary.write_bytes(fitted.to_bytes())
     temporary.replace(options.output)
     return asdict(report)
+
+
+def _readable(bags: Sequence[Path], robot: Robot) -> list[Recording]:
+    """The bags that hold something; a robot killed at its start leaves one that does not."""
+    from leo_diffmodel.bags.recording import read_bag
+
+    found, errors = [], []
+    for bag in bags:
+        try:
+            found.append(read_bag(bag, robot))
+        except UserError as error:
+            errors.append(error)
+            print(f'left out: {error}', file=sys.stderr)
+    if not found:
+        raise errors[-1]
+    return found
 
 
 class _Progress:

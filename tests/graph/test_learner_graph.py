@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Algorithm 5 as three processes over DDS, each killed and started again on the way."""
+
+import json
+from pathlib import Path
+import subprocess
+import time
+
+import pytest
+
+from leo_diffmodel.bags.recorder import recorded
+from leo_diffmodel.bags.recording import read_bag
+from leo_learner.policy import Policy
+
+pytestmark = [pytest.mark.graph, pytest.mark.slow]
+
+RUN = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(["run", *sys.argv[1:]]))'
+HIDDEN = """\
+effects:
+  - {name: link_mass, where: bob, parameters: {m: {value: 0.035, unit: kg}}}
+"""
+
+
+class Graph:
+    """The three processes of one run in a folder."""
+
+    def __init__(self, spawn, folder: Path) -> None:
+        (folder / 'hidden.yaml').write_text(HIDDEN)
+        self._spawn, self._folder = spawn, folder
+        self._arguments = {
+            'robot': ['leo_sim', 'robot', 'robot:=pendulum', 'realtime_factor:=0',
+                      'start:=random', f'hidden:={folder / "hidden.yaml"}'],
+            'diffmodel': ['leo_diffmodel', 'diffmodel', 'model:=pendulum',
+                          f'bag:={folder / "rollout"}'],
+            'learner': ['leo_learner', 'learner', 'model:=pendulum', f'folder:={folder / "run"}',
+                        'first_steps:=800', 'update_steps:=800', 'transitions:=500', 'tests:=1'],
+        }
+        self._processes: dict[str, subprocess.Popen] = {}
+        for name in self._arguments:
+            self.start(name)
+
+    def start(self, name: str) -> None:
+        package, executable, *parameters = self._arguments[name]
+        given = [word for parameter in parameters for word in ('-p', parameter)]
+        with (self._folder / f'{name}.log').open('a') as log:
+            self._processes[name] = self._spawn(
+                '-c', RUN, package, executable, '--ros-args', *given, stdout=log, stderr=log
+            )
+
+    def kill_and_restart(self, name: str) -> None:
+        self._processes[name].kill()
+        self._processes[name].wait()
+        self.start(name)
+
+    def wait_for(self, text: str, times: int = 1, seconds: float = 90.0) -> None:
+        log, until = self._folder / 'learner.log', time.monotonic() + seconds
+        while log.read_text().count(text) < times:
+            assert time.monotonic() < until, f'no {text!r} in:\n{log.read_text()}'
+            time.sleep(0.05)
+
+
+def test_every_process_may_be_killed_and_the_loop_goes_on(spawn, tmp_path):
+    graph = Graph(spawn, tmp_path)
+    graph.wait_for('gathering 500')
+    time.sleep(0.5)
+    graph.kill_and_restart('robot')
+    graph.wait_for('updating the difference model')
+    graph.wait_for('accepted')
+    graph.kill_and_restart('diffmodel')
+    graph.wait_for('round 1: training')
+    graph.kill_and_restart('learner')
+    graph.wait_for('round 1: training', times=2)
+    graph.wait_for('done; best policy')
+
+    done = json.loads((tmp_path / 'run' / 'algorithm5.json').read_text())
+    assert done['phase'] == 'end' and done['version'] >= 1 and len(done['tests']) == 2
+    assert Policy.load(tmp_path / 'run' / 'round-1' / 'policy.safetensors').robot == 'pendulum'
+    samples = sum(len(e.t) for bag in recorded(tmp_path / 'rollout')
+                  for e in read_bag(bag, 'pendulum').episodes)
+    assert samples > 5 * 500
