@@ -106,7 +106,7 @@ def one_type(name: str, found: list[tuple[str, list[str]]], what: str) -> str:
     """
     kinds = dict(found).get(name)
     if kinds is None:
-        there = ', '.join(known for known, _ in found if not _hidden(known))
+        there = ', '.join(known for known, _ in found if not _of_the_probe(known))
         raise UserError(f'no {what} {name}; there are: {there or "none, " + where()}')
     if len(kinds) > 1:
         raise UserError(f'{what} {name} has several types, name one: {", ".join(kinds)}')
@@ -134,5 +134,6 @@ def from_yaml(text: str) -> Any:
     return data
 
 
-def _hidden(name: str) -> bool:
-    return any(token.startswith('_') for token in name.split('/'))
+def _of_the_probe(name: str) -> bool:
+    hidden = any(token.startswith('_') for token in name.split('/'))
+    return hidden or name in ('/rosout', '/parameter_events')
