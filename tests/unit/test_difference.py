@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Difference model: state vector, transitions from recordings, fits, weights, update jobs."""
+
+from dataclasses import replace
+from pathlib import Path
+import time
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.difference import child
+from leo_diffmodel.difference.data import predicted, Transitions, transitions
+from leo_diffmodel.difference.fit import fit, one_step_mse
+from leo_diffmodel.difference.job import Updates
+from leo_diffmodel.difference.layout import Layout, layout_of
+from leo_diffmodel.difference.network import from_bytes, RECOMMENDED, THESIS
+from leo_diffmodel.difference.service import correction
+from leo_msgs_py.errors import UserError
+from leo_sim.batch import rollout
+from leo_sim.effects import place
+from leo_sim.model import Model
+
+PENDULUM = Layout((True,), planar=False, actuators=1)
+
+
+@pytest.fixture(scope='module')
+def model() -> Model:
+    return Model('pendulum')
+
+
+@pytest.fixture(scope='module')
+def real(model) -> Model:
+    """The thesis' real pendulum: 0.09 kg, inertia about the pivot kept."""
+    mass = place(model.robot, 'link_mass', 'bob', m=0.035)
+    inertia = place(model.robot, 'link_inertia', 'bob', I=-6.17e-5)
+    return model.changed(effects=(mass, inertia))
+
+
+def driven(model: Model, episodes: int, steps: int, seed: int = 0):
+    """States (episodes, steps + 1, 1) and volts of a model driven by noisy bang-bang."""
+    rng = np.random.default_rng(seed)
+    q, dq = rng.uniform(-np.pi, np.pi, (episodes, 1)), rng.uniform(-1, 1, (episodes, 1))
+    states, inputs = [(q, dq)], []
+    for _ in range(steps):
+        u = np.clip(2.0 * np.sign(dq) + rng.normal(0, 1, dq.shape), -3, 3)
+        after = rollout(model, q, dq, u[:, None, :], 0.05)
+        q, dq = after[0][:, 1], after[1][:, 1]
+        states.append((q, dq))
+        inputs.append(u)
+    q, dq = (np.stack(column, axis=1) for column in zip(*states, strict=True))
+    return q, dq, np.stack(inputs, axis=1)
+
+
+@pytest.fixture(scope='module')
+def steps(model, real) -> Transitions:
+    q, dq, u = driven(real, 10, 250)
+    flat = [part.reshape(-1, 1) for part in (q[:, :-1], dq[:, :-1], u, q[:, 1:], dq[:, 1:])]
+    return predicted(Transitions(*flat, flat[3], flat[4]), model, 0.05)
+
+
+def recording(t, q, dq, inputs, enabled=None) -> Recording:
+    on = np.ones(inputs.shape, bool) if enabled is None else enabled
+    episode = Episode(t=t, q=q, dq=dq, inputs=inputs, enabled=on)
+    return Recording(Path('a.bag'), '', ('pivot',), ('pivot',), 'voltage', 0.05, (episode,), {})
+
+
+def test_state_vector_of_the_pendulum_and_of_legs():
+    state = PENDULUM.state(np.array([0.3]), np.array([2.0]))
+    np.testing.assert_allclose(state, [np.cos(0.3), np.sin(0.3), 2.0])
+    leo = Layout((False,) * 9, planar=True, actuators=6)
+    assert leo.states == 18
+    near, far = np.arange(9.0), np.arange(9.0) + np.eye(9)[0] * 100
+    assert np.array_equal(leo.network_input(near, near, np.zeros(6)),
+                          leo.network_input(far, near, np.zeros(6)))
+
+
+def test_moving_by_the_difference_hits_the_state_and_keeps_turns():
+    layout = Layout((True, False), planar=False, actuators=2)
+    q, dq = np.array([[7.0, 1.0]]), np.array([[0.5, -2.0]])
+    wanted_q, wanted_dq = np.array([[6.6, 1.3]]), np.array([[1.0, 3.0]])
+    difference = layout.state(wanted_q, wanted_dq) - layout.state(q, dq)
+    moved = layout.moved(q, dq, difference)
+    np.testing.assert_allclose(moved, (wanted_q, wanted_dq))
+
+
+def test_transitions_of_a_faster_log_are_control_steps(model, real):
+    q, dq, u = driven(real, 1, 20)
+    times = np.arange(101) * 0.01
+    inputs = np.repeat(u[0], 5, axis=0)
+    inputs = np.vstack([inputs, inputs[-1:]])
+    fast_q, fast_dq = (np.full((101, 1), np.nan) for _ in range(2))
+    fast_q[::5], fast_dq[::5] = q[0], dq[0]
+    found = transitions([recording(times, fast_q, fast_dq, inputs)], model)
+    assert len(found) == 20
+    np.testing.assert_array_equal(found.inputs, u[0])
+    np.testing.assert_array_equal(found.q_next, q[0, 1:])
+    after = model.step(model.state_from(q[0, 3], dq[0, 3]), u[0, 3], 0.05)
+    np.testing.assert_allclose(found.dq_model[3], after.dq, atol=1e-6)
+
+
+def test_steps_with_motors_off_or_late_are_left_out(model):
+    t = np.array([0.0, 0.05, 0.10, 0.15, 0.25, 0.30])
+    q = np.zeros((6, 1))
+    enabled = np.ones((6, 1), bool)
+    enabled[1] = False
+    found = transitions([recording(t, q, q, np.arange(6.0)[:, None], enabled)], model)
+    assert found.inputs.ravel().tolist() == [0.0, 2.0, 4.0]
+    with pytest.raises(UserError, match='no control step'):
+        transitions([recording(t, q, q, q, np.zeros((6, 1), bool))], model)
+
+
+def test_recommended_network_takes_the_gap_away(steps, model, real):
+    fitted, report = fit(steps, PENDULUM, 'pendulum', RECOMMENDED)
+    assert report.mse_after < 0.005 * report.mse_before
+    again = from_bytes(fitted.to_bytes())
+    assert (again.version, again.trained_on, again.robot) == (1, 2500, 'pendulum')
+    assert one_step_mse(steps, again) == one_step_mse(steps, fitted)
+    state, u = real.state_from([2.0], [3.0]), [1.0]
+    added = correction(model, fitted, state.q, state.dq, np.array(u))
+    wanted = real.step(state, u, 0.05).dq - model.step(state, u, 0.05).dq
+    assert added[1] == pytest.approx(wanted, abs=0.2 * abs(float(wanted[0])))
+
+
+def test_later_fit_starts_from_the_former(steps):
+    short = replace(RECOMMENDED, epochs=30)
+    first, _ = fit(steps, PENDULUM, 'pendulum', short)
+    second, report = fit(steps, PENDULUM, 'pendulum', replace(short), start=first)
+    assert second.version == 2
+    np.testing.assert_array_equal(second.network.input_mean, first.network.input_mean)
+    assert report.mse_after < 2 * one_step_mse(steps.part(slice(1875, None)), first)[1]
+
+
+def test_thesis_network_is_the_thesis(steps):
+    fitted, _ = fit(steps.part(slice(0, 200)), PENDULUM, 'pendulum', replace(THESIS, epochs=2))
+    shapes = [tuple(p.shape) for p in fitted.network.parameters() if p.ndim == 2]
+    assert shapes == [(400, 4), (400, 400), (400, 400), (3, 400)]
+    assert (THESIS.dropout, THESIS.rate, THESIS.batch, THESIS.epochs) == (0.3, 0.02, 32, 300)
+    assert not fitted.network.input_mean.any()
+
+
+def test_same_seed_same_weights(steps):
+    few, short = steps.part(slice(0, 300)), replace(RECOMMENDED, epochs=3)
+    one, two = (fit(few, PENDULUM, 'pendulum', short, seed=5)[0] for _ in range(2))
+    rows = few.q, few.dq, few.inputs
+    assert np.array_equal(one(*rows), two(*rows))
+
+
+def test_no_weights_are_one_line():
+    for data in (b'', b'x' * 100, fit_bytes_of_something_else()):
+        with pytest.raises(UserError, match='not the weights') as error:
+            from_bytes(data)
+        assert '\n' not in str(error.value)
+
+
+def fit_bytes_of_something_else() -> bytes:
+    from safetensors.torch import save
+    import torch
+
+    return save({'a': torch.zeros(1)})
+
+
+def test_job_with_a_broken_bag_fails_with_its_reason(tmp_path):
+    bag = tmp_path / 'rollout'
+    bag.mkdir()
+    (bag / 'rollout_0.mcap').write_bytes(b'no mcap')
+    updates = Updates(tmp_path / 'weights', 'pendulum', 'recommended')
+    with pytest.raises(UserError, match='nothing is recorded'):
+        updates.begin([])
+    updates.begin([bag])
+    assert updates.busy
+    until = time.monotonic() + 60
+    while not updates.poll():
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    assert updates.progress.state == 'failed' and str(bag) in updates.progress.error
+    assert updates.newest() is None and not updates.busy
+
+
+def test_child_prints_its_error_on_one_line(capsys, tmp_path):
+    assert child.main([str(tmp_path), '--model', 'pendulum', '-o', str(tmp_path / 'w')]) == 2
+    assert len(capsys.readouterr().err.splitlines()) >= 1
+    assert layout_of(Model('pendulum').robot) == PENDULUM

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The model as an environment, policy files, and the verbs' answers to bad input."""
+
+import json
+
+from gymnasium.utils.env_checker import check_env
+import numpy as np
+import pytest
+
+from leo_diffmodel.difference.layout import layout_of
+from leo_diffmodel.difference.network import Config, DifferenceModel, Network
+from leo_learner.collect import collect, play
+from leo_learner.ddpg import RECOMMENDED, Training
+from leo_learner.env import model_env, ModelEnv
+from leo_learner.policy import observation_names, Policy, save_policy
+from leo_learner.verbs import learn as learn_verb
+from leo_learner.verbs import play as play_verb
+from leo_msgs_py.errors import UserError
+from leo_sim.model import Model
+from leo_sim.robot import load_robot
+
+
+@pytest.fixture(scope='module')
+def model() -> Model:
+    return Model('pendulum')
+
+
+def shifted(model: Model, shift: float) -> DifferenceModel:
+    """d(s, a): the rate is off by `shift` rad/s."""
+    layout = layout_of(model.robot)
+    network = Network(layout, Config(hidden=(4,), dropout=0.0))
+    for parameter in network.parameters():
+        parameter.data.zero_()
+    network.layers[-1].bias.data[2] = shift
+    return DifferenceModel(network.eval(), layout, Config(hidden=(4,), dropout=0.0),
+                           'pendulum', 1, 0)
+
+
+@pytest.fixture
+def policy(model, tmp_path):
+    training = Training(ModelEnv(model), RECOMMENDED, seed=0)
+    save_policy(tmp_path / 'policy.safetensors', training, model.robot)
+    return tmp_path / 'policy.safetensors'
+
+
+@pytest.mark.filterwarnings('ignore:.*Box.*')
+def test_passes_gymnasiums_checker(model):
+    check_env(ModelEnv(model), skip_render_check=True)
+
+
+def test_step_is_the_models(model):
+    env = ModelEnv(model)
+    env.reset(options={'pose': 'nominal'})
+    observation, reward, terminated, truncated, info = env.step(np.array([5.0]))
+    after = model.step(model.start(), [3.0], 0.05)
+    np.testing.assert_array_equal(observation, [np.cos(after.q[0]), np.sin(after.q[0]),
+                                                after.dq[0]])
+    angle = np.angle(np.exp(1j * after.q[0]))
+    assert reward == pytest.approx(-5 * angle**2 - 0.1 * after.dq[0]**2 - 0.01 * 9)
+    assert not terminated and not truncated and info == {}
+
+
+def test_episode_is_twenty_seconds(model):
+    env = ModelEnv(model)
+    env.reset(seed=0)
+    ends = [env.step(np.zeros(1))[3] for _ in range(400)]
+    assert ends == [False] * 399 + [True]
+
+
+def test_corrected_state_is_the_next_ones_start(model):
+    env = ModelEnv(model, shifted(model, 0.5))
+    env.reset(options={'pose': 'nominal'})
+    first, reward, *_ = env.step(np.zeros(1))
+    assert first[2] == pytest.approx(0.5, abs=1e-6)
+    assert reward == pytest.approx(-5 * np.pi**2 - 0.1 * 0.5**2, rel=1e-6)
+    second, *_ = env.step(np.zeros(1))
+    following = model.step(model.state_from([np.pi], [0.5]), [0.0], 0.05)
+    assert second[2] == pytest.approx(following.dq[0] + 0.5, abs=1e-5)
+
+
+def test_difference_model_of_the_model_file_is_used(model, tmp_path):
+    path = tmp_path / 'difference.safetensors'
+    path.write_bytes(shifted(model, 0.5).to_bytes())
+    assert model_env(model.changed(difference_model=path)).difference is not None
+    with pytest.raises(UserError, match='no difference model'):
+        model_env(model.changed(difference_model=tmp_path / 'none'))
+
+
+def test_policy_file_gives_the_same_volts(model, policy):
+    training = Training(ModelEnv(model), RECOMMENDED, seed=0)
+    loaded = Policy.load(policy)
+    seen = np.array([0.3, -0.2, 4.0])
+    np.testing.assert_allclose(loaded(seen), training.agent.act(seen) * 3.0, rtol=1e-6)
+    assert loaded(np.tile(seen, (5, 1))).shape == (5, 1)
+    assert loaded.observation == ('cos(pivot)', 'sin(pivot)', 'rate(pivot)')
+    assert loaded.unit == 'V' and json.loads(loaded.metadata['config'])['hidden'] == [64, 64]
+
+
+def test_policy_of_another_robot_or_no_policy(policy, model, tmp_path):
+    with pytest.raises(UserError, match="of robot 'pendulum'"):
+        Policy.load(policy).check(load_robot('torque_pendulum'))
+    with pytest.raises(UserError, match='no such file'):
+        Policy.load(tmp_path / 'none')
+    (tmp_path / 'text').write_text('text')
+    with pytest.raises(UserError, match='not a policy'):
+        Policy.load(tmp_path / 'text')
+    (tmp_path / 'other').write_bytes(shifted(model, 0.5).to_bytes())
+    with pytest.raises(UserError, match='not a policy'):
+        Policy.load(tmp_path / 'other')
+    assert len(observation_names(model.robot)) == 3
+
+
+def test_returns_repeat_and_collecting_counts(model):
+    env, act = ModelEnv(model), lambda seen: np.array([1.0])
+    assert np.array_equal(play(env, act, 2, seed=4), play(env, act, 2, seed=4))
+    driven: list[int] = []
+    collect(env, act, 450, on_step=lambda: driven.append(1))
+    assert len(driven) == 450
+
+
+@pytest.mark.parametrize('argv, words', [
+    (['--robot', 'pendulum'], '-o DIR'),
+    (['--robot', 'pendulm', '-o', 'x'], 'pendulum'),
+    (['--resume', 'nowhere'], 'holds no run'),
+    (['--steps', '0', '-o', 'x'], '--steps'),
+    (['--what', '-o', 'x'], '--what'),
+])
+def test_learn_says_what_is_wrong(argv, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UserError, match=words) as error:
+        learn_verb.main(argv)
+    assert '\n' not in str(error.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_learn_and_play(tmp_path, capsys):
+    folder = str(tmp_path / 'run')
+    assert learn_verb.main(['--steps', '100', '-o', folder, '--json']) == 0
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert told['steps_done'] == 100 and told['finished']
+    assert learn_verb.main(['--resume', folder, '--steps', '200', '--json']) == 0
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])['steps_done'] == 200
+    with pytest.raises(UserError, match='holds a run already'):
+        learn_verb.main(['-o', folder])
+    assert play_verb.main([told['policy'], '--model', 'pendulum', '--json']) == 0
+    played = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert played['mean'] == played['returns'][0] < -1000
+    with pytest.raises(UserError, match='1 or more'):
+        play_verb.main([told['policy'], '--episodes', '0'])
