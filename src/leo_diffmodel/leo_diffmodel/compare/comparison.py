@@ -27,7 +27,7 @@ class Comparison:
     Attributes:
         data: the contents of compare.json.
         missing: the torque the model lacks, window by window.
-        sigma: noise of each channel, angles then rates, shape (2J,).
+        sigma: noise of each recording and channel, angles then rates, shape (R, 2J).
     """
 
     data: dict
@@ -49,7 +49,7 @@ def compare(recordings: Sequence[Recording], model: Model, step: float | None = 
     step = step or errors.step_seconds(recordings)
     try:
         windows = _windows(recordings, model, step)
-        sigma = noise.estimate(model, noise.noise_windows(recordings, errors.HISTORY))
+        sigma = noise.estimate(model, noise.short_windows(recordings))
     except ValueError as error:
         raise UserError(f'{recordings[0].path}: {error}; record at least 2 s') from error
     prediction = errors.predict_windows(model, windows, sigma)

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.noise import HISTORY, per_window
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_sim.batch import rollout
 from leo_sim.model import Model
 from leo_sim.task import observation
 
 Array = np.ndarray
-HISTORY = 0.15
 HORIZONS = (1, 2, 5, 10, 20, 50, 100)
 STATE_STEP = 1e-4
 
@@ -41,7 +41,7 @@ class Prediction:
 
 
 def predict_windows(model: Model, windows: Windows, sigma: Array) -> Prediction:
-    """Predict every window from its measured start and propagate the noise through it."""
+    """Predict every window from its measured start and propagate the noise (R, 2J) through it."""
     joints = windows.q.shape[-1]
     start = windows.measured[:, 0]
     moves = np.concatenate([np.zeros((1, 2 * joints)), STATE_STEP * np.eye(2 * joints)])
@@ -57,7 +57,8 @@ def predict_windows(model: Model, windows: Windows, sigma: Array) -> Prediction:
     )
     y = np.concatenate([q, dq], axis=-1)
     slope = (y[1:] - y[0]) / STATE_STEP
-    floor = (slope**2 * sigma[:, None, None, None] ** 2).sum(axis=0) + sigma**2
+    noise = per_window(sigma, windows)
+    floor = (slope**2 * np.moveaxis(noise, -1, 0)[..., None] ** 2).sum(axis=0) + noise**2
     return Prediction(windows, y[0], floor)
 
 

@@ -16,21 +16,35 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 INTERVALS = 8
+HISTORY = 0.15
 ROUNDS = 8
 
 
-def noise_windows(recordings: Sequence[Recording], history: float = 0.0) -> Windows:
-    """The short windows the noise is read from: eight intervals each."""
-    return cut(recordings, INTERVALS * sample_period(recordings), history=history)
+def short_windows(recordings: Sequence[Recording]) -> list[Windows]:
+    """The short windows of each recording that its noise is read from: eight intervals each.
+
+    Raises:
+        ValueError: a recording is too short for a single one.
+    """
+    return [cut([r], INTERVALS * sample_period([r]), history=HISTORY) for r in recordings]
 
 
-def estimate(model: Model, windows: Windows) -> Array:
-    """Standard deviation of each channel, angles [rad] then rates [rad/s], shape (2J,).
+def estimate(model: Model, short: Sequence[Windows]) -> Array:
+    """Noise of each recording and channel, angles [rad] then rates [rad/s], shape (R, 2J).
 
     Each short window is fitted with a free start state and free missing torques (constant,
     growing in time and along the input), so that a wrong model does not count as noise. The
     median over windows keeps stretches with a mistimed switch from counting either.
     """
+    return np.stack([_estimate(model, windows) for windows in short])
+
+
+def per_window(sigma: Array, windows: Windows) -> Array:
+    """The noise of the recording each window comes from, shape (W, 1, 2J)."""
+    return sigma[windows.source][:, None, :]
+
+
+def _estimate(model: Model, windows: Windows) -> Array:
     pushes = _pushes(model, windows)
     predicted, columns = respond(model, windows, windows.measured[:, 0], pushes)
     residual = windows.measured - predicted

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.errors import has_memory, HISTORY
+from leo_diffmodel.compare.errors import has_memory
+from leo_diffmodel.compare.noise import HISTORY, per_window
 from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.sizes import in_volts, stall_torque, torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
@@ -44,29 +45,30 @@ class MissingTorque:
     windows: Windows
 
 
-def missing_torque(
-    recordings: Sequence[Recording], model: Model, sigma: Array, seconds: float | None = None
-) -> MissingTorque:
-    """Estimate the missing torque; positive turns the joint forward.
+def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) -> MissingTorque:
+    """Estimate the missing torque over windows of five samples."""
+    history = HISTORY if has_memory(model) else 0.0
+    windows = cut(recordings, INTERVALS * sample_period(recordings), history=history)
+    return estimate(model, windows, sigma)
+
+
+def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
+    """Least squares for a constant torque per window and joint, with a free start state.
 
     Args:
-        recordings: the data.
-        model: the model.
-        sigma: noise of each channel, shape (2J,).
-        seconds: window length; by default five samples or a control step, the longer one.
+        model: the model that lacks the torque; positive turns the joint forward.
+        windows: short windows.
+        sigma: noise of each recording and channel, shape (R, 2J).
     """
-    length = seconds or INTERVALS * sample_period(recordings)
-    history = HISTORY if has_memory(model) else 0.0
-    windows = cut(recordings, length, history=history)
     joints = windows.q.shape[-1]
     unit = 1e-3 * torque_scale(model.robot)
     flat = np.broadcast_to(np.eye(joints)[:, None, None], (joints, *windows.dt.shape, joints))
     predicted, columns = respond(model, windows, windows.measured[:, 0], unit * flat)
-    e = ((windows.measured - predicted) / sigma).reshape(windows.count, -1)
-    a = (columns / sigma[:, None]).reshape(windows.count, e.shape[1], -1)
-    gram = np.swapaxes(a, -1, -2) @ a
-    inverse = np.linalg.inv(gram)
-    found = (inverse @ (np.swapaxes(a, -1, -2) @ e[..., None]))[..., 0]
+    noise = per_window(sigma, windows)
+    e = ((windows.measured - predicted) / noise).reshape(windows.count, -1, 1)
+    a = (columns / noise[..., None]).reshape(windows.count, e.shape[1], -1)
+    inverse = np.linalg.inv(np.swapaxes(a, -1, -2) @ a)
+    found = (inverse @ (np.swapaxes(a, -1, -2) @ e))[..., 0]
     variance = np.diagonal(inverse, axis1=-2, axis2=-1)
     return MissingTorque(
         time=windows.start + 0.5 * windows.dt.sum(axis=1),
@@ -82,8 +84,8 @@ def missing_torque(
 def where(missing: MissingTorque, model: Model) -> list[dict]:
     """Share of the missing torque's square by joint, variable and bin, worst first."""
     rows = []
-    excess = missing.torque**2 - missing.spread**2
-    total = float(np.maximum(excess.sum(), 1e-30))
+    excess = (missing.torque**2 - missing.spread**2).sum()
+    total = max(float(excess), float((missing.spread**2).sum()) / np.sqrt(len(missing.time)))
     for j, joint in enumerate(model.robot.joint_names):
         for name, values in _variables(missing, j).items():
             edges = np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)))
@@ -112,7 +114,7 @@ def _row(
 ) -> dict:
     torque = missing.torque[inside, j]
     square = float((torque**2 - missing.spread[inside, j] ** 2).sum())
-    typical = float(np.sqrt(max((torque**2).mean(), 0.0)))
+    typical = float(np.sqrt(max(square / len(torque), 0.0)))
     worst = np.flatnonzero(inside)[np.argsort(-np.abs(torque))[:WORST_WINDOWS]]
     stall = stall_torque(model.robot, joint)
     begin, length = missing.windows.start, missing.windows.dt.sum(axis=1)
@@ -120,10 +122,11 @@ def _row(
         'joint': joint,
         'variable': name,
         'bin': [float(limits[0]), float(limits[1])],
-        'share': max(0.0, square / total),
+        'share': min(max(0.0, square / total), 1.0),
         'torque_nm': float(torque.mean()),
         'torque_rms_nm': typical,
         'volts': in_volts(model.robot, joint, typical),
         'stall_percent': None if stall is None else 100 * typical / stall,
         'windows': [[float(begin[w]), float(begin[w] + length[w])] for w in worst],
+        'bags': [int(missing.windows.source[w]) for w in worst],
     }

@@ -11,7 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
-from leo_diffmodel.compare.errors import HISTORY
+from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.sizes import inertia_scale, mass_scale, torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_diffmodel.explain.candidates import candidates
@@ -65,7 +65,7 @@ def search(
         progress: told what is being tried.
     """
     problem, blocks = pose(recordings, hold_out, model)
-    short = noise.noise_windows(recordings, HISTORY)
+    short = noise.short_windows([*recordings, *hold_out])
     scales = scales_of(model, problem.windows)
     null = first = fit(problem, Hypothesis(constants=uncertain(model)))
     rounds: list[Round] = []
@@ -92,7 +92,7 @@ def pose(
     seconds = max(WINDOW_SECONDS, 8 * sample_period(everything))
     windows = _thinned(cut(everything, seconds, history=HISTORY))
     blocks = make_blocks(recordings, hold_out)
-    sigma = noise.estimate(model, noise.noise_windows(recordings, HISTORY))
+    sigma = noise.estimate(model, noise.short_windows(everything))
     whole = blocks.train(windows) | blocks.held(windows)
     windows = windows.take(whole)
     return Problem(model, windows, sigma, blocks.train(windows)), blocks

@@ -61,19 +61,8 @@ def inclusion(step: Round, facts: Facts, blocks: Array, seed: int = 0) -> float:
     price = np.array([s.price for s in fitted])
     count = gains.shape[1]
     draws = np.random.default_rng(seed).integers(0, count, (DRAWS, count))
-    totals = gains[:, draws].sum(axis=-1) - price[:, None]
+    totals = gains[:, draws].sum(axis=-1) / fitted[0].dispersion - price[:, None]
     return float(ours[np.argmax(totals, axis=0)].mean())
-
-
-def unexplained(final: Fit) -> float:
-    """Mean squared whitened residual over its expected value: 1 where only noise is left.
-
-    The sum over a window of N channels with 2J free start states is chi-squared with N - 2J
-    degrees of freedom (Pintelon, Schoukens and Vandersteen 1997); the median over windows
-    keeps a hand push from deciding.
-    """
-    size, states = final.residual.shape[-1], final.start.shape[-1]
-    return float(np.median((final.residual**2).sum(axis=-1)) / (size - states - 2 / 3))
 
 
 def _block_gains(null: Fit, fitted: Fit, blocks: Array) -> Array:

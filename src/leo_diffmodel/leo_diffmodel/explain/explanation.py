@@ -16,6 +16,7 @@ from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import evidence, rows, verdict
 from leo_diffmodel.explain.classes import Facts
 from leo_diffmodel.explain.engine import pose, search, Search
+from leo_diffmodel.explain.search import unexplained
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -85,7 +86,7 @@ def explain(
     if reason:
         return _nothing(reason, model, origin, time.monotonic() - began)
     found = search(recordings, hold_out, model, extra, progress)
-    held = held_windows(list(hold_out) or list(recordings), found, model, bool(hold_out))
+    held = held_windows([*recordings, *hold_out], found, model)
     free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
     step = errors.step_seconds(recordings)
     context = rows.Context(found, model, Facts(model.robot, bool(free)), held, step)
@@ -118,15 +119,13 @@ def _nothing(reason: str, model: Model, origin: dict, seconds: float) -> Explana
     )
 
 
-def held_windows(
-    recordings: list[Recording], found: Search, model: Model, whole_bags: bool
-) -> Windows:
+def held_windows(recordings: Sequence[Recording], found: Search, model: Model) -> Windows:
     """Windows of the data no fit has seen, as long as the longest horizon that fits."""
     seconds = HORIZON_SECONDS
     while True:
         try:
             windows = errors.horizon_windows(recordings, model, seconds)
-            mask = np.ones(windows.count, bool) if whole_bags else found.blocks.held(windows)
+            mask = found.blocks.held(windows)
             if mask.any():
                 return windows.take(mask)
         except ValueError:
@@ -138,7 +137,7 @@ def _answer(context: rows.Context, origin: dict, began: float) -> Explanation:
     found = context.found
     after = context.predict(found.final)
     named = rows.named(context)
-    ratio = evidence.unexplained(found.final)
+    ratio = unexplained(found.final)
     share = errors.share_left(context.predict(found.null), after)
     decision = verdict.decide(named, ratio, share)
     tables = rows.error_tables(context, after) | {

@@ -22,7 +22,7 @@ class Problem:
     Attributes:
         base: the model as it stands.
         windows: the data, training and held-out.
-        sigma: measurement noise of each channel (angles, then rates), shape (2J,).
+        sigma: noise of each recording and channel (angles, then rates), shape (R, 2J).
         train: which windows a fit may see, shape (W,).
     """
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.hypothesis import Hypothesis
 from leo_sim.batch import rollout
@@ -54,7 +55,7 @@ def predict(model: Model, windows: Windows, start: Array) -> Array:
 
 def whiten(windows: Windows, predicted: Array, sigma: Array) -> Array:
     """(measured - predicted) / sigma with time and channel in one axis, shape (..., W, N)."""
-    scaled = (windows.measured - predicted) / sigma
+    scaled = (windows.measured - predicted) / per_window(sigma, windows)
     return scaled.reshape(*scaled.shape[:-2], -1)
 
 
@@ -66,13 +67,13 @@ def linearise(
     Args:
         base: the model the hypothesis changes.
         windows: the data.
-        sigma: noise of each channel, shape (2J,).
+        sigma: noise of each recording and channel, shape (R, 2J).
         hypothesis: what is free.
         theta: parameters, shape (P,).
         start: start states, shape (W, 2J).
     """
     states, size = start.shape[-1], len(theta)
-    nudge, step = 0.5 * sigma, difference_steps(hypothesis, theta)
+    nudge, step = 0.5 * sigma.min(axis=0), difference_steps(hypothesis, theta)
     starts = np.broadcast_to(start, (1 + states + size, *start.shape)).copy()
     thetas = np.broadcast_to(theta, (1 + states + size, size)).copy()
     for i in range(states):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.windows import Windows
 
 LEAST_WINDOWS = 12
@@ -42,8 +43,9 @@ def untestable(windows: Windows, sigma: np.ndarray) -> str | None:
             'record 20 s or more with a changing input'
         )
     joints = windows.q.shape[-1]
-    swing = np.ptp(windows.q, axis=1) / sigma[:joints]
-    speed = np.ptp(windows.dq, axis=1) / sigma[joints:]
+    noise = per_window(sigma, windows)[:, 0]
+    swing = np.ptp(windows.q, axis=1) / noise[:, :joints]
+    speed = np.ptp(windows.dq, axis=1) / noise[:, joints:]
     moving = np.maximum(swing, speed).max(axis=-1) > LEAST_SIGMAS
     if moving.sum() < LEAST_WINDOWS:
         return (

@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.errors import HISTORY, predict_windows
-from leo_diffmodel.compare.pushes import respond
-from leo_diffmodel.compare.sizes import torque_scale
-from leo_diffmodel.compare.torque import INTERVALS, MissingTorque
+from leo_diffmodel.compare.errors import predict_windows
+from leo_diffmodel.compare.noise import HISTORY
+from leo_diffmodel.compare.torque import estimate, INTERVALS, MissingTorque
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit
@@ -69,34 +68,6 @@ def trace(recordings: Sequence[Recording], found: Search) -> Curves:
         replayed = replace(windows, q=states[..., :joints], dq=states[..., joints:])
         curves.append(Curve(name, estimate(model, replayed, sigma).torque))
     return Curves(model, estimate(model, windows, sigma), tuple(curves))
-
-
-def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
-    """Least squares for a constant torque per window and joint, with a free start state.
-
-    Args:
-        model: the model that lacks the torque.
-        windows: short windows.
-        sigma: noise of each channel, shape (2J,).
-    """
-    joints = windows.q.shape[-1]
-    unit = 1e-3 * torque_scale(model.robot)
-    flat = np.broadcast_to(np.eye(joints)[:, None, None], (joints, *windows.dt.shape, joints))
-    predicted, columns = respond(model, windows, windows.measured[:, 0], unit * flat)
-    e = ((windows.measured - predicted) / sigma).reshape(windows.count, -1, 1)
-    a = (columns / sigma[:, None]).reshape(windows.count, e.shape[1], -1)
-    inverse = np.linalg.inv(np.swapaxes(a, -1, -2) @ a)
-    found = (inverse @ (np.swapaxes(a, -1, -2) @ e))[..., 0]
-    variance = np.diagonal(inverse, axis1=-2, axis2=-1)
-    return MissingTorque(
-        time=windows.start + 0.5 * windows.dt.sum(axis=1),
-        torque=unit * found[:, -joints:],
-        spread=unit * np.sqrt(variance[:, -joints:]),
-        q=windows.q.mean(axis=1),
-        dq=windows.dq.mean(axis=1),
-        inputs=windows.inputs.mean(axis=1),
-        windows=windows,
-    )
 
 
 def _leading(found: Search) -> list[tuple[str, Fit]]:
