@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What README.md tells to type and to open is there."""
+
+from importlib.metadata import entry_points
+from pathlib import Path
+import re
+import subprocess
+import sys
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / 'README.md').read_text()
+BLOCKS = re.findall(r'^```(?:\w*)\n(.*?)^```', README, flags=re.DOTALL | re.MULTILINE)
+COMMANDS = sorted(
+    {
+        command.strip()
+        for block in BLOCKS
+        for command in re.findall(r'^leo .*', block.replace('\\\n', ''), flags=re.MULTILINE)
+    }
+)
+PATHS = sorted(set(re.findall(r'`((?:src|tests|docs)/[^`* ]+)`', README)))
+LEO = Path(sys.executable).with_name('leo')
+
+
+def test_readme_has_commands() -> None:
+    assert len(COMMANDS) > 15
+
+
+@pytest.mark.parametrize('command', COMMANDS)
+def test_command_exists_with_its_options(command: str) -> None:
+    words = re.split(r'\s{2,}| #', command)[0].split()
+    verbs = set(words[1].split('|'))
+    assert verbs <= {entry.name for entry in entry_points(group='leo.verbs')}
+    options = {w for w in words if re.fullmatch(r'--?[a-z][a-z-]*', w)} - {'--ros-args', '-p'}
+    if options:
+        shown = subprocess.run([LEO, *verbs, '--help'], capture_output=True, text=True, timeout=60)
+        assert options <= set(re.findall(r'--?[a-z][a-z-]*', shown.stdout)), shown.stderr
+
+
+@pytest.mark.parametrize('path', PATHS)
+def test_path_exists(path: str) -> None:
+    assert (ROOT / path).exists()
+
+
+def test_pictures_exist() -> None:
+    assert [p for p in re.findall(r'!\[.*?\]\((.*?)\)', README) if not (ROOT / p).exists()] == []
