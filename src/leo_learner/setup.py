@@ -44,7 +44,7 @@ setup(
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
         'leo.verbs': [
             f'{verb} = leo_learner.verbs.{verb}:main'
-            for verb in ('learn', 'play')
+            for verb in ('demo', 'learn', 'play')
         ],
     },
     zip_safe=False,

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 import json
 from pathlib import Path
@@ -14,7 +15,7 @@ from leo_msgs_py.verbs.common import Parser
 
 EXAMPLES = """\
   leo learn --robot pendulum -o runs/ideal
-  leo learn --model repaired/model.yaml --seed 3 -o runs/repaired
+  leo learn --model repaired/model.yaml --start runs/ideal --steps 5000 -o runs/repaired
   leo learn --robot pendulum --config thesis --steps 50000 -o runs/thesis
   leo learn --robot pendulum --on-robot -o runs/real     (needs: leo run leo_sim robot ...)
   leo learn --resume runs/ideal --steps 20000
@@ -33,6 +34,7 @@ class Run:
     seed: int
     steps: int
     on_robot: bool
+    start: str | None = None
 
 
 def main(argv: list[str]) -> int:
@@ -61,6 +63,7 @@ def _parser() -> Parser:
     parser.add_argument('--steps', type=int, metavar='N', help='transitions to gather')
     parser.add_argument('--seed', type=int, default=0, metavar='S')
     parser.add_argument('--on-robot', action='store_true', help='train on the running robot')
+    parser.add_argument('--start', metavar='DIR', help='begin with the networks of that run')
     parser.add_argument('--resume', type=Path, metavar='DIR', help='go on with a run')
     parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder of the run')
     parser.add_json()
@@ -82,7 +85,7 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
     if steps < 1 or options.seed < 0:
         raise UserError('leo learn: --steps must be 1 or more and --seed 0 or more')
     model = options.model or options.robot or 'pendulum'
-    run = Run(model, options.config, options.seed, steps, options.on_robot)
+    run = Run(model, options.config, options.seed, steps, options.on_robot, options.start)
     return run, options.output
 
 
@@ -95,6 +98,7 @@ def _resumed(folder: Path, steps: int | None) -> Run:
 
 
 def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
+    from leo_learner.checkpoint import start_from
     from leo_learner.ddpg import CONFIGS, Training
     from leo_learner.env import model_env
     from leo_learner.learning import learn
@@ -102,9 +106,7 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
     from leo_sim.model_file import load_model
 
     model = load_model(run.model)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / RUN).write_text(json.dumps(asdict(run), indent=1))
-    alive: Any = lambda: True  # noqa: E731
+    alive: Callable[[], bool] = lambda: True  # noqa: E731
     if run.on_robot:
         from leo_learner.robot_env import RobotEnv
 
@@ -113,6 +115,10 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
     else:
         env = model_env(model)
     training = Training(env, CONFIGS[run.config], run.seed)
+    if run.start is not None:
+        start_from(Path(run.start), training)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / RUN).write_text(json.dumps(asdict(run), indent=1))
     try:
         return learn(training, model.robot, run.steps, folder, quiet=quiet, alive=alive)
     finally:

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The closing table of the main job."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from leo_learner.experiments.main_job import Found, RIG
+
+
+def closing(found: Found, folder: Path, console: Console) -> None:
+    """Print what was found beside the truth, errors, returns and where the reports are."""
+    table = Table(title=f'the main job, {found.seconds:.0f} s', show_header=False)
+    table.add_column(style='bold')
+    table.add_column()
+    table.add_row('named', named(found.repair))
+    table.add_row('truth', described(found.truth['effects']))
+    _add_error(table, found.repair)
+    names = {'ideal': 'the ideal model', 'repaired': _repaired(found), 'real': 'the robot itself'}
+    for name, value in found.returns.items():
+        table.add_row(f'return on the robot, trained on {names[name]}', f'{value:.1f}')
+    table.add_row('report', str(folder / 'repair' / 'report.html'))
+    if found.measured:
+        table.add_section()
+        table.add_row('real pendulum, named', named(found.measured))
+        _add_error(table, found.measured)
+        table.add_row('report', str(folder / RIG / 'repair' / 'report.html'))
+    console.print(table)
+    console.print(f'next: leo play {folder / "repaired" / "policy.safetensors"} --model pendulum')
+
+
+def named(answer: Mapping[str, Any]) -> str:
+    """Verdict and effects of an explain.json, each with what it may be confused with."""
+    if not answer['effects']:
+        return f'{answer["verdict"]}: {answer["sentence"]}'
+    lines = [described([effect]) + _confusable(effect) for effect in answer['effects']]
+    return '\n'.join([f'({answer["verdict"]})', *lines])
+
+
+def described(effects: Sequence[Mapping[str, Any]]) -> str:
+    """Effects with place, values and units, one per line."""
+    return '\n'.join(
+        f'{effect["name"]} at {_place(effect["where"])}: '
+        + ', '.join(_value(name, entry) for name, entry in effect['parameters'].items())
+        for effect in effects
+    )
+
+
+def _place(where: str | Sequence[str]) -> str:
+    return where if isinstance(where, str) else ', '.join(where)
+
+
+def _value(name: str, entry: Mapping[str, Any]) -> str:
+    text = f'{name} = {entry["value"]:.4g} {entry["unit"]}'.rstrip()
+    if entry.get('ci95'):
+        text += ' [{:.3g}, {:.3g}]'.format(*entry['ci95'])
+    return text
+
+
+def _confusable(effect: Mapping[str, Any]) -> str:
+    others = [other['name'] for other in effect['confusable_with']]
+    return f' (or {", ".join(others)})' if others else ''
+
+
+def _add_error(table: Table, answer: Mapping[str, Any]) -> None:
+    for entry in answer['errors'].get('horizon', []):
+        if abs(entry['seconds'] - 0.5) < 0.05:
+            units = [f'{s["name"]} {s["unit"]}' for s in answer['errors']['states']]
+            for k, unit in enumerate(units):
+                table.add_row(
+                    f'held-out rms error after {entry["seconds"]:.2g} s, {unit}',
+                    f'{entry["before"][k]:.4g} -> {entry["after"][k]:.4g}, '
+                    f'noise floor {entry["noise_floor"][k]:.4g}',
+                )
+            return
+
+
+def _repaired(found: Found) -> str:
+    return 'the repaired model' + (' + difference model' if found.difference else '')

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo` commands as processes of one experiment: a domain of their own, none left behind."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+import json
+import os
+from pathlib import Path
+import random
+import signal
+import socket
+import subprocess
+import sys
+from types import TracebackType
+from typing import Any
+
+from leo_msgs_py.errors import UserError
+
+LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
+GRACE = 10.0
+"""How long a process may take to end after SIGINT [s]."""
+
+
+def free_domain() -> int:
+    """A ROS_DOMAIN_ID whose discovery port nobody uses on this machine."""
+    domains = list(range(1, 100))
+    random.shuffle(domains)
+    for domain in domains:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(('', 7400 + 250 * domain))
+            except OSError:
+                continue
+        return domain
+    raise UserError('every ROS_DOMAIN_ID from 1 to 99 is in use on this machine')
+
+
+class Processes(AbstractContextManager['Processes']):
+    """Starts `leo` commands in a folder's log files and ends them all on leaving.
+
+    Args:
+        logs: folder of the log files.
+    """
+
+    def __init__(self, logs: Path) -> None:
+        self._logs = logs
+        logs.mkdir(parents=True, exist_ok=True)
+        self._environment = os.environ | {
+            'ROS_DOMAIN_ID': str(free_domain()),
+            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+            'OMP_NUM_THREADS': '1',
+        }
+        self._running: dict[str, subprocess.Popen[bytes]] = {}
+
+    def start(self, name: str, *words: str) -> None:
+        """Start `leo WORDS` in the background; its output goes to `name`.log."""
+        with (self._logs / f'{name}.log').open('ab') as log:
+            self._running[name] = subprocess.Popen(
+                _command(words), env=self._environment, stdout=log, stderr=log,
+                stdin=subprocess.DEVNULL, start_new_session=True,
+            )
+
+    def node(self, name: str, package: str, executable: str, **parameters: Any) -> None:
+        """Start a node with ROS parameters in the background."""
+        given = [word for key, value in parameters.items() for word in ('-p', f'{key}:={value}')]
+        self.start(name, 'run', package, executable, '--ros-args', *given)
+
+    def stop(self, name: str) -> None:
+        """End a background process as Ctrl-C does; kill it where that does not help."""
+        process = self._running.pop(name)
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+        try:
+            process.wait(GRACE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+    def wait(self, name: str) -> int:
+        """Exit status of a background process, once it has ended."""
+        return self._running.pop(name).wait()
+
+    def ask(self, *words: str) -> dict[str, Any]:
+        """Run `leo WORDS --json` and return what it printed; progress stays visible.
+
+        Raises:
+            UserError: it failed with status 2 or worse (its own line has been shown).
+        """
+        done = subprocess.run(
+            _command((*words, '--json')), env=self._environment, stdout=subprocess.PIPE
+        )
+        if done.returncode not in (0, 1):
+            raise UserError(f'leo {" ".join(words)} failed with status {done.returncode}')
+        text = done.stdout.decode()
+        answer: dict[str, Any] = json.loads(text[text.index('{'):])
+        return answer
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        for name in list(self._running):
+            self.stop(name)
+
+
+def _command(words: tuple[str, ...]) -> list[str]:
+    return [sys.executable, '-c', LEO, *words]
