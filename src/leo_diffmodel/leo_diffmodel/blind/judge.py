@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from leo_diffmodel.blind.case import Case
-from leo_diffmodel.explain.evidence import MARGIN_NATS
+from leo_diffmodel.explain.search import MARGIN_NATS
 
 LARGEST_SET = 3
 
@@ -28,7 +28,7 @@ def judge(case: Case, answer: dict) -> dict:
         'size': case.size,
         'verdict': answer['verdict'],
         'named': first['name'] if first else None,
-        'found': {n: p for n, p in first['parameters'].items()} if first else {},
+        'found': first['parameters'] if first else {},
         'also': [e['name'] for e in answer['effects'][1:]],
         'set': sorted(_set(first)) if first else [],
         'gain': first['gain_train'] + first['gain_held_out'] if first else 0.0,

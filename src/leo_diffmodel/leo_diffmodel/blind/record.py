@@ -10,8 +10,8 @@ import yaml
 
 from leo_diffmodel.bags.writer import BagWriter
 from leo_diffmodel.blind.case import Case, RATE
-from leo_msgs_py import topics
 from leo_msgs_py.values import Applied, JointStates
+from leo_msgs_py.wire.types import serialize
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
 from leo_sim.model_file import write_effects
@@ -51,4 +51,4 @@ def _options(case: Case, private: Path) -> DriverOptions:
 
 
 def _write(writer: BagWriter, channel: int, value: JointStates | Applied) -> None:
-    writer.write(channel, topics.serialize(value.to_message()), value.stamp_ns)
+    writer.write(channel, serialize(value.to_message()), value.stamp_ns)

@@ -35,7 +35,9 @@ class Comparison:
     sigma: np.ndarray = field(repr=False)
 
 
-def compare(recordings: Sequence[Recording], model: Model, step: float | None = None) -> Comparison:
+def compare(
+    recordings: Sequence[Recording], model: Model, step: float | None = None
+) -> Comparison:
     """Score a model on recordings.
 
     Args:

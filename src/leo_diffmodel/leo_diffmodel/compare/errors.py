@@ -140,16 +140,14 @@ def ahead(prediction: Prediction, seconds: float) -> list[float]:
     return _rms(prediction.error[:, _index(prediction, seconds)])
 
 
+def median_ahead(prediction: Prediction, seconds: float) -> list[float]:
+    """Median absolute error of each state `seconds` ahead, which a few hand pushes do not move."""
+    return np.median(np.abs(prediction.error[:, _index(prediction, seconds)]), axis=0).tolist()
+
+
 def floor_ahead(prediction: Prediction, seconds: float) -> list[float]:
     """The rms error a perfect model would make of each state `seconds` ahead."""
     return _root_mean(prediction.floor[:, _index(prediction, seconds)])
-
-
-def share_left(before: Prediction, after: Prediction) -> float:
-    """Share of the squared error beyond noise that a repair leaves, over the whole windows."""
-    floor = after.floor
-    excess = [((p.error**2 - floor) / floor).mean() for p in (before, after)]
-    return float(np.clip(excess[1] / max(excess[0], 1e-9), 0.0, 1.0))
 
 
 def _index(prediction: Prediction, step: float) -> int:

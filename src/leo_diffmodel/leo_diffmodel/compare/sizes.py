@@ -23,7 +23,7 @@ def in_volts(robot: Robot, joint: str, torque: float) -> float | None:
 
 
 def torque_scale(robot: Robot) -> float:
-    """The largest motor torque, or else the largest torque of gravity about a link's joint [N m]."""
+    """The largest motor torque, or else the largest of gravity about a link's joint [N m]."""
     torques = [stall_torque(robot, a.joint) or 0.0 for a in robot.actuators]
     return max(torques, default=0.0) or gravity_scale(robot)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import itertools
 
 import numpy as np
 
@@ -89,7 +90,7 @@ def where(missing: MissingTorque, model: Model) -> list[dict]:
     for j, joint in enumerate(model.robot.joint_names):
         for name, values in _variables(missing, j).items():
             edges = np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)))
-            for low, high in zip(edges[:-1], edges[1:], strict=True):
+            for low, high in itertools.pairwise(edges):
                 inside = (values >= low) & (values <= high)
                 rows.append(_row(missing, model, j, joint, name, (low, high), inside, total))
     return sorted(rows, key=lambda r: -r['share'])

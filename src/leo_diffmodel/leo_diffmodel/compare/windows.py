@@ -56,7 +56,7 @@ class Windows:
         """The windows at `index` (integers or a mask)."""
         picked = {f.name: getattr(self, f.name)[index] for f in fields(self) if f.name != 'history'}
         past = None if self.history is None else tuple(part[index] for part in self.history)
-        return Windows(**picked, history=past)  # type: ignore[arg-type]
+        return Windows(**picked, history=past)
 
 
 def sample_period(recordings: Sequence[Recording]) -> float:

@@ -71,7 +71,8 @@ CLASSES = (
     SameThing(
         frozenset({'encoder_offset', 'external_force', 'link_com', 'torque_ripple'}),
         lambda f: f.one_hinge,
-        'on a single hinge a shifted zero, CoM or sideways force, and a ripple once per turn, turn gravity',
+        'on a single hinge a shifted zero, a shifted CoM, a sideways force and a ripple once per '
+        'turn all turn gravity',
     ),
 )
 

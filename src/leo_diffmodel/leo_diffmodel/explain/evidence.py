@@ -9,10 +9,9 @@ import numpy as np
 
 from leo_diffmodel.explain.classes import Facts, same_thing
 from leo_diffmodel.explain.fit import Fit
-from leo_diffmodel.explain.search import Round, Scored
+from leo_diffmodel.explain.search import MARGIN_NATS, Round, Scored
 
 Array = np.ndarray
-MARGIN_NATS = 5.0
 RIVAL_NATS = 15.0
 DRAWS = 200
 

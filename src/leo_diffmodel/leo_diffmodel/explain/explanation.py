@@ -15,12 +15,14 @@ from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import evidence, rows, verdict
 from leo_diffmodel.explain.classes import Facts
-from leo_diffmodel.explain.engine import pose, search, Search
+from leo_diffmodel.explain.engine import pose, Search, search
 from leo_diffmodel.explain.search import unexplained
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
 HORIZON_SECONDS = 1.0
+PUSH_SIGMAS = 6.0
+PUSH_TIMES = 6.0
 
 
 @dataclass(frozen=True)
@@ -127,10 +129,19 @@ def held_windows(recordings: Sequence[Recording], found: Search, model: Model) -
             windows = errors.horizon_windows(recordings, model, seconds)
             mask = found.blocks.held(windows)
             if mask.any():
-                return windows.take(mask)
+                return _undisturbed(windows.take(mask), found)
         except ValueError:
             pass
         seconds /= 2
+
+
+def _undisturbed(windows: Windows, found: Search) -> Windows:
+    """Without windows that look like a hand push: far worse predicted than all the others."""
+    model = found.final.hypothesis.model(found.problem.base, found.final.theta)
+    prediction = errors.predict_windows(model, windows, found.problem.sigma)
+    size = np.sqrt((prediction.error**2 / prediction.floor).mean(axis=(1, 2)))
+    calm = size < max(PUSH_SIGMAS, PUSH_TIMES * float(np.median(size)))
+    return windows.take(calm) if calm.sum() >= calm.size / 2 else windows
 
 
 def _answer(context: rows.Context, origin: dict, began: float) -> Explanation:
@@ -138,10 +149,11 @@ def _answer(context: rows.Context, origin: dict, began: float) -> Explanation:
     after = context.predict(found.final)
     named = rows.named(context)
     ratio = unexplained(found.final)
-    share = errors.share_left(context.predict(found.null), after)
+    share = verdict.share_left(unexplained(found.null), ratio)
     decision = verdict.decide(named, ratio, share)
     tables = rows.error_tables(context, after) | {
         'ladder': rows.ladder(context, after),
+        'windows': context.held.count,
         'chi2_ratio': ratio,
         'unexplained_share': share,
     }
@@ -162,12 +174,18 @@ def _answer(context: rows.Context, origin: dict, began: float) -> Explanation:
 
 
 def _change(context: rows.Context, after: errors.Prediction) -> str:
-    values = [context.headline(f) for f in (context.found.null, context.found.final)]
-    floor = np.mean(errors.floor_ahead(after, rows.HEADLINE_SECONDS))
-    return (
-        f'held-out error {rows.HEADLINE_SECONDS:g} s ahead '
-        f'{values[0]:.3g} -> {values[1]:.3g}, noise floor {floor:.3g} (rms, rad and rad/s)'
+    """How the held-out error of each state changed, in words."""
+    seconds = rows.HEADLINE_SECONDS
+    before = errors.ahead(context.predict(context.found.null), seconds)
+    states = zip(
+        errors.state_names(context.base),
+        before,
+        errors.ahead(after, seconds),
+        errors.floor_ahead(after, seconds),
+        strict=True,
     )
+    parts = [f'{s["name"]} {b:.2g} -> {a:.2g} {s["unit"]} (noise {f:.2g})' for s, b, a, f in states]
+    return f'held-out error {seconds:g} s ahead: ' + ', '.join(parts)
 
 
 def _next_run(decision: str, context: rows.Context) -> str | None:

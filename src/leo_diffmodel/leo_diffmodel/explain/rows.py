@@ -4,15 +4,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+import math
 
 import numpy as np
 
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
+from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import evidence
 from leo_diffmodel.explain.classes import Facts
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit
+from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.search import Round, Scored
 from leo_diffmodel.explain.verdict import Named
 from leo_sim.model import Model
@@ -35,7 +38,7 @@ class Context:
     found: Search
     base: Model
     facts: Facts
-    held: errors.Windows
+    held: Windows
     step: float
 
     def predict(self, fitted: Fit) -> Prediction:
@@ -144,10 +147,15 @@ def ladder(context: Context, after: Prediction) -> list[dict]:
     if kept:
         steps.append((f'+ {kept[-1].label}', found.final))
     rows = [
-        {'model': name, 'rmse': errors.ahead(context.predict(f), HEADLINE_SECONDS)}
+        {
+            'model': name,
+            'rmse': errors.ahead(context.predict(f), HEADLINE_SECONDS),
+            'median': errors.median_ahead(context.predict(f), HEADLINE_SECONDS),
+        }
         for name, f in steps
     ]
-    rows.append({'model': 'noise floor', 'rmse': errors.floor_ahead(after, HEADLINE_SECONDS)})
+    floor = errors.floor_ahead(after, HEADLINE_SECONDS)
+    rows.append({'model': 'noise floor', 'rmse': floor, 'median': [0.6745 * f for f in floor]})
     return [{**row, 'seconds': HEADLINE_SECONDS} for row in rows]
 
 
@@ -180,7 +188,7 @@ def not_testable(found: Search) -> list[dict]:
     ]
 
 
-def _round_of(found: Search, candidate) -> Round:  # type: ignore[no-untyped-def]
+def _round_of(found: Search, candidate: Candidate) -> Round:
     return next(r for r in found.rounds if r.scored[0].candidate == candidate)
 
 
@@ -224,12 +232,19 @@ def _parameters(fitted: Fit, index: int) -> dict:
 
 
 def _values_text(fitted: Fit, index: int) -> str:
-    return ', '.join(
-        f'{name} = {p["value"]:.4g} {p["unit"]} [{p["ci95"][0]:.3g}, {p["ci95"][1]:.3g}]'.replace(
-            '  ', ' '
-        )
-        for name, p in _parameters(fitted, index).items()
-    )
+    rows = _parameters(fitted, index).items()
+    return ', '.join(f'{name} = {_with_error(p)} {p["unit"]}'.rstrip() for name, p in rows)
+
+
+def _with_error(parameter: dict) -> str:
+    """A value with half its 95 % interval, both to the digit that the interval allows."""
+    half = 0.5 * (parameter['ci95'][1] - parameter['ci95'][0])
+    if not half > 0 or half > 10 * abs(parameter['value']):
+        return f'{parameter["value"]:.3g}'
+    digits = max(0, 1 - math.floor(math.log10(half)))
+    if digits > 5:
+        return f'{parameter["value"]:.4g} ± {half:.1g}'
+    return f'{parameter["value"]:.{digits}f} ± {half:.{digits}f}'
 
 
 def _confusable(step: Round, facts: Facts) -> list[dict]:

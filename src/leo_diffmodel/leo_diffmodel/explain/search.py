@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,7 +18,9 @@ from leo_diffmodel.explain.threshold import threshold
 
 Array = np.ndarray
 REFINED = 8
+T = TypeVar('T')
 AGREEMENT = 0.1
+MARGIN_NATS = 5.0
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,7 @@ class Scored:
 
     @property
     def confirmed(self) -> bool:
-        """Whether the held-out windows agree: they gain, and not just a trace of what they should."""
+        """Whether held-out windows agree: they gain, and not a mere trace of what they should."""
         return self.gain_held_out > max(0.0, AGREEMENT * self.expected_held_out)
 
     @property
@@ -61,6 +64,11 @@ class Scored:
     def weight_of_evidence(self) -> float:
         """Training gain [nats] as it counts where the rest is more than white noise."""
         return self.gain_train / self.dispersion
+
+    @property
+    def total(self) -> float:
+        """Gain on all windows [nats], discounted alike; the parameters saw the training ones."""
+        return (self.gain_train + self.gain_held_out) / self.dispersion
 
     @property
     def price(self) -> float:
@@ -91,7 +99,7 @@ class Round:
         if not self.scored or self.scored[0].fit is None:
             return None
         top = self.scored[0]
-        return top if top.weight_of_evidence > self.threshold and top.confirmed else None
+        return top if top.total > self.threshold and top.confirmed else None
 
 
 def gain(null: Fit, other: Fit, chosen: Array) -> float:
@@ -152,8 +160,25 @@ def explore(
         Scored(s.candidate, None, s.gain, 0.0, s.evidence, dispersion=spread)
         for s in scans[REFINED:]
     ]
-    ranked = sorted(scored, key=lambda s: -s.score) + rest
-    return Round(null, tuple(ranked), threshold(scans), problem)
+    return Round(null, (*_ranked(scored), *rest), threshold(scans), problem)
+
+
+def _ranked(scored: Sequence[Scored]) -> list[Scored]:
+    """Best first by training score; what training cannot separate, held-out data may."""
+    ranked = sorted(scored, key=lambda s: -s.score)
+    leader = ranked[0]
+    margin = MARGIN_NATS * leader.dispersion
+    tied = [
+        s
+        for s in ranked
+        if leader.score - s.score < MARGIN_NATS
+        and s.gain_held_out - leader.gain_held_out > margin
+    ]
+    if tied:
+        first = max(tied, key=lambda s: s.gain_held_out)
+        ranked.remove(first)
+        ranked.insert(0, first)
+    return ranked
 
 
 def eliminate_backward(problem: Problem, full: Fit, limit: float) -> Fit:
@@ -161,7 +186,7 @@ def eliminate_backward(problem: Problem, full: Fit, limit: float) -> Fit:
     everything = np.ones(problem.windows.count, dtype=bool)
     while len(full.hypothesis.candidates) > 1:
         smaller = [_without(problem, full, i) for i in range(len(full.hypothesis.candidates))]
-        costs = [gain(s, full, everything) for s in smaller]
+        costs = [gain(s, full, everything) / dispersion(full) for s in smaller]
         least = int(np.argmin(costs))
         if costs[least] > limit:
             break
@@ -207,6 +232,6 @@ def _least_noise(problem: Problem, leading: Sequence[Fit], short: Sequence[Windo
     return np.min([noise.estimate(m, short) for m in models], axis=0)
 
 
-def _told(progress: Callable[[str], None], candidate: Candidate, result):  # type: ignore[no-untyped-def]
+def _told(progress: Callable[[str], None], candidate: Candidate, result: T) -> T:
     progress(candidate.label)
     return result

@@ -55,6 +55,16 @@ def untestable(windows: Windows, sigma: np.ndarray) -> str | None:
     return None
 
 
+def share_left(before: float, after: float) -> float:
+    """Share of the model's error beyond noise that the named effects leave, 0 to 1.
+
+    Args:
+        before: mean squared whitened residual over its expected value, model as given.
+        after: the same with the effects.
+    """
+    return float(np.clip((after - 1.0) / max(before - 1.0, 1e-9), 0.0, 1.0))
+
+
 def decide(named: Sequence[Named], ratio: float, share: float) -> str:
     """fine, named, ambiguous or unknown.
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""leo blind: hide effects in simulated robots by seed, explain their bags, count what was right."""
+"""leo blind: hide effects in robots by seed, explain their bags, count what was right."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ def _gains(row: dict) -> str:
     return f'{row["gain_train"]:.1f} / {"-" if held is None else f"{held:.1f}"}'
 
 
-def _point_on(arguments, folder: Path | None, result: Explanation) -> None:  # type: ignore[no-untyped-def]
+def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explanation) -> None:
     if folder:
         print(f'wrote {folder}/explain.json and report.html')
     if folder and result.effects:

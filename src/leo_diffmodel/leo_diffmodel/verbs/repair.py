@@ -61,12 +61,13 @@ def _print(result: Explanation, rows: list[dict], folder: Path, target: Path) ->
     show(result)
     if rows:
         names = [f'{s["name"]} [{s["unit"]}]' for s in result.errors['states']]
-        table = Table(title=f'held-out rms error {rows[0]["seconds"]:.2g} s ahead')
+        table = Table(title=f'held-out error {rows[0]["seconds"]:.2g} s ahead, rms / median')
         table.add_column('model')
         for name in names:
             table.add_column(name, justify='right')
         for row in rows:
-            table.add_row(row['model'], *[f'{e:.4g}' for e in row['rmse']])
+            pairs = zip(row['rmse'], row['median'], strict=True)
+            table.add_row(row['model'], *[f'{r:.3g} / {m:.3g}' for r, m in pairs])
         Console().print(table)
     print(f'wrote {target}, {folder}/explain.json and {folder}/report.html')
     print(f'next: leo learn --model {target}')
