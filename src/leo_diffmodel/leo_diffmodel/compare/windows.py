@@ -54,7 +54,8 @@ class Windows:
 
     def take(self, index: Array) -> Windows:
         """The windows at `index` (integers or a mask)."""
-        picked = {f.name: getattr(self, f.name)[index] for f in fields(self) if f.name != 'history'}
+        names = [f.name for f in fields(self) if f.name != 'history']
+        picked = {name: getattr(self, name)[index] for name in names}
         past = None if self.history is None else tuple(part[index] for part in self.history)
         return Windows(**picked, history=past)
 

@@ -60,8 +60,8 @@ class Explanation:
     def to_json(self) -> dict:
         """The contents of explain.json."""
         names = (
-            'verdict', 'sentence', 'effects', 'constants', 'hypotheses', 'not_testable', 'next_run',
-            'errors', 'seconds', 'provenance',
+            'verdict', 'sentence', 'effects', 'constants', 'hypotheses', 'not_testable',
+            'next_run', 'errors', 'seconds', 'provenance',
         )  # fmt: skip
         return {name: getattr(self, name) for name in names}
 
@@ -184,7 +184,9 @@ def _change(context: rows.Context, after: errors.Prediction) -> str:
         errors.floor_ahead(after, seconds),
         strict=True,
     )
-    parts = [f'{s["name"]} {b:.2g} -> {a:.2g} {s["unit"]} (noise {f:.2g})' for s, b, a, f in states]
+    parts = [
+        f'{s["name"]} {b:.2g} -> {a:.2g} {s["unit"]} (noise {f:.2g})' for s, b, a, f in states
+    ]
     return f'held-out error {seconds:g} s ahead: ' + ', '.join(parts)
 
 
