@@ -18,6 +18,9 @@ ROBOTS = ('pendulum', 'torque_pendulum')
 SECONDS = 20.0
 RATE = 100.0
 AHEAD = 0.5
+HISTORY = 0.15
+ROUNDS = 6
+TOLERANCE = 0.15
 SIZES = (1.0, 30.0)
 POSITION_NOISE = (0.5e-3, 3e-3)
 RATE_NOISE = (0.02, 0.1)
@@ -64,17 +67,42 @@ def draw_case(seed: int, with_effect: bool) -> Case:
     engine = ENGINES[seed % 2]
     if not with_effect:
         return Case(seed, robot, noise, inputs, engine, None, 0.0)
-    windows = OpenLoop(robot, inputs, noise)
-    for _ in range(100):
+    while True:
         effect = EFFECTS[rng.choice(EFFECT_NAMES)]
         if not effect.applies(robot):
             continue
         where = str(rng.choice(effect.places(robot)))
-        size = _log_uniform(rng, SIZES)
-        placed = of_size(windows, effect.name, where, size, rng)  # type: ignore[arg-type]
+        size, shape_seed = _log_uniform(rng, SIZES), int(rng.integers(2**32))
+        found = _sized(robot, inputs, noise, effect.name, where, size, shape_seed)
+        if found is not None:
+            return Case(seed, robot, noise, inputs, engine, *found)
+
+
+def _sized(
+    robot: Robot,
+    inputs: Array,
+    noise: tuple[float, float],
+    name: str,
+    where: str,
+    size: float,
+    shape_seed: int,
+) -> tuple[Placed, float] | None:
+    """The effect with the wanted size in the run that it itself causes; None where it has none.
+
+    The run depends on the effect, and its size on the run: a few rounds settle both.
+    """
+    placed: Placed | None = None
+    for _ in range(ROUNDS):
+        loop = OpenLoop(robot, inputs, noise, () if placed is None else (placed,))
         if placed is not None:
-            return Case(seed, robot, noise, inputs, engine, placed, size)
-    raise RuntimeError(f'seed {seed}: no effect reaches its size')
+            reached = float(loop.size(placed)[0])
+            if abs(np.log(reached / size)) < TOLERANCE:
+                return placed, reached
+        shape = np.random.default_rng(shape_seed)
+        placed = of_size(loop, name, where, size, shape)  # type: ignore[arg-type]
+        if placed is None:
+            return None
+    return None
 
 
 def excitation(robot: Robot, rng: np.random.Generator) -> Array:
@@ -103,26 +131,36 @@ def _signal(rng: np.random.Generator, time: Array, kind: str) -> Array:
 
 
 class OpenLoop:
-    """Half-second open loops along the ideal robot's own run, beside the noise floor there."""
+    """Half-second open loops along a robot's run, beside the noise floor there."""
 
-    def __init__(self, robot: Robot, inputs: Array, noise: tuple[float, float]):
-        """Run the ideal robot with the case's inputs and take windows off its track."""
-        self.robot = robot
-        model, dt = Model(robot), robot.control_period
-        steps = round(AHEAD / dt)
-        start = model.start('nominal')
-        q, dq = rollout(model, start.q[None], start.dq[None], inputs[None], dt)
-        count = len(inputs) // steps
-        self._q, self._dq = q[0, : count * steps : steps], dq[0, : count * steps : steps]
-        self._inputs, self._dt = inputs[: count * steps].reshape(count, steps, -1), dt
-        self._ideal = self._end(model, self._q, self._dq)
-        self._floor = self._noise_floor(model, noise)
+    def __init__(
+        self,
+        robot: Robot,
+        inputs: Array,
+        noise: tuple[float, float],
+        effects: tuple[Placed, ...],
+    ) -> None:
+        """Run a robot with these effects and the case's inputs; take windows off its track."""
+        self.robot, self._dt = robot, robot.control_period
+        start = Model(robot).start('nominal')
+        q, dq = rollout(
+            Model(robot, effects), start.q[None], start.dq[None], inputs[None], self._dt
+        )
+        steps, past = round(AHEAD / self._dt), round(HISTORY / self._dt)
+        first = np.arange(past, len(inputs) - steps, steps)
+        self._q, self._dq = q[0, first], dq[0, first]
+        self._inputs = np.stack([inputs[i : i + steps] for i in first])
+        before = [(q[0, i - past : i], dq[0, i - past : i], inputs[i - past : i]) for i in first]
+        states, rates, held = (np.stack(part) for part in zip(*before, strict=True))
+        self._history = (states, rates, held, None, np.full(held.shape[:2], self._dt))
+        self._ideal = self._end(Model(robot), self._q, self._dq)
+        self._floor = self._noise_floor(Model(robot), noise)
 
     def size(self, placed: Placed) -> Array:
         """Rms change at 0.5 s over the floor, mean over the states, per leading amplitude."""
         with np.errstate(all='ignore'):
             change = self._end(Model(self.robot, (placed,)), self._q, self._dq) - self._ideal
-        return np.sqrt(((change / self._floor) ** 2).mean(axis=(-2, -1)))
+        return np.atleast_1d(np.sqrt(((change / self._floor) ** 2).mean(axis=(-2, -1))))
 
     def _noise_floor(self, model: Model, noise: tuple[float, float]) -> Array:
         """Rms error of a perfect model that starts from a noisy state, per state."""
@@ -135,7 +173,7 @@ class OpenLoop:
         return np.sqrt(variance.mean(axis=0))
 
     def _end(self, model: Model, q: Array, dq: Array) -> Array:
-        angles, rates = rollout(model, q, dq, self._inputs, self._dt)
+        angles, rates = rollout(model, q, dq, self._inputs, self._dt, history=self._history)
         return np.concatenate([angles[..., -1, :], rates[..., -1, :]], axis=-1)
 
 
