@@ -44,7 +44,7 @@ setup(
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
         'leo.verbs': [
             f'{verb} = leo_learner.verbs.{verb}:main'
-            for verb in ('demo', 'learn', 'play')
+            for verb in ('demo', 'learn', 'play', 'reproduce')
         ],
     },
     zip_safe=False,

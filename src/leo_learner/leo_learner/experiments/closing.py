@@ -17,7 +17,7 @@ def closing(found: Found, folder: Path, console: Console) -> None:
     """Print what was found beside the truth, errors, returns and where the reports are."""
     table = Table(title=f'the main job, {found.seconds:.0f} s', show_header=False)
     table.add_column(style='bold')
-    table.add_column()
+    table.add_column(overflow='fold')
     table.add_row('named', named(found.repair))
     table.add_row('truth', described(found.truth['effects']))
     _add_error(table, found.repair)
@@ -68,16 +68,15 @@ def _confusable(effect: Mapping[str, Any]) -> str:
 
 
 def _add_error(table: Table, answer: Mapping[str, Any]) -> None:
-    for entry in answer['errors'].get('horizon', []):
-        if abs(entry['seconds'] - 0.5) < 0.05:
-            units = [f'{s["name"]} {s["unit"]}' for s in answer['errors']['states']]
-            for k, unit in enumerate(units):
-                table.add_row(
-                    f'held-out rms error after {entry["seconds"]:.2g} s, {unit}',
-                    f'{entry["before"][k]:.4g} -> {entry["after"][k]:.4g}, '
-                    f'noise floor {entry["noise_floor"][k]:.4g}',
-                )
-            return
+    if not (horizon := answer['errors'].get('horizon')):
+        return
+    entry = min(horizon, key=lambda e: abs(e['seconds'] - 0.5))
+    for k, state in enumerate(answer['errors']['states']):
+        table.add_row(
+            f'held-out rms error after {entry["seconds"]:.2g} s, {state["name"]}',
+            f'{entry["before"][k]:.4g} -> {entry["after"][k]:.4g} {state["unit"]}, '
+            f'noise floor {entry["noise_floor"][k]:.4g}',
+        )
 
 
 def _repaired(found: Found) -> str:
