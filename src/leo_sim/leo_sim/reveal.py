@@ -3,16 +3,16 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from leo_msgs_py.verbs.common import Parser
 from leo_sim.sealing import unseal
 
-EXAMPLES = """examples:
+EXAMPLES = """\
   leo run leo_sim robot --ros-args -p robot:=pendulum -p hidden_seed:=7 -p sealed:=truth.sealed
   leo reveal truth.sealed
   leo reveal truth.sealed --json
@@ -30,14 +30,9 @@ def read_sealed(path: str | Path) -> dict[str, Any]:
 
 def main(argv: list[str]) -> int:
     """Print the hidden effects that a sealed file holds."""
-    parser = argparse.ArgumentParser(
-        prog='leo reveal',
-        description='Open the sealed truth about hidden effects.',
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = Parser('leo reveal', 'Open the sealed truth about hidden effects.', EXAMPLES)
     parser.add_argument('file', help='the file the robot printed as "sealed: FILE"')
-    parser.add_argument('--json', action='store_true', help='print JSON')
+    parser.add_json()
     options = parser.parse_args(argv)
     truth = read_sealed(options.file)
     print(json.dumps(truth, indent=2) if options.json else _sentences(truth))

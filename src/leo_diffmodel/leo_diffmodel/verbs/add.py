@@ -39,7 +39,7 @@ def main(argv: list[str]) -> int:
 def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('add', __doc__ or '', EXAMPLES)
     arguments.add_argument('model', help='a model file, a robot name or a robot folder')
-    arguments.add_argument('words', nargs='*', metavar='EFFECT[:WHERE] PARAM=VALUE')
+    arguments.add_argument('words', nargs='*', default=[], metavar='EFFECT[:WHERE] PARAM=VALUE')
     arguments.add_argument('--from', dest='source', metavar='explain.json')
     arguments.add_argument('-o', dest='output', required=True, metavar='NEW.yaml')
     arguments.add_argument('--json', action='store_true', help='print the result as JSON')

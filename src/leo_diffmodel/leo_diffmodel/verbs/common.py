@@ -15,6 +15,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects import Effect, get_effect
 from leo_sim.model import Model
 from leo_sim.model_file import load_model
@@ -22,14 +23,9 @@ from leo_sim.model_file import load_model
 NEGATIVE = {'ambiguous', 'unknown', 'untestable'}
 
 
-def parser(verb: str, about: str, examples: Sequence[str]) -> argparse.ArgumentParser:
-    """A parser with examples below its help."""
-    return argparse.ArgumentParser(
-        prog=f'leo {verb}',
-        description=about,
-        epilog='examples:\n' + '\n'.join(f'  {line}' for line in examples),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def parser(verb: str, about: str, examples: Sequence[str]) -> Parser:
+    """A parser with examples below its help; its mistakes are UserErrors."""
+    return Parser(f'leo {verb}', about, ''.join(f'  {line}\n' for line in examples))
 
 
 def add_bag_arguments(arguments: argparse.ArgumentParser, hold_out: bool = True) -> None:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from pathlib import Path
 import shlex
@@ -16,8 +15,9 @@ from leo_diffmodel.bags.importing.column_map import ColumnMap
 from leo_diffmodel.bags.importing.convert import import_logs, load_map, shipped_maps
 from leo_diffmodel.bags.info import bag_info, BagInfo
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.verbs.common import Parser
 
-EXAMPLES = """examples:
+EXAMPLES = """\
   leo import swing.csv --map my_robot.yaml -o bags/swing
   leo import results/*.csv --map dfki_simple_pendulum -o bags/dfki          # one bag
   leo import results/*.csv --map dfki_simple_pendulum -o bags --bag-per-log # one bag each
@@ -61,11 +61,11 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog='leo import', epilog=EXAMPLES + f'\nshipped maps: {", ".join(shipped_maps())}',
-        description='Turn CSV, JSON or MATLAB logs into a bag, an episode per run.',
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def _parser() -> Parser:
+    parser = Parser(
+        'leo import',
+        'Turn CSV, JSON or MATLAB logs into a bag, an episode per run.',
+        f'{EXAMPLES}\nshipped maps: {", ".join(shipped_maps())}',
     )
     parser.add_argument('logs', nargs='+', metavar='LOG', help='a CSV, JSON or MATLAB file')
     parser.add_argument('--map', required=True, help='column map: a YAML file or a shipped one')
@@ -73,7 +73,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         '--bag-per-log', action='store_true', help='one bag per log, in the folder BAG',
     )
-    parser.add_argument('--json', action='store_true', help='print JSON')
+    parser.add_json()
     return parser
 
 

@@ -45,7 +45,8 @@ def dispatch(prog: str, description: str, verbs: Mapping[str, Callable[[list[str
     """Run one of a verb's sub-verbs."""
     parser = Parser(prog, description, examples)
     parser.add_argument('verb', choices=list(verbs), metavar='|'.join(verbs))
-    parser.add_argument('args', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
+    rest = parser.add_argument('args', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
+    rest.required = False
     options = parser.parse_args(argv)
     return verbs[options.verb](options.args)
 

@@ -27,7 +27,8 @@ def main(argv: list[str]) -> int:
     )
     parser.add_argument('package', help='for example leo_sim')
     parser.add_argument('executable', help='for example robot')
-    parser.add_argument('args', nargs=argparse.REMAINDER, help='--ros-args -p name:=value ...')
+    words = '--ros-args -p name:=value ...'
+    parser.add_argument('args', nargs=argparse.REMAINDER, help=words).required = False
     options = parser.parse_args(argv)
     entry = _find(options.package, options.executable)
     sys.argv = [f'{options.package}/{options.executable}', *options.args]
