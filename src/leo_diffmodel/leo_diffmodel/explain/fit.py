@@ -71,7 +71,8 @@ def fit(
 
     Only the training windows move the parameters; every window moves its own start state. A
     point is judged by its loss with the start states projected out, so that a start that has
-    not settled yet does not hide that the parameters got better.
+    not settled yet does not hide that the parameters got better. Far from settled that loss can
+    come out too low, so a point that no step improves is judged again from its own best start.
     """
     theta = hypothesis.neutral if theta is None else theta
     start = problem.windows.measured[:, 0] if start is None else start
@@ -85,6 +86,7 @@ def fit(
         gained = best.merit - trial.merit
         if gained < 0:
             scale *= 0.3
+            best = _evaluate(problem, hypothesis, theta, best.start + step.start)
             continue
         best, theta, scale = trial, moved, min(1.0, 3 * scale)
         if gained < 0.02:
