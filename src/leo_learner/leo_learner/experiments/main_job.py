@@ -133,8 +133,10 @@ class MainJob:
         return self._with_difference() if self._unexplained() else self._path('repair/model.yaml')
 
     def _unexplained(self) -> bool:
-        error = self.found.repair['errors']['one_step']['mean']
-        return bool(error['after'] > ENOUGH * error['noise_floor'])
+        one_step = self.found.repair['errors'].get('one_step')
+        if one_step is None:
+            return True
+        return bool(one_step['mean']['after'] > ENOUGH * one_step['mean']['noise_floor'])
 
     def _with_difference(self) -> str:
         """The repaired model with a difference model for what no effect explains."""

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The difference model on the graph: update, weights, queries, and what it says of bad data."""
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.difference.network import from_bytes
+from leo_msgs_py import topics
+from leo_msgs_py.messages import DynamicJointState, Header, InterfaceValue, Time
+from leo_msgs_py.node import api
+from leo_sim.batch import rollout
+from leo_sim.effects import place
+from leo_sim.model import Model
+
+pytestmark = pytest.mark.graph
+
+NODE = 'import sys; from leo_diffmodel.nodes.diffmodel import main; sys.exit(main(sys.argv[1:]))'
+
+
+class Asker:
+    """A node that knows the difference model's topics and service."""
+
+    def __init__(self) -> None:
+        self.node = api.create_node('asker', [])
+        self.weights: list[bytes] = []
+        self.corrections: list = []
+        self.told: dict[str, tuple[str, bytes]] = {}
+        for topic, callback in (
+            (topics.DIFFERENCE_WEIGHTS, lambda m: self.weights.append(bytes(m.data))),
+            (topics.DIFFERENCE_CORRECTION, self.corrections.append),
+            (topics.DIAGNOSTICS, self._on_diagnostics),
+        ):
+            self.node.create_subscription(topic.type, topic.name, callback, topic.qos)
+        self.query = self.node.create_publisher(*topics.DIFFERENCE_QUERY)
+        self.update = self.node.create_client(*topics.DIFFERENCE_UPDATE)
+
+    def _on_diagnostics(self, message) -> None:
+        self.told |= {status.name: (status.message, status.level) for status in message.status}
+
+    def call_update(self):
+        return api.call(self.node, self.update, topics.DIFFERENCE_UPDATE.type.Request(), 30.0)
+
+    def until(self, condition) -> None:
+        assert api.spin_until(self.node, condition, 180.0)
+
+
+@pytest.fixture
+def asker(domain):
+    made = Asker()
+    yield made
+    api.shutdown()
+
+
+def heavier() -> Model:
+    model = Model('pendulum')
+    return model.changed(effects=(place(model.robot, 'link_mass', 'bob', m=0.035),))
+
+
+def write_rollout(folder) -> None:
+    """Forty seconds of the heavier pendulum under random volts, at the control rate."""
+    rng, model, runs = np.random.default_rng(0), heavier(), []
+    for _ in range(4):
+        u = rng.uniform(-3, 3, (1, 200, 1))
+        q, dq = rollout(model, rng.uniform(-3, 3, (1, 1)), np.zeros((1, 1)), u, 0.05)
+        volts = {'pivot': {'voltage': np.append(u[0, :, 0], u[0, -1])}}
+        runs.append(Run(np.arange(201) * 0.05, ['pivot'], q[0], dq[0], inputs=volts))
+    write_runs(folder, runs, {'robot': 'pendulum'})
+
+
+def question(q: float, dq: float, volts: float, sec: int) -> DynamicJointState:
+    values = InterfaceValue(interface_names=['position', 'velocity', 'voltage'],
+                            values=[q, dq, volts])
+    return DynamicJointState(header=Header(stamp=Time(sec=sec), frame_id='me'),
+                             joint_names=['pivot'], interface_values=[values])
+
+
+def test_update_weights_and_query(asker, spawn, tmp_path):
+    write_rollout(tmp_path / 'rollout')
+    spawn('-c', NODE, '--ros-args', '-p', f'bag:={tmp_path / "rollout"}', '-p', 'record:=false')
+    first = asker.call_update()
+    assert first.success and first.message.startswith('accepted')
+    assert not asker.call_update().success
+    asker.until(lambda: asker.weights)
+    difference = from_bytes(asker.weights[0])
+    assert (difference.version, difference.robot) == (1, 'pendulum')
+    assert difference.trained_on > 700
+
+    asker.query.publish(question(1.0, 2.0, 0.5, sec=7))
+    asker.until(lambda: asker.corrections)
+    answer = asker.corrections[0]
+    assert (answer.header.stamp.sec, answer.header.frame_id) == (7, 'me')
+    model, real = Model('pendulum'), heavier()
+    after = [m.step(m.state_from([1.0], [2.0]), [0.5], 0.05) for m in (model, real)]
+    wanted = after[1].dq[0] - after[0].dq[0]
+    assert answer.velocity[0] == pytest.approx(wanted, abs=0.3 * abs(wanted))
+
+
+def test_broken_bag_is_an_error_on_diagnostics_and_the_node_lives(asker, spawn, tmp_path):
+    (tmp_path / 'rollout').mkdir()
+    (tmp_path / 'rollout' / 'rollout_0.mcap').write_bytes(b'no mcap at all')
+    spawn('-c', NODE, '--ros-args', '-p', f'bag:={tmp_path / "rollout"}', '-p', 'record:=false')
+    assert asker.call_update().success
+    name = 'diffmodel: difference model'
+    asker.until(lambda: asker.told.get(name, ('', b''))[0].startswith(str(tmp_path)))
+    assert asker.call_update().success

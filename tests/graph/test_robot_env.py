@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The robot node as an environment: the same steps as the model, in lockstep and in real time."""
+
+import time
+
+import numpy as np
+import pytest
+
+from leo_learner.env import ModelEnv
+from leo_learner.robot_env import RobotEnv
+from leo_msgs_py.node import api
+from leo_sim.model import Model
+
+pytestmark = pytest.mark.graph
+
+ROBOT = 'import sys; from leo_sim.nodes.robot import main; sys.exit(main(sys.argv[1:]))'
+
+
+@pytest.fixture
+def robot_env(domain):
+    yield RobotEnv(api.create_node('env', []), Model('pendulum').robot)
+    api.shutdown()
+
+
+def start(spawn, *parameters: str):
+    given = [word for parameter in parameters for word in ('-p', parameter)]
+    return spawn('-c', ROBOT, '--ros-args', '-p', 'robot:=pendulum', *given)
+
+
+def test_lockstep_gives_the_models_transitions(robot_env, spawn):
+    start(spawn, 'realtime_factor:=0')
+    model_env = ModelEnv(robot_env_model := Model('pendulum'))
+    assert robot_env_model.robot.control_period == 0.05
+    for _ in range(2):
+        seen, _ = robot_env.reset()
+        expected, _ = model_env.reset(options={'pose': 'nominal'})
+        np.testing.assert_allclose(seen, expected, atol=1e-12)
+        for volts in (1.0, -3.0, 0.5, 2.0, 9.0):
+            answer = robot_env.step(np.array([volts]))
+            expected = model_env.step(np.array([volts]))
+            np.testing.assert_allclose(answer[0], expected[0], atol=1e-6)
+            assert answer[1] == pytest.approx(expected[1], abs=1e-5)
+            assert answer[2:] == expected[2:]
+
+
+def test_real_time_steps_take_a_control_period(robot_env, spawn):
+    start(spawn, 'realtime_factor:=1')
+    robot_env.reset()
+    began = time.monotonic()
+    rewards = [robot_env.step(np.array([2.0]))[1] for _ in range(20)]
+    assert 0.8 < time.monotonic() - began < 3.0
+    assert len(set(rewards)) == 20
+
+
+def test_a_restarted_robot_loses_the_episode_and_the_next_one_goes_on(robot_env, spawn):
+    robot = start(spawn, 'realtime_factor:=0')
+    robot_env.reset()
+    robot_env.step(np.zeros(1))
+    robot.kill()
+    robot.wait()
+    start(spawn, 'realtime_factor:=0')
+    answer = robot_env.step(np.zeros(1))
+    assert answer[3] and answer[4] == {'lost': True}
+    robot_env.reset()
+    assert robot_env.step(np.zeros(1))[4] == {}
