@@ -12,6 +12,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.noise import HISTORY
+from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.sizes import inertia_scale, mass_scale, torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_diffmodel.explain.candidates import candidates
@@ -24,7 +25,9 @@ from leo_sim.model import Model
 from leo_sim.robot import Constant
 
 Array = np.ndarray
-WINDOW_SECONDS = 0.3
+WINDOW_SECONDS = (1.0, 0.8, 0.6, 0.45, 0.3)
+MOST_SPREAD = 0.12
+FEWEST_WINDOWS = 24
 MOST_EFFECTS = 5
 MOST_WINDOWS = 400
 
@@ -89,13 +92,40 @@ def pose(
 ) -> tuple[Problem, Blocks]:
     """Windows, first noise estimate and the split into training and held-out blocks."""
     everything = [*recordings, *hold_out]
-    seconds = max(WINDOW_SECONDS, 8 * sample_period(everything))
-    windows = _thinned(cut(everything, seconds, history=HISTORY))
-    blocks = make_blocks(recordings, hold_out)
     sigma = noise.estimate(model, noise.short_windows(everything))
+    windows = _thinned(choose_windows(everything, model, sigma))
+    blocks = make_blocks(recordings, hold_out)
     whole = blocks.train(windows) | blocks.held(windows)
     windows = windows.take(whole)
     return Problem(model, windows, sigma, blocks.train(windows)), blocks
+
+
+def choose_windows(recordings: Sequence[Recording], model: Model, sigma: Array) -> Windows:
+    """Windows as long as the start noise stays small in them: long ones tell effects apart.
+
+    The start state is free, but found by linear steps: where its noise spreads further than
+    0.12 rad by the end of one window in ten, the windows are shortened.
+    """
+    least = 8 * sample_period(recordings)
+    for seconds in sorted({max(s, least) for s in WINDOW_SECONDS}, reverse=True):
+        try:
+            windows = cut(recordings, seconds, history=HISTORY)
+        except ValueError:
+            if seconds == max(WINDOW_SECONDS[-1], least):
+                raise
+            continue
+        if windows.count >= FEWEST_WINDOWS and _spread(model, windows, sigma) < MOST_SPREAD:
+            break
+    return windows
+
+
+def _spread(model: Model, windows: Windows, sigma: Array) -> float:
+    """How far start noise moves the angles by the end of a window, 90th percentile [rad]."""
+    joints = windows.q.shape[-1]
+    none = np.zeros((0, *windows.dt.shape, joints))
+    _, columns = respond(model, windows, windows.measured[:, 0], none)
+    moved = columns[:, -1, :joints] * noise.per_window(sigma, windows)
+    return float(np.quantile(np.sqrt((moved**2).sum(axis=-1)).max(axis=-1), 0.9))
 
 
 def uncertain(model: Model) -> tuple[Constant, ...]:

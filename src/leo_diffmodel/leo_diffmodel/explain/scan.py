@@ -15,9 +15,10 @@ from leo_sim.effects import Parameter
 
 Array = np.ndarray
 FRACTIONS = (0.004, 0.02, 0.08, 0.3)
-DELAYS = (0.002, 0.006, 0.015, 0.04)
+DELAYS = (0.001, 0.003, 0.006, 0.012, 0.025, 0.05)
 ANGLES = (0.003, 0.015, 0.06, 0.2)
-LIMITS = (0.95, 0.8, 0.6, 0.4)
+LIMITS = (0.97, 0.9, 0.8, 0.7, 0.55, 0.4)
+DEAD_BANDS = (0.004, 0.012, 0.03, 0.08, 0.2, 0.35)
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,6 @@ class Scales:
             return np.array(DELAYS)
         if parameter.unit == 'rad':
             return np.array(ANGLES)
-        if parameter.unit == 'V' and parameter.neutral > 0:
-            return np.array([f * self.input - parameter.neutral for f in LIMITS])
         return self._size(parameter.unit) * np.array(FRACTIONS)
 
     def _size(self, unit: str) -> float:
@@ -57,7 +56,6 @@ class Scales:
             'kg m2': 3 * self.inertia,
             'kg': 3 * self.mass,
             'N': 3 * 9.81 * self.mass,
-            'V': self.input,
         }
         return sizes.get(unit, 1.0)
 
@@ -112,7 +110,7 @@ class Scanner:
         change = self.residual - self._project(e)
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         along = change @ self.residual
-        stretch = np.clip(along / length2, 0.2, 5.0)
+        stretch = np.clip(along / length2, 0.2, 5.0) if _is_ray(candidate) else np.ones(len(grid))
         gains = stretch * along - 0.5 * stretch**2 * length2
         best = int(np.argmax(gains))
         theta = self._stretched(candidate, grid[best], float(stretch[best]))
@@ -149,7 +147,7 @@ class Scanner:
         amplitude = _amplitude_indices(parameters)
         rays = [r for r in itertools.product((-1, 0, 1), repeat=len(amplitude)) if any(r)]
         shapes = [self._shape(p) for i, p in enumerate(parameters) if i not in amplitude]
-        sizes = self._scales.amplitudes(parameters[0])
+        sizes = self._sizes(candidate)
         if candidate.effect.hook == 'torque' and not candidate.effect.dry:
             sizes = sizes[1:2]  # linear in its amplitude: one point gives the whole ray
         points = []
@@ -163,6 +161,15 @@ class Scanner:
             if all(p.low <= v <= p.high for p, v in zip(parameters, point, strict=True)):
                 points.append(point)
         return np.array(points)
+
+    def _sizes(self, candidate: Candidate) -> Array:
+        """Amplitudes of one sign; the clip and the dead band are sized by the input itself."""
+        first = candidate.parameters[0]
+        if candidate.effect.hook != 'command' or first.unit in ('', 's'):
+            return self._scales.amplitudes(first)
+        if first.neutral > 0:
+            return np.array([f * self._scales.input - first.neutral for f in LIMITS])
+        return self._scales.input * np.array(DEAD_BANDS)
 
     def _shape(self, parameter: Parameter) -> tuple[float, ...]:
         """Values to try of a parameter that shapes an effect without scaling it."""
@@ -190,6 +197,13 @@ class Scanner:
         if self._nuisance is None:
             return flat
         return flat - (flat @ self._nuisance) @ self._nuisance.T
+
+
+def _is_ray(candidate: Candidate) -> bool:
+    """Whether the prediction changes about in proportion to the amplitude."""
+    if candidate.effect.hook == 'command':
+        return candidate.parameters[0].unit == ''
+    return candidate.effect.hook != 'drive' or candidate.parameters[0].unit != 'rad'
 
 
 def _amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:

@@ -116,8 +116,9 @@ def dispersion(fitted: Fit) -> float:
     joints = fitted.start.shape[-1] // 2
     angles = fitted.residual.reshape(len(fitted.residual), -1, 2 * joints)[..., :joints]
     ratio = unexplained(fitted)
-    follow = float((angles[:, 1:] * angles[:, :-1]).sum() / max((angles**2).sum(), 1e-12))
-    follow = min(max(follow, 0.0), 0.95)
+    power = np.maximum((angles**2).sum(axis=(1, 2)), 1e-12)
+    along = (angles[:, 1:] * angles[:, :-1]).sum(axis=(1, 2)) / power
+    follow = min(max(float(np.median(along)), 0.0), 0.95)
     return max(1.0, ratio) * (1 + follow) / (1 - follow)
 
 

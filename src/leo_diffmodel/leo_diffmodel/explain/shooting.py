@@ -89,9 +89,9 @@ def linearise(
 
 
 def difference_steps(hypothesis: Hypothesis, theta: Array) -> Array:
-    """Finite steps: 5 % of what each parameter is away from neutral, turned off the bounds."""
+    """Finite steps: 0.5 % of what each parameter is away from neutral, turned off the bounds."""
     away = np.abs(theta - hypothesis.neutral)
-    step = 0.05 * np.maximum(away, 1e-3 * np.maximum(np.abs(theta), 1e-6))
+    step = 0.005 * np.maximum(away, 1e-2 * np.maximum(np.abs(theta), 1e-6))
     return np.where(theta + step > hypothesis.high, -step, step)
 
 
