@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The main job, small: every step of `leo demo` on a robot with a secret."""
+
+import io
+import json
+import os
+
+import pytest
+from rich.console import Console
+
+from leo_learner.experiments.closing import closing
+from leo_learner.experiments.main_job import MainJob, Plan
+from leo_learner.experiments.processes import Processes
+from leo_msgs_py.errors import UserError
+
+pytestmark = [pytest.mark.graph, pytest.mark.slow]
+
+SMALL = Plan(steps=400, more_steps=400, transitions=600, episodes=1)
+
+
+def test_names_the_secret_and_says_how_good_it_was(tmp_path):
+    text = io.StringIO()
+    console = Console(file=text, width=120)
+    found = MainJob(tmp_path, SMALL, console, None).run()
+    closing(found, tmp_path, console)
+    truth = found.truth['effects'][0]
+    named = {e['name'] for e in found.repair['effects']}
+    alternatives = {c['name'] for e in found.repair['effects'] for c in e['confusable_with']}
+    assert truth['name'] in named | alternatives
+    assert set(found.returns) == {'ideal', 'repaired', 'real'}
+    assert json.loads((tmp_path / 'demo.json').read_text())['truth'] == found.truth
+    assert (tmp_path / 'repair' / 'report.html').stat().st_size < 5_000_000
+    said = text.getvalue()
+    assert truth['name'] in said and 'noise floor' in said and 'report.html' in said
+
+
+def test_a_failing_command_ends_everything(tmp_path):
+    processes = Processes(tmp_path)
+    with pytest.raises(UserError, match='leo play'):
+        play_nothing(processes, tmp_path)
+    pid = int((tmp_path / 'pid').read_text())
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+
+
+def play_nothing(processes, folder) -> None:
+    with processes:
+        processes.node('robot', 'leo_sim', 'robot', robot='pendulum', realtime_factor=0)
+        (folder / 'pid').write_text(str(processes._running['robot'].pid))
+        processes.ask('play', str(folder / 'no_policy'))
