@@ -112,9 +112,7 @@ def run_case(case: Case, folder: Path, quiet: bool = False) -> dict[str, Any]:
     env, told = _repaired(case, ideal, gathered.recording())
     last = trained.on(f'repaired-{case.repair}', env, case.steps // 2, start='ideal')
     returns = {
-        f'return_{name}': float(play(ModelEnv(real), policy, NOISE = (1e-3, 0.02)
-"""Of the sensors `leo explain` sees through: angle [rad], rate [rad/s], standard deviations."""
-STARTS, STARTS_SEED).mean())
+        f'return_{name}': float(play(ModelEnv(real), policy, STARTS, STARTS_SEED).mean())
         for name, policy in (('ideal', first), ('repaired', last), ('real', reference))
     }
     seconds = round(time.monotonic() - began, 1)
@@ -201,4 +199,5 @@ def _mse(recording: Recording, model: Model, limit: int) -> float:
 def _episode(rows: list[tuple[np.ndarray, ...]], period: float) -> Episode:
     q, dq, inputs = (np.array(column) for column in zip(*rows, strict=True))
     enabled = np.ones(inputs.shape, bool)
-    return Episode(t=np.arange(len(q), dtype=np.float64) * period, q=q, dq=dq, inputs=inputs, enabled=enabled)
+    t = np.arange(len(q), dtype=np.float64) * period
+    return Episode(t=t, q=q, dq=dq, inputs=inputs, enabled=enabled)
