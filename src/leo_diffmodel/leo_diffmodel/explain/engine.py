@@ -27,6 +27,7 @@ from leo_sim.robot import Constant
 Array = np.ndarray
 WINDOW_SECONDS = (1.0, 0.8, 0.6, 0.45, 0.3)
 MOST_SPREAD = 0.12
+MOST_GROWTH = 15.0
 FEWEST_WINDOWS = 24
 MOST_EFFECTS = 5
 MOST_WINDOWS = 400
@@ -101,10 +102,10 @@ def pose(
 
 
 def choose_windows(recordings: Sequence[Recording], model: Model, sigma: Array) -> Windows:
-    """Windows as long as the start noise stays small in them: long ones tell effects apart.
+    """Windows as long as their start state can be found: long ones tell effects apart.
 
-    The start state is free, but found by linear steps: where its noise spreads further than
-    0.12 rad by the end of one window in ten, the windows are shortened.
+    The start state is free, but found by linear steps. Where its noise spreads further than
+    0.12 rad by the end of one window in ten, or grows 15-fold, the windows are shortened.
     """
     least = 8 * sample_period(recordings)
     for seconds in sorted({max(s, least) for s in WINDOW_SECONDS}, reverse=True):
@@ -114,18 +115,22 @@ def choose_windows(recordings: Sequence[Recording], model: Model, sigma: Array) 
             if seconds == max(WINDOW_SECONDS[-1], least):
                 raise
             continue
-        if windows.count >= FEWEST_WINDOWS and _spread(model, windows, sigma) < MOST_SPREAD:
+        if windows.count >= FEWEST_WINDOWS and _is_tame(model, windows, sigma):
             break
     return windows
 
 
-def _spread(model: Model, windows: Windows, sigma: Array) -> float:
-    """How far start noise moves the angles by the end of a window, 90th percentile [rad]."""
+def _is_tame(model: Model, windows: Windows, sigma: Array) -> bool:
+    """Whether start states move the ends of nine windows in ten only so far."""
     joints = windows.q.shape[-1]
     none = np.zeros((0, *windows.dt.shape, joints))
     _, columns = respond(model, windows, windows.measured[:, 0], none)
-    moved = columns[:, -1, :joints] * noise.per_window(sigma, windows)
-    return float(np.quantile(np.sqrt((moved**2).sum(axis=-1)).max(axis=-1), 0.9))
+    end = columns[:, -1, :joints]
+    spread = np.sqrt(((end * noise.per_window(sigma, windows)) ** 2).sum(axis=-1)).max(axis=-1)
+    growth = np.abs(end[..., :joints]).max(axis=(1, 2))
+    return bool(
+        np.quantile(spread, 0.9) < MOST_SPREAD and np.quantile(growth, 0.9) < MOST_GROWTH
+    )
 
 
 def uncertain(model: Model) -> tuple[Constant, ...]:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import time
 
 import numpy as np
@@ -168,9 +168,20 @@ def _answer(context: rows.Context, origin: dict, began: float) -> Explanation:
         errors=tables,
         seconds=time.monotonic() - began,
         provenance=origin,
-        model=found.final.hypothesis.model(context.base, found.final.theta),
+        model=_repaired(context),
         search=found,
     )
+
+
+def _repaired(context: rows.Context) -> Model:
+    """The model as given with the supported effects and their confidence intervals."""
+    final = context.found.final
+    model = final.hypothesis.model(context.base, final.theta)
+    count = len(final.hypothesis.candidates)
+    kept, new = model.effects[: len(model.effects) - count], model.effects[-count:]
+    named = zip(new if count else (), range(count), strict=True)
+    sure = [replace(p, ci95=rows.intervals(final, i)) for p, i in named]
+    return model.changed(effects=(*kept, *sure))
 
 
 def _change(context: rows.Context, after: errors.Prediction) -> str:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -75,7 +75,8 @@ def fit(
     come out too low, so a point that no step improves is judged again from its own best start.
     """
     theta = hypothesis.neutral if theta is None else theta
-    start = problem.windows.measured[:, 0] if start is None else start
+    if start is None:
+        start = settle(problem, hypothesis, theta, problem.windows.measured[:, 0], rounds=6)
     best = _evaluate(problem, hypothesis, theta, start)
     scale = 1.0
     for _ in range(iterations):
@@ -150,21 +151,39 @@ def _bounded_step(matrix: Array, slope: Array, point: _Point) -> Array:
     return step
 
 
+def settle(
+    problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array, rounds: int
+) -> Array:
+    """The start states that fit best with the parameters held, each window on its own (W, 2J)."""
+    frozen = Hypothesis()
+    model = hypothesis.model(problem.base, theta) if len(theta) else problem.base
+    held = replace(problem, base=model)
+    scale = np.ones((len(start), 1))
+    best = _evaluate(held, frozen, np.zeros(0), start)
+    loss, step = shooting.huber(best.linear.residual), _step(held, best).start
+    for _ in range(rounds):
+        trial = _evaluate(held, frozen, np.zeros(0), start + scale * step)
+        moved = shooting.huber(trial.linear.residual)
+        better = moved < loss
+        start = np.where(better[:, None], trial.start, start)
+        step = np.where(better[:, None], _step(held, trial).start, step)
+        scale = np.where(better[:, None], 1.0, 0.3 * scale)
+        loss = np.minimum(loss, moved)
+    return start
+
+
 def _finish(problem: Problem, point: _Point) -> Fit:
     """Settle the start states and read off loss, residual and covariance."""
-    step = _step(problem, point)
-    settled = _evaluate(problem, point.hypothesis, point.theta, point.start + step.start)
-    loss = shooting.huber(settled.linear.residual)
-    worse = loss > shooting.huber(point.linear.residual)
-    start = np.where(worse[:, None], point.start, settled.start)
-    by_theta = shooting.eliminate(settled.linear)[1][problem.train]
+    start = settle(problem, point.hypothesis, point.theta, point.start, rounds=2)
+    final = _evaluate(problem, point.hypothesis, point.theta, start)
+    by_theta = shooting.eliminate(final.linear)[1][problem.train]
     return Fit(
         point.hypothesis,
         point.theta,
         _covariance(_gram(by_theta)),
         start,
-        np.minimum(loss, shooting.huber(point.linear.residual)),
-        settled.rest,
+        shooting.huber(final.linear.residual),
+        final.rest,
     )
 
 

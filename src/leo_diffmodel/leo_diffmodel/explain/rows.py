@@ -197,6 +197,7 @@ def _row(scored: Scored, fitted: Fit, index: int, before: float, after: float) -
     return {
         'name': candidate.effect.name,
         'where': candidate.where,
+        **({'source': candidate.effect.source} if candidate.effect.source else {}),
         'parameters': _parameters(fitted, index),
         'gain_train': scored.gain_train,
         'gain_held_out': scored.gain_held_out,
@@ -229,6 +230,13 @@ def _parameters(fitted: Fit, index: int) -> dict:
         }
         for i, p in enumerate(fitted.hypothesis.candidates[index].parameters)
     }
+
+
+def intervals(fitted: Fit, index: int) -> dict[str, tuple[float, float]]:
+    """The 95 % confidence intervals of the parameters of candidate `index`."""
+    first = fitted.hypothesis.offset(index)
+    parameters = fitted.hypothesis.candidates[index].parameters
+    return {p.name: fitted.ci95(first + i) for i, p in enumerate(parameters)}
 
 
 def _values_text(fitted: Fit, index: int) -> str:
