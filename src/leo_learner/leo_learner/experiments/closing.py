@@ -24,14 +24,17 @@ def closing(found: Found, folder: Path, console: Console) -> None:
     names = {'ideal': 'the ideal model', 'repaired': _repaired(found), 'real': 'the robot itself'}
     for name, value in found.returns.items():
         table.add_row(f'return on the robot, trained on {names[name]}', f'{value:.1f}')
-    table.add_row('report', str(folder / 'repair' / 'report.html'))
+    reports = [folder / 'repair' / 'report.html']
     if found.measured:
         table.add_section()
         table.add_row('real pendulum, named', named(found.measured))
         _add_error(table, found.measured)
-        table.add_row('report', str(folder / RIG / 'repair' / 'report.html'))
+        reports.append(folder / RIG / 'repair' / 'report.html')
     console.print(table)
-    console.print(f'next: leo play {folder / "repaired" / "policy.safetensors"} --model pendulum')
+    for report in reports:
+        console.print(f'report: {report.resolve()}', soft_wrap=True)
+    policy = (folder / 'repaired' / 'policy.safetensors').resolve()
+    console.print(f'next: leo play {policy} --model pendulum', soft_wrap=True)
 
 
 def named(answer: Mapping[str, Any]) -> str:
