@@ -51,6 +51,11 @@ def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],
         if quantity.unit != unit:
             raise UserError(f'{folder / "robot.yaml"}: {path}: the unit is {unit!r}, '
                             f'found {quantity.unit!r}')
+        if quantity.uncertain and not (
+                quantity.uncertain[0] <= quantity.value <= quantity.uncertain[1]):
+            low, high = quantity.uncertain
+            raise UserError(f'{folder / "robot.yaml"}: {path}: {quantity.value:g} is outside its '
+                            f'uncertain range {low:g} to {high:g} {unit}')
         found[path] = Constant(path, quantity.value, unit, quantity.uncertain)
     for name in file.actuators:
         for key in MOTOR_UNITS if file.input == 'voltage' else ():

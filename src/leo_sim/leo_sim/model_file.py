@@ -9,7 +9,7 @@ from pydantic import Field
 import yaml
 
 from leo_msgs_py.errors import UserError
-from leo_sim.effects import get_effect, place, Placed
+from leo_sim.effects import check_bounds, get_effect, place, Placed
 from leo_sim.model import Model
 from leo_sim.names import nearest
 from leo_sim.robot import Constant, load_robot, named_robots, Robot
@@ -155,9 +155,7 @@ def _check(robot: Robot, placed: Placed, entry: EffectFile) -> None:
         if given.unit != p.unit:
             raise UserError(f'{entry.name}.{p.name}: the unit is {p.unit!r}, '
                             f'found {given.unit!r}')
-        if not p.low <= given.value <= p.high:
-            raise UserError(f'{entry.name}.{p.name}: {given.value:g} is outside '
-                            f'{p.low:g} to {p.high:g} {p.unit}'.rstrip())
+    check_bounds(robot, placed)
 
 
 def _constants(path: Path, robot: Robot, given: Mapping[str, Quantity]) -> dict[str, Constant]:
@@ -171,6 +169,9 @@ def _constants(path: Path, robot: Robot, given: Mapping[str, Quantity]) -> dict[
             raise UserError(f'{path}: constants: {name}: the unit is {known.unit!r}, '
                             f'found {quantity.unit!r}')
         uncertain = quantity.uncertain or known.uncertain
+        if uncertain and not uncertain[0] <= quantity.value <= uncertain[1]:
+            raise UserError(f'{path}: constants: {name}: {quantity.value:g} is outside its '
+                            f'uncertain range {uncertain[0]:g} to {uncertain[1]:g} {known.unit}')
         result[name] = Constant(name, quantity.value, known.unit, uncertain)
     return result
 

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 import datetime
 import json
 from pathlib import Path
 from typing import Any
 
 from leo_msgs_py.errors import UserError
-from leo_sim.effects import get_effect, place, Placed
+from leo_sim.effects import check_bounds, get_effect, place, Placed
 from leo_sim.model import Model
 
 
@@ -35,12 +36,17 @@ def from_words(model: Model, words: Sequence[str]) -> tuple[Model, list[dict]]:
     """The model with one effect given as EFFECT[:WHERE] PARAM=VALUE ….
 
     Raises:
-        UserError: unknown effect, place or parameter, or a value that is no number.
+        UserError: unknown effect, place or parameter, no value, one that is no number, or one
+            outside the parameter's physical bounds.
     """
     name, _, where = words[0].partition(':')
     effect = get_effect(name)
     values = dict(_assignment(word) for word in words[1:])
     placed = place(model.robot, effect, where or 'all', **values)
+    if not values:
+        wanted = ' '.join(f'{p}=VALUE [{u}]' for p, u in placed.units.items())
+        raise UserError(f'{words[0]} without a value changes nothing; say {wanted}')
+    check_bounds(model.robot, placed)
     entry = {'added': words[0], 'by': 'hand', 'date': _today()}
     return changed(model, [placed], {}), [entry]
 
@@ -80,7 +86,9 @@ def _read(path: Path) -> dict[str, Any]:
 
 def _placed(model: Model, row: dict[str, Any]) -> Placed:
     values = {name: p['value'] for name, p in row['parameters'].items()}
-    return place(model.robot, row['name'], row['where'], **values)
+    placed = place(model.robot, row.get('source') or row['name'], row['where'], **values)
+    check_bounds(model.robot, placed)
+    return replace(placed, ci95={name: tuple(p['ci95']) for name, p in row['parameters'].items()})
 
 
 def _assignment(word: str) -> tuple[str, float]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
 
-from .contents import load
+from .contents import BagContents, load
 from .inputs import InputLog, read_inputs
 from .mcap_file import sha256
 from .notes import input_notes, reading_notes
@@ -94,14 +94,17 @@ def read_bag(
     path, mapping, robot = Path(path), read_topic_map(topic_map), _robot(robot)
     contents = load(path)
     if not contents.message_count:
-        raise UserError(f'{path} is empty: nothing was recorded; was the robot running?')
+        raise UserError(f'{path} {_why_nothing(contents)}')
     topic = find_topic(contents, 'joint_states', mapping)
     if topic is None:
         raise UserError(
             f'{path} has no topic /joint_states; it has {list_topics(contents)}. '
             'Name the one to use in a topic map (topics: {joint_states: ...})'
         )
-    states, turns = unwrapped(read_states(topic, robot.joint_names, mapping))
+    try:
+        states, turns = unwrapped(read_states(topic, robot.joint_names, mapping))
+    except UserError as error:
+        raise UserError(f'{path}: {error}') from error
     segments = split(states, find_topic(contents, 'episode', mapping))
     inputs = read_inputs(contents, states, robot, mapping)
     episodes = _episodes(states, segments, _held(states, inputs, mapping), len(robot.actuators))
@@ -119,6 +122,12 @@ def read_bag(
             *input_notes(contents, robot, mapping, inputs),
         ),
     )
+
+
+def _why_nothing(contents: BagContents) -> str:
+    if contents.finished or not any(file.stat().st_size for file in contents.files):
+        return 'is empty: nothing was recorded; was the robot running?'
+    return 'is damaged, or was cut before the first message: nothing in it reads; record again'
 
 
 def _robot(robot: Robot | str | Path) -> Robot:

@@ -12,7 +12,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.torque import missing_torque, MissingTorque, where
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.windows import sample_period, Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
@@ -46,9 +46,9 @@ def compare(
         step: length of one step [s]; by default the control period of the data.
 
     Raises:
-        UserError: the recordings are too short for a single window.
+        UserError: the recordings are too short for a single window, or a step out of reach.
     """
-    step = step or errors.step_seconds(recordings)
+    step = errors.step_seconds(recordings) if step is None else _checked(step, recordings)
     try:
         windows = _windows(recordings, model, step)
         sigma = noise.estimate(model, noise.short_windows(recordings))
@@ -78,6 +78,16 @@ def compare(
         'provenance': provenance(recordings, model),
     }
     return Comparison(data, missing, sigma)
+
+
+def _checked(step: float, recordings: Sequence[Recording]) -> float:
+    least = sample_period(recordings)
+    if not 0.99 * least <= step <= HORIZON_SECONDS:
+        raise UserError(
+            f'a step of {step:g} s cannot be scored; give --step from {least:g} s (one sample) '
+            f'to {HORIZON_SECONDS:g} s'
+        )
+    return step
 
 
 def _windows(recordings: Sequence[Recording], model: Model, step: float) -> Windows:

@@ -19,7 +19,7 @@ EXAMPLES = (
 
 def main(argv: list[str]) -> int:
     """Run `leo add`; exit status 0."""
-    arguments = _parser().parse_args(argv)
+    arguments = _parser().parse_intermixed_args(argv)
     model = common.load(arguments)
     if bool(arguments.source) == bool(arguments.words):
         raise UserError('give either --from explain.json, or EFFECT[:WHERE] PARAM=VALUE …')

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from leo_diffmodel.verbs import common
+from leo_msgs_py.errors import UserError
 
 EXAMPLES = (
     'leo blind --cases 200 --no-effect 200 -o out/blind',
@@ -23,6 +24,11 @@ def main(argv: list[str]) -> int:
     from leo_diffmodel.blind.run import run
 
     arguments = _parser().parse_args(argv)
+    if min(arguments.cases, arguments.no_effect, arguments.first_seed) < 0:
+        raise UserError('leo blind: --cases, --no-effect and --first-seed take 0 or more, found '
+                        f'{arguments.cases}, {arguments.no_effect}, {arguments.first_seed}')
+    if arguments.jobs < 1:
+        raise UserError(f'leo blind: --jobs takes 1 or more, found {arguments.jobs}')
     folder = common.fresh_folder(arguments.output) or Path('out/blind')
     first, results = arguments.first_seed, folder / 'results.jsonl'
     answers = {}

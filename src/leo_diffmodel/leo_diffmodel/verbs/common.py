@@ -7,6 +7,7 @@ import argparse
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 import json
+import os
 from pathlib import Path
 import sys
 
@@ -65,12 +66,19 @@ def own_effects(arguments: argparse.Namespace) -> list[Effect]:
 
 
 def fresh_folder(path: str | None) -> Path | None:
-    """A folder to write to; it may exist, but not as a file."""
+    """A folder to write to; it may exist, but not as a file.
+
+    Raises:
+        UserError: a file is in the way, or it cannot be written to.
+    """
     if path is None:
         return None
     folder = Path(path)
     if folder.exists() and not folder.is_dir():
         raise UserError(f'{folder} is a file; -o takes a folder')
+    there = next(p for p in (folder, *folder.absolute().parents) if p.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        raise UserError(f'cannot write to {folder}: {there} is no folder of yours; choose another')
     return folder
 
 
@@ -88,6 +96,7 @@ def progress(title: str) -> Iterator[Callable[[str], None]]:
     """A line on stderr that says what is being done and for how long."""
     columns = (SpinnerColumn(), TextColumn('{task.description}'), TimeElapsedColumn())
     console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True) as bar:
+    quiet = not console.is_terminal
+    with Progress(*columns, console=console, transient=True, disable=quiet) as bar:
         task = bar.add_task(title)
         yield lambda text: bar.update(task, description=f'{title}: {text}')

@@ -28,8 +28,9 @@ def main(argv: list[str]) -> int:
     model = common.load(arguments)
     recordings = common.read_bags(arguments.bags, model, arguments.topic_map)
     held = common.read_bags(arguments.hold_out, model, arguments.topic_map)
+    own = common.own_effects(arguments)
     with common.progress('explaining') as told:
-        result = explain(recordings, model, held, common.own_effects(arguments), told)
+        result = explain(recordings, model, held, own, told)
     if folder:
         write(folder, result, [*recordings, *held])
     if arguments.json:

@@ -36,9 +36,10 @@ def main(argv: list[str]) -> int:
     model = common.load(arguments)
     recordings = common.read_bags(arguments.bags, model, arguments.topic_map)
     held = common.read_bags(arguments.hold_out, model, arguments.topic_map)
+    own = common.own_effects(arguments)
     with common.progress('repairing') as told:
         before = compare(recordings, model)
-        result = explain(recordings, model, held, common.own_effects(arguments), told)
+        result = explain(recordings, model, held, own, told)
     rows = ladder(result)
     common.write_json(folder, 'compare.json', before.data)
     write(folder, result, [*recordings, *held])

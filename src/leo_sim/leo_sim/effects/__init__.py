@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from importlib.metadata import entry_points
-import importlib.util
+import math
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
@@ -27,6 +27,7 @@ from leo_sim.effects.quadratic_drag import QuadraticDrag
 from leo_sim.effects.stribeck_friction import StribeckFriction
 from leo_sim.effects.torque_ripple import TorqueRipple
 from leo_sim.effects.torque_scale import TorqueScale
+from leo_sim.effects.user_file import read_effect
 from leo_sim.effects.viscous_friction import ViscousFriction
 from leo_sim.effects.voltage_deadband import VoltageDeadband
 from leo_sim.effects.voltage_limit import VoltageLimit
@@ -36,7 +37,7 @@ from leo_sim.names import nearest
 if TYPE_CHECKING:
     from leo_sim.robot import Robot
 
-__all__ = ['EFFECTS', 'Effect', 'Parameter', 'Placed', 'get_effect', 'place']
+__all__ = ['EFFECTS', 'Effect', 'Parameter', 'Placed', 'check_bounds', 'get_effect', 'place']
 
 EFFECTS: dict[str, Effect] = {effect.name: effect for effect in (
     CommandDelay(), VoltageScale(), VoltageDeadband(), VoltageLimit(), ActuatorLag(),
@@ -60,7 +61,7 @@ def get_effect(ref: str) -> Effect:
     if ref in EFFECTS:
         return EFFECTS[ref]
     if ref.endswith('.py'):
-        return _from_file(Path(ref))
+        return read_effect(Path(ref))
     for entry in entry_points(group='leo.effects'):
         if entry.name == ref:
             return entry.load()()
@@ -96,18 +97,11 @@ def place(robot: Robot, name: str | Effect, where: str | list[str] | tuple[str, 
                   {p.name: p.unit for p in declared})
 
 
-def _from_file(path: Path) -> Effect:
-    """The one effect that a Python file defines."""
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    if spec is None or spec.loader is None or not path.is_file():
-        raise UserError(f'no effect file {path}')
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    found = [c for c in vars(module).values() if isinstance(c, type)
-             and issubclass(c, Effect) and c.__module__ == module.__name__]
-    if len(found) != 1:
-        raise UserError(f'{path} defines {len(found)} effects; it must define exactly one '
-                        'subclass of leo_sim.effects.Effect')
-    effect: Effect = found[0]()
-    effect.source = str(path)
-    return effect
+def check_bounds(robot: Robot, placed: Placed) -> None:
+    """Raise UserError for a parameter outside its physical bounds; neutral is always inside."""
+    for p in placed.effect.parameters_for(robot, placed.where):
+        value = placed.parameters[p.name]
+        if value == p.neutral or (math.isfinite(value) and p.low <= value <= p.high):
+            continue
+        raise UserError(f'{placed.effect.name}.{p.name}: {value:g} is outside '
+                        f'{p.low:g} to {p.high:g} {p.unit}'.rstrip())

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A folder full of what users get wrong: bags, logs, models, effects."""
+
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.bags.writer import BagWriter
+from leo_sim.model import Model
+from leo_sim.model_file import save_model
+from leo_sim.robot import load_robot
+from leo_sim.sealing import seal
+
+FRICTION = {
+    'name': 'viscous_friction',
+    'where': 'pivot',
+    'parameters': {'b': {'value': 1e-5, 'unit': 'N m s/rad'}},
+}
+COLUMN_MAP = """
+robot: pendulum
+time: t
+joints: {pivot: {position: angle}}
+"""
+BROKEN_LAW = """
+from leo_sim.effects import Effect, Parameter
+class Wind(Effect):
+    name, family, hook, parameters = 'wind', 'load', 'torque', (Parameter('w', 'N m'),)
+    def torque(self, p, q, dq, motor, load):
+        raise RuntimeError('no wind today')
+"""
+
+
+def fill(folder: Path) -> Path:
+    """Write every kind of bad input, and the good ones they are used with."""
+    _bags(folder)
+    _models(folder)
+    _logs(folder)
+    seal(folder / 'truth.sealed', 'robot: pendulum\neffects: []\n')
+    damaged = (folder / 'truth.sealed').read_text().splitlines()
+    (folder / 'damaged.sealed').write_text('\n'.join([damaged[0], '0' * 64, *damaged[2:]]))
+    (folder / 'notes.txt').write_text('nothing of use\n')
+    (folder / 'list.json').write_text('[]')
+    effects = {
+        'raises.py': 'raise RuntimeError("out of order")\n',
+        'syntax.py': 'def (:\n',
+        'imports.py': 'import no_such_module_anywhere\n',
+        'none.py': 'x = 1\n',
+        'hook.py': BROKEN_LAW.replace("'torque',", "'ground',"),
+        'half.py': 'from leo_sim.effects import Effect\nclass Wind(Effect):\n    name = 1\n',
+        'broken_law.py': BROKEN_LAW,
+    }
+    for name, text in effects.items():
+        (folder / name).write_text(text)
+    return folder
+
+
+def swing(count: int = 600, joint: str = 'pivot') -> Run:
+    """A swing at 100 Hz with a voltage that changes."""
+    t = 0.01 * np.arange(count)
+    voltage = np.sign(np.sin(7 * t))
+    inputs = {joint: {'voltage': voltage, 'enabled': np.ones(count)}}
+    return Run(t, [joint], 3 + np.sin(t)[:, None], np.cos(t)[:, None], inputs=inputs)
+
+
+def _bags(folder: Path) -> None:
+    write_runs(folder / 'good', [swing()], {'robot': 'pendulum'})
+    write_runs(folder / 'elbow', [swing(joint='elbow')], {})
+    nothing = swing()
+    write_runs(folder / 'nan', [Run(nothing.t, ['pivot'], nothing.q * np.nan)], {})
+    write_runs(folder / 'tiny', [swing(6)], {})
+    BagWriter(folder / 'empty', {}).close()
+    writer = BagWriter(folder / 'other', {})
+    for topic in ('/camera/info', '/chatter'):
+        channel = writer.add_topic(topic, 'std_msgs/msg/String')
+        writer.write(channel, b'\x00\x01\x00\x00\x02\x00\x00\x00x\x00', 1)
+    writer.close()
+    (mcap,) = (folder / 'good').glob('*.mcap')
+    damaged = bytearray(mcap.read_bytes())
+    damaged[64:] = np.random.default_rng(0).bytes(len(damaged) - 64)
+    (folder / 'damaged').mkdir()
+    (folder / 'damaged' / 'damaged_0.mcap').write_bytes(damaged)
+    (folder / 'text.mcap').write_text('this is text, not a bag')
+    (folder / 'no_mcap').mkdir()
+
+
+def _models(folder: Path) -> None:
+    save_model(folder / 'model.yaml', Model(load_robot('pendulum')))
+    unit = {'b': {'value': 1e-5, 'unit': 'N m'}}
+    bad = {
+        'unit': {'effects': [{**FRICTION, 'parameters': unit}]},
+        'effect': {'effects': [{**FRICTION, 'name': 'viscos_friction'}]},
+        'place': {'effects': [{**FRICTION, 'where': 'knee'}]},
+        'robot': {'robot': 'pendulun'},
+        'constant': {'constants': {'gravity': {'value': 9.8, 'unit': 'm/s'}}},
+        'range': {'constants': {'gravity': {'value': 9.8, 'unit': 'm/s2', 'uncertain': [9, 8]}}},
+        'law': {'effects': [{'name': 'broken_law.py', 'where': 'pivot'}]},
+    }
+    for name, content in bad.items():
+        text = yaml.safe_dump({'robot': 'pendulum', **content})
+        (folder / f'bad_{name}.yaml').write_text(text)
+    (folder / 'broken.yaml').write_text('robot: [pendulum\neffects:\n  - name')
+    (folder / 'binary.yaml').write_bytes(b'\xff\xfe\x00')
+    (folder / 'half_robot').mkdir()
+    (folder / 'half_robot' / 'robot.yaml').write_text('name: half\n')
+    (folder / 'taken').mkdir()
+    (folder / 'taken' / 'model.yaml').write_text('robot: pendulum\n')
+
+
+def _logs(folder: Path) -> None:
+    (folder / 'map.yaml').write_text(COLUMN_MAP)
+    (folder / 'map_unit.yaml').write_text(
+        COLUMN_MAP.replace('position: angle', 'position: {column: angle, unit: kg}')
+    )
+    (folder / 'backwards.csv').write_text('t,angle\n0.00,1\n0.02,2\n0.01,3\n0.03,4\n')
+    (folder / 'columns.csv').write_text('t,angel\n0,1\n1,2\n')
+    (folder / 'words.csv').write_text('t,angle\n0,up\n1,down\n')
+    (folder / 'no_rows.csv').write_text('t,angle\n')
+    (folder / 'log.csv').write_text('t,angle\n0,1\n1,2\n')

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever a user gets wrong is one clear line and exit status 2, and nothing is written."""
+
+from pathlib import Path
+
+import pytest
+from tests.e2e import bad_input
+
+from leo_msgs_py.cli import main
+
+P = ['--model', 'pendulum']
+BAGS = {
+    'nowhere': ['no bag at nowhere', 'leo bag record'],
+    'empty': ['empty', 'robot running'],
+    'other': ['/joint_states', '/camera/info', '/chatter', 'topic map'],
+    'elbow': ['elbow: joints pivot', 'there are elbow', 'topic map'],
+    'nan': ['nan', 'NaN'],
+    'damaged': ['damaged is damaged', 'record again'],
+    'text.mcap': ['text.mcap', 'not an MCAP'],
+    'no_mcap': ['no .mcap file in no_mcap'],
+}
+MODELS = {
+    'nothing.yaml': ['no model file nothing.yaml'],
+    'pendulun': ["'pendulun'", 'pendulum?'],
+    'bad_unit.yaml': ['bad_unit.yaml', 'effects[0]', "'N m s/rad'", "'N m'"],
+    'bad_effect.yaml': ['bad_effect.yaml', 'effects[0]', 'viscous_friction?'],
+    'bad_place.yaml': ['bad_place.yaml', "'knee'", 'pivot'],
+    'bad_robot.yaml': ["'pendulun'", 'pendulum?'],
+    'bad_constant.yaml': ['bad_constant.yaml', 'gravity', "'m/s2'", "'m/s'"],
+    'bad_range.yaml': ['bad_range.yaml', 'gravity', 'uncertain'],
+    'bad_law.yaml': ['broken_law.py', 'no wind today'],
+    'broken.yaml': ['broken.yaml', 'not a YAML file'],
+    'binary.yaml': ['binary.yaml', 'not a YAML file'],
+    'half_robot': ['half_robot', 'robot.yaml'],
+    'no_mcap': ['no_mcap', 'robot.yaml'],
+}
+EFFECTS = {
+    'nothing.py': ['no effect file nothing.py'],
+    'raises.py': ['raises.py', 'out of order'],
+    'syntax.py': ['syntax.py', 'line 1'],
+    'imports.py': ['imports.py', 'no_such_module_anywhere'],
+    'none.py': ['none.py', 'exactly one'],
+    'broken_law.py': ['broken_law.py', 'no wind today'],
+    'hook.py': ['hook.py', 'hook', "'ground'"],
+    'half.py': ['half.py', 'lacks family, hook, parameters'],
+    'viscos': ['viscos'],
+}
+LOGS = {
+    ('nothing.csv', 'map.yaml'): ['nothing.csv'],
+    ('backwards.csv', 'map.yaml'): ['backwards.csv', '0.01'],
+    ('columns.csv', 'map.yaml'): ["'angle'", 'angel'],
+    ('words.csv', 'map.yaml'): ['words.csv', 'angle'],
+    ('no_rows.csv', 'map.yaml'): ['no_rows.csv'],
+    ('log.csv', 'nothing.yaml'): ['nothing.yaml'],
+    ('log.csv', 'broken.yaml'): ['broken.yaml'],
+    ('log.csv', 'map_unit.yaml'): ["'kg'", 'position'],
+    ('log.csv', 'model.yaml'): ['model.yaml'],
+}
+ADD = ['add', 'pendulum', '-o', 'new.yaml']
+OTHERS = [
+    (['compar', 'good', *P], ["'compare'"]),
+    (['compare', 'good'], ['leo compare', '--model', 'leo compare --help']),
+    (['compare', 'good', *P, '--colour'], ['leo compare', '--colour']),
+    (['compare', 'good', *P, '--step', 'x'], ['leo compare', '--step', "'x'"]),
+    (['compare', 'good', *P, '--step', '-1'], ['--step', '-1']),
+    (['compare', 'good', *P, '--step', '0.0001'], ['--step']),
+    (['compare', 'tiny', *P], ['tiny', '2 s']),
+    (['compare', 'good', *P, '-o', 'notes.txt'], ['notes.txt is a file', '-o']),
+    (['compare', 'good', *P, '--topic-map', 'nothing.yaml'], ['nothing.yaml']),
+    (['compare', 'good', *P, '--topic-map', 'broken.yaml'], ['broken.yaml']),
+    (['explain', 'good', *P, '-o', 'notes.txt'], ['notes.txt is a file']),
+    (['explain', 'good', *P, '-o', 'notes.txt/sub'], ['notes.txt']),
+    (['explain', 'good', *P, '--hold-out', 'nowhere'], ['no bag at nowhere']),
+    (['repair', 'good', *P], ['leo repair', '-o']),
+    (['repair', 'good', *P, '-o', 'notes.txt'], ['notes.txt is a file']),
+    (['repair', 'good', *P, '-o', 'taken'], ['taken/model.yaml exists', 'another -o']),
+    (['import', 'log.csv', '--map', 'map.yaml', '-o', 'good'], ['good', 'exists']),
+    (['bag', 'info', 'nowhere'], ['no bag at nowhere']),
+    (['bag', 'info', 'other/nothing.mcap'], ['nothing.mcap']),
+    (['bag', 'inf', 'good'], ["'inf'", 'info']),
+    (['bag', 'play', 'nowhere'], ['no bag at nowhere']),
+    (['bag', 'play', 'good', '--rate', '0'], ['--rate 0', 'above 0']),
+    (['bag', 'record', '--colour'], ['--colour']),
+    (['reveal', 'nothing.sealed'], ['nothing.sealed']),
+    (['reveal', 'notes.txt'], ['notes.txt is not a sealed file']),
+    (['reveal', 'damaged.sealed'], ['damaged.sealed was changed']),
+    (['reveal', 'good'], ['good']),
+    (['play', 'nothing.safetensors', *P], ['nothing.safetensors']),
+    (['play', 'notes.txt', *P], ['notes.txt', 'not a policy file', 'leo learn']),
+    (['learn', '--model', 'bad_unit.yaml', '-o', 'run'], ['bad_unit.yaml', "'N m'"]),
+    (['learn', '--resume', 'good'], ['good holds no run']),
+    (['blind', '--cases', 'x'], ['leo blind', '--cases', "'x'"]),
+    (['blind', '--cases', '-1'], ['--cases', '-1']),
+    (['blind', '--jobs', '0'], ['--jobs', '0']),
+    (['blind', '-o', 'notes.txt'], ['notes.txt is a file']),
+    ([*ADD], ['--from', 'EFFECT']),
+    ([*ADD, '--from', 'nothing.json'], ['nothing.json', 'leo explain']),
+    ([*ADD, '--from', 'notes.txt'], ['notes.txt is not JSON']),
+    ([*ADD, '--from', 'list.json'], ['list.json is not an explain.json']),
+    ([*ADD, 'viscos_friction', 'b=1'], ['viscous_friction?']),
+    ([*ADD, 'viscous_friction:knee', 'b=1'], ["'knee'", 'pivot']),
+    ([*ADD, 'viscous_friction', 'c=1'], ["'c'", 'it has: b']),
+    ([*ADD, 'viscous_friction', 'b'], ["'b'", 'PARAM=VALUE']),
+    ([*ADD, 'viscous_friction'], ['viscous_friction', 'b=VALUE']),
+    ([*ADD, 'viscous_friction', 'b=-1'], ['viscous_friction.b', '-1', '0 to inf N m s/rad']),
+    ([*ADD, 'viscous_friction', 'b=nan'], ['viscous_friction.b', 'nan']),
+    ([*ADD, 'viscous_friction', 'b=inf'], ['viscous_friction.b', 'inf']),
+    (['add', 'pendulum', 'viscous_friction', 'b=1', '-o', 'model.yaml'], ['model.yaml exists']),
+    (['add', 'pendulum', 'viscous_friction', 'b=1', '-o', 'no/new.yaml'], ['no/new.yaml']),
+    (['run', 'leo_sim', 'robto'], ["'robto'", 'leo_sim robot']),
+    (['run', 'leo_sim', 'robot', '--ros-args', '-p', 'robot:=pendulun'], ['pendulum?']),
+]
+CASES = [
+    *((['compare', bag, *P], said) for bag, said in BAGS.items()),
+    *((['explain', bag, *P, '-o', 'out'], said) for bag, said in BAGS.items()),
+    *((['repair', bag, *P, '-o', 'out'], BAGS[bag]) for bag in ('nowhere', 'empty', 'damaged')),
+    *((['compare', 'good', '--model', model], said) for model, said in MODELS.items()),
+    *((['repair', 'good', '--model', m, '-o', 'out'], MODELS[m]) for m in ('bad_unit.yaml',)),
+    *((['explain', 'good', *P, '--effect', name], said) for name, said in EFFECTS.items()),
+    *((['import', log, '--map', map_, '-o', 'new'], said) for (log, map_), said in LOGS.items()),
+    *OTHERS,
+]
+
+
+@pytest.fixture(scope='module')
+def shop(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return bad_input.fill(tmp_path_factory.mktemp('bad'))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(p): p.read_bytes() for p in folder.rglob('*') if '__pycache__' not in p.parts
+            and p.is_file()} | {f'{p}/': b'' for p in folder.rglob('*') if p.is_dir()
+                                and '__pycache__' not in p.parts}
+
+
+@pytest.mark.parametrize(('argv', 'said'), CASES, ids=lambda v: ' '.join(v))
+def test_one_line_says_what_is_wrong(argv, said, shop, monkeypatch, capfd):
+    monkeypatch.chdir(shop)
+    before = contents(shop)
+    assert main(list(argv)) == 2
+    out, err = capfd.readouterr()
+    assert out == ''
+    lines = [line for line in err.splitlines() if not line.startswith(('warning: ', '[INFO]'))]
+    assert len(lines) == 1 and lines[0].startswith('leo: error: '), err
+    assert [part for part in said if part not in lines[0]] == [], lines[0]
+    assert contents(shop) == before
