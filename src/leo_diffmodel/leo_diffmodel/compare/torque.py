@@ -21,6 +21,8 @@ Array = np.ndarray
 INTERVALS = 5
 BINS = 8
 WORST_WINDOWS = 5
+WEAK = 1e-6
+"""Weight of the assumption that what is missing is no larger than the robot's own torque."""
 
 
 @dataclass(frozen=True)
@@ -45,12 +47,23 @@ class MissingTorque:
     inputs: Array
     windows: Windows
 
+    def take(self, index: Array) -> MissingTorque:
+        """Return the estimates of the windows `index`."""
+        arrays = {name: value[index] for name, value in vars(self).items() if name != 'windows'}
+        return MissingTorque(windows=self.windows.take(index), **arrays)
+
 
 def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) -> MissingTorque:
-    """Estimate the missing torque over windows of five samples."""
+    """Estimate the missing torque over windows of five samples.
+
+    Windows in which no torque would show are left out (a joint that dry friction holds still),
+    unless there are no others.
+    """
     history = HISTORY if has_memory(model) else 0.0
     windows = cut(recordings, INTERVALS * sample_period(recordings), history=history)
-    return estimate(model, windows, sigma)
+    found = estimate(model, windows, sigma)
+    told = np.all(found.spread < 0.1 * torque_scale(model.robot), axis=1)
+    return found.take(np.flatnonzero(told)) if told.any() else found
 
 
 def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
@@ -68,7 +81,7 @@ def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
     noise = per_window(sigma, windows)
     e = ((windows.measured - predicted) / noise).reshape(windows.count, -1, 1)
     a = (columns / noise[..., None]).reshape(windows.count, e.shape[1], -1)
-    inverse = np.linalg.inv(np.swapaxes(a, -1, -2) @ a)
+    inverse = np.linalg.inv(np.swapaxes(a, -1, -2) @ a + WEAK * np.eye(a.shape[-1]))
     found = (inverse @ (np.swapaxes(a, -1, -2) @ e))[..., 0]
     variance = np.diagonal(inverse, axis1=-2, axis2=-1)
     return MissingTorque(
