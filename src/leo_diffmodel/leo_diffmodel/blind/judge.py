@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from leo_diffmodel.blind.case import Case
-from leo_diffmodel.explain.search import MARGIN_NATS
+from leo_diffmodel.explain.scored import MARGIN_NATS
 
 LARGEST_SET = 3
 

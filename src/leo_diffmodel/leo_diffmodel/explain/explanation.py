@@ -15,8 +15,9 @@ from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import evidence, rows, verdict
 from leo_diffmodel.explain.classes import Facts
-from leo_diffmodel.explain.engine import pose, Search, search
-from leo_diffmodel.explain.search import unexplained
+from leo_diffmodel.explain.engine import Search, search
+from leo_diffmodel.explain.pose import pose
+from leo_diffmodel.explain.scored import unexplained
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -99,7 +100,7 @@ def _untestable(
     recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model
 ) -> str | None:
     try:
-        problem, _ = pose(recordings, hold_out, model)
+        problem = pose(recordings, hold_out, model).problem
     except ValueError as error:
         return f'{error}: record 20 s or more with a changing input'
     return verdict.untestable(problem.windows, problem.sigma)
@@ -127,7 +128,7 @@ def held_windows(recordings: Sequence[Recording], found: Search, model: Model) -
     while True:
         try:
             windows = errors.horizon_windows(recordings, model, seconds)
-            mask = found.blocks.held(windows)
+            mask = found.posed.blocks.held(windows)
             if mask.any():
                 return _undisturbed(windows.take(mask), found)
         except ValueError:

@@ -13,6 +13,7 @@ from leo_diffmodel.explain.hypothesis import Hypothesis
 from leo_sim.model import Model
 
 Array = np.ndarray
+ENOUGH_NATS = 0.05
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ def fit(
             best = _evaluate(problem, hypothesis, theta, best.start + step.start)
             continue
         best, theta, scale = trial, moved, min(1.0, 3 * scale)
-        if gained < 0.02:
+        if gained < ENOUGH_NATS:
             break
     return _finish(problem, best)
 
@@ -174,7 +175,7 @@ def settle(
 
 def _finish(problem: Problem, point: _Point) -> Fit:
     """Settle the start states and read off loss, residual and covariance."""
-    start = settle(problem, point.hypothesis, point.theta, point.start, rounds=2)
+    start = settle(problem, point.hypothesis, point.theta, point.start, rounds=1)
     final = _evaluate(problem, point.hypothesis, point.theta, start)
     by_theta = shooting.eliminate(final.linear)[1][problem.train]
     return Fit(

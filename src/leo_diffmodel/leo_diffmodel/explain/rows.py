@@ -16,7 +16,8 @@ from leo_diffmodel.explain.classes import Facts
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit
 from leo_diffmodel.explain.hypothesis import Candidate
-from leo_diffmodel.explain.search import Round, Scored
+from leo_diffmodel.explain.scored import Scored
+from leo_diffmodel.explain.search import Round
 from leo_diffmodel.explain.verdict import Named
 from leo_sim.model import Model
 
@@ -61,7 +62,7 @@ def effect_rows(context: Context) -> list[dict]:
         after = context.headline(step.scored[0].fit or final)
         row = _row(step.scored[0], final, index, before, after)
         row['inclusion_probability'] = evidence.inclusion(
-            step, context.facts, found.blocks.index(step.problem.windows)
+            step, context.facts, found.posed.blocks.index(step.posed.problem.windows)
         )
         row['confusable_with'] = _confusable(step, context.facts)
         rows.append(row)

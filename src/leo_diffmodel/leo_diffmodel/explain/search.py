@@ -4,77 +4,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.contest import contest
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.pose import Posed, quieter
 from leo_diffmodel.explain.scan import Scales, Scan, Scanner
+from leo_diffmodel.explain.scored import dispersion, MARGIN_NATS, Scored
 from leo_diffmodel.explain.threshold import threshold
 
 Array = np.ndarray
 REFINED = 8
+LISTENED = 3
+WORTH_A_FIT = 1.5
 T = TypeVar('T')
-AGREEMENT = 0.1
-MARGIN_NATS = 5.0
-
-
-@dataclass(frozen=True)
-class Scored:
-    """One candidate fitted on top of the present hypothesis.
-
-    Attributes:
-        candidate: the effect and its place.
-        fit: the joint fit, None where the scan already ruled it out.
-        gain_train: loss saved on the training windows [nats].
-        gain_held_out: loss saved on the windows no fit saw [nats].
-        evidence: what the largest amplitude tried could give in this data [nats].
-        expected_held_out: what `gain_train` promises for the windows no fit saw [nats].
-        dispersion: how many times what is left exceeds white noise; see `dispersion`.
-    """
-
-    candidate: Candidate
-    fit: Fit | None
-    gain_train: float
-    gain_held_out: float
-    evidence: float
-    expected_held_out: float = 0.0
-    dispersion: float = 1.0
-
-    @property
-    def confirmed(self) -> bool:
-        """Whether held-out windows agree: they gain, and not a mere trace of what they should."""
-        return self.gain_held_out > max(0.0, AGREEMENT * self.expected_held_out)
-
-    @property
-    def score(self) -> float:
-        """Training gain less the price of its parameters (half a log of the sample count each).
-
-        What is held out takes no part in the choice; it only has to agree.
-        """
-        if self.fit is None:
-            return self.weight_of_evidence
-        return self.weight_of_evidence - self.price
-
-    @property
-    def weight_of_evidence(self) -> float:
-        """Training gain [nats] as it counts where the rest is more than white noise."""
-        return self.gain_train / self.dispersion
-
-    @property
-    def total(self) -> float:
-        """Gain on all windows [nats], discounted alike; the parameters saw the training ones."""
-        return (self.gain_train + self.gain_held_out) / self.dispersion
-
-    @property
-    def price(self) -> float:
-        """Nats that the candidate's parameters must earn (Bayesian information criterion)."""
-        assert self.fit is not None
-        return 0.5 * len(self.candidate.parameters) * float(np.log(self.fit.residual.size))
 
 
 @dataclass(frozen=True)
@@ -85,13 +34,13 @@ class Round:
         null: the fit the candidates were added to.
         scored: best first.
         threshold: gain [nats] that noise alone can give.
-        problem: the problem with the noise used here.
+        posed: the problem with the noise used here.
     """
 
     null: Fit
     scored: tuple[Scored, ...]
     threshold: float
-    problem: Problem
+    posed: Posed
 
     @property
     def best(self) -> Scored | None:
@@ -107,34 +56,8 @@ def gain(null: Fit, other: Fit, chosen: Array) -> float:
     return float((null.loss - other.loss)[chosen].sum())
 
 
-def dispersion(fitted: Fit) -> float:
-    """How many times the residual exceeds white noise: its size times its correlation in time.
-
-    1 in a bag whose model is right but for noise. On real data something unmodelled is always
-    left; neighbouring samples then tell the same story, and a gain counts as much less.
-    """
-    joints = fitted.start.shape[-1] // 2
-    angles = fitted.residual.reshape(len(fitted.residual), -1, 2 * joints)[..., :joints]
-    ratio = unexplained(fitted)
-    power = np.maximum((angles**2).sum(axis=(1, 2)), 1e-12)
-    along = (angles[:, 1:] * angles[:, :-1]).sum(axis=(1, 2)) / power
-    follow = min(max(float(np.median(along)), 0.0), 0.95)
-    return max(1.0, ratio) * (1 + follow) / (1 - follow)
-
-
-def unexplained(fitted: Fit) -> float:
-    """Mean squared whitened residual over its expected value: 1 where only noise is left.
-
-    The sum over a window of N channels with 2J free start states is chi-squared with N - 2J
-    degrees of freedom (Pintelon, Schoukens and Vandersteen 1997); the median over windows
-    keeps a hand push from deciding.
-    """
-    size, states = fitted.residual.shape[-1], fitted.start.shape[-1]
-    return float(np.median((fitted.residual**2).sum(axis=-1)) / (size - states - 2 / 3))
-
-
 def explore(
-    problem: Problem,
+    posed: Posed,
     null: Fit,
     candidates: Sequence[Candidate],
     scales: Scales,
@@ -146,22 +69,29 @@ def explore(
     The noise is the least that any of the leading hypotheses leaves in short windows: a wrong
     model can only add to it.
     """
+    problem = posed.problem
     scanner = Scanner(problem, null, scales)
     scans = [_told(progress, c, scanner.scan(c)) for c in candidates]
     scans.sort(key=lambda s: -s.gain)
-    leading = [_told(progress, s.candidate, _refit(problem, null, s)) for s in scans[:REFINED]]
-    calmer = _least_noise(problem, leading, short)
+    leading = [_told(progress, s.candidate, _refit(problem, null, s)) for s in scans[:LISTENED]]
+    calmer = np.minimum(_least_noise(problem, leading, short), problem.sigma)
     if np.any(calmer < 0.97 * problem.sigma):
-        quieter = replace(problem, sigma=np.minimum(calmer, problem.sigma))
-        again = fit(quieter, null.hypothesis, null.theta, null.start)
-        return explore(quieter, again, candidates, scales, short, progress)
+        calm = quieter(posed, calmer)
+        again = fit(calm.problem, null.hypothesis, null.theta, null.start)
+        return explore(calm, again, candidates, scales, short, progress)
+    rest = [s for s in scans[LISTENED:REFINED] if s.gain > WORTH_A_FIT]
+    leading += [_told(progress, s.candidate, _refit(problem, null, s)) for s in rest]
     spread = min(dispersion(f) for f in leading)
-    scored = [_score(problem, null, s, f, spread) for s, f in zip(scans, leading, strict=False)]
-    rest = [
+    pairs = zip(scans, leading, strict=False)
+    scored = [_score(problem, null, s, f, spread) for s, f in pairs]
+    limit = threshold(scans)
+    if max(s.total for s in scored) > limit:
+        scored = contest(posed.longer, scored)
+    out = [
         Scored(s.candidate, None, s.gain, 0.0, s.evidence, dispersion=spread)
-        for s in scans[REFINED:]
+        for s in scans[len(leading) :]
     ]
-    return Round(null, (*_ranked(scored), *rest), threshold(scans), problem)
+    return Round(null, (*_ranked(scored), *out), limit, posed)
 
 
 def _ranked(scored: Sequence[Scored]) -> list[Scored]:
@@ -229,7 +159,7 @@ def _score(problem: Problem, null: Fit, scan: Scan, fitted: Fit, spread: float) 
 
 
 def _least_noise(problem: Problem, leading: Sequence[Fit], short: Sequence[Windows]) -> Array:
-    models = [f.hypothesis.model(problem.base, f.theta) for f in leading[:4]]
+    models = [f.hypothesis.model(problem.base, f.theta) for f in leading]
     return np.min([noise.estimate(m, short) for m in models], axis=0)
 
 

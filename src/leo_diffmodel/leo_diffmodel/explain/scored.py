@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A candidate with its fit, and what the fit is worth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.explain.fit import Fit
+from leo_diffmodel.explain.hypothesis import Candidate
+
+AGREEMENT = 0.1
+MARGIN_NATS = 5.0
+"""Nats by which the best must be ahead to be named alone: odds of 150 to 1."""
+
+
+@dataclass(frozen=True)
+class Scored:
+    """One candidate fitted on top of the present hypothesis.
+
+    Attributes:
+        candidate: the effect and its place.
+        fit: the joint fit, None where the scan already ruled it out.
+        gain_train: loss saved on the training windows [nats].
+        gain_held_out: loss saved on the windows no fit saw [nats].
+        evidence: what the largest amplitude tried could give in this data [nats].
+        expected_held_out: what `gain_train` promises for the windows no fit saw [nats].
+        dispersion: how many times what is left exceeds white noise; see `dispersion`.
+        decider: nats by which longer windows put it behind the best of its rivals, 0 or less.
+    """
+
+    candidate: Candidate
+    fit: Fit | None
+    gain_train: float
+    gain_held_out: float
+    evidence: float
+    expected_held_out: float = 0.0
+    dispersion: float = 1.0
+    decider: float = 0.0
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether held-out windows agree: they gain, and not a mere trace of what they should."""
+        return self.gain_held_out > max(0.0, AGREEMENT * self.expected_held_out)
+
+    @property
+    def score(self) -> float:
+        """Training gain less the price of its parameters (half a log of the sample count each).
+
+        What is held out takes no part in the choice; it only has to agree.
+        """
+        if self.fit is None:
+            return self.weight_of_evidence
+        return self.weight_of_evidence - self.price + self.decider
+
+    @property
+    def weight_of_evidence(self) -> float:
+        """Training gain [nats] as it counts where the rest is more than white noise."""
+        return self.gain_train / self.dispersion
+
+    @property
+    def total(self) -> float:
+        """Gain on all windows [nats], discounted alike; the parameters saw the training ones."""
+        return (self.gain_train + self.gain_held_out) / self.dispersion
+
+    @property
+    def price(self) -> float:
+        """Nats that the candidate's parameters must earn (Bayesian information criterion)."""
+        assert self.fit is not None
+        return 0.5 * len(self.candidate.parameters) * float(np.log(self.fit.residual.size))
+
+
+def dispersion(fitted: Fit) -> float:
+    """How many times the residual exceeds white noise: its size times its correlation in time.
+
+    1 in a bag whose model is right but for noise. On real data something unmodelled is always
+    left; neighbouring samples then tell the same story, and a gain counts as much less.
+    """
+    joints = fitted.start.shape[-1] // 2
+    angles = fitted.residual.reshape(len(fitted.residual), -1, 2 * joints)[..., :joints]
+    ratio = unexplained(fitted)
+    power = np.maximum((angles**2).sum(axis=(1, 2)), 1e-12)
+    along = (angles[:, 1:] * angles[:, :-1]).sum(axis=(1, 2)) / power
+    follow = min(max(float(np.median(along)), 0.0), 0.95)
+    return max(1.0, ratio) * (1 + follow) / (1 - follow)
+
+
+def unexplained(fitted: Fit) -> float:
+    """Mean squared whitened residual over its expected value: 1 where only noise is left.
+
+    The sum over a window of N channels with 2J free start states is chi-squared with N - 2J
+    degrees of freedom (Pintelon, Schoukens and Vandersteen 1997); the median over windows
+    keeps a hand push from deciding.
+    """
+    size, states = fitted.residual.shape[-1], fitted.start.shape[-1]
+    return float(np.median((fitted.residual**2).sum(axis=-1)) / (size - states - 2 / 3))
