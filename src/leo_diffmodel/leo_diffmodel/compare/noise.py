@@ -17,6 +17,8 @@ from leo_sim.model import Model
 Array = np.ndarray
 INTERVALS = 8
 HISTORY = 0.15
+FINEST = 1e-5
+"""No sensor resolves less than this share of its own swing: noise-free data stay regular."""
 ROUNDS = 8
 
 
@@ -51,7 +53,7 @@ def _estimate(model: Model, windows: Windows) -> Array:
     sigma = np.maximum(residual.std(axis=(0, 1)), 1e-9)
     for _ in range(ROUNDS):
         sigma = _reweighted(residual, columns, sigma)
-    return sigma
+    return np.maximum(sigma, FINEST * windows.measured.std(axis=(0, 1)))
 
 
 def _pushes(model: Model, windows: Windows) -> Array:

@@ -78,8 +78,8 @@ CLASSES = (
 
 PAIRS = {
     'external_force': (
-        'on a single hinge a constant downward force is also a heavier link whose inertia about '
-        'the joint is kept (link_mass with a negative link_inertia)'
+        'note: on a single hinge a constant downward force is also a heavier link whose inertia '
+        'about the joint is kept, link_mass with a negative link_inertia'
     ),
 }
 

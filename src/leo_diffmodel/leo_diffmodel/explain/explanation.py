@@ -14,7 +14,7 @@ from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import evidence, rows, verdict
-from leo_diffmodel.explain.classes import Facts
+from leo_diffmodel.explain.classes import Facts, pair_note
 from leo_diffmodel.explain.engine import Search, search
 from leo_diffmodel.explain.pose import pose
 from leo_diffmodel.explain.scored import unexplained
@@ -160,7 +160,7 @@ def _answer(context: rows.Context, origin: dict, began: float) -> Explanation:
     }
     return Explanation(
         verdict=decision,
-        sentence=verdict.sentence(decision, named, _change(context, after)),
+        sentence=verdict.sentence(decision, named, _change(context, after), _note(context)),
         effects=rows.effect_rows(context),
         constants=rows.constant_rows(found),
         hypotheses=rows.hypothesis_rows(context),
@@ -183,6 +183,11 @@ def _repaired(context: rows.Context) -> Model:
     named = zip(new if count else (), range(count), strict=True)
     sure = [replace(p, ci95=rows.intervals(final, i)) for p, i in named]
     return model.changed(effects=(*kept, *sure))
+
+
+def _note(context: rows.Context) -> str | None:
+    """What pair of other effects a named one could also be."""
+    return pair_note(context.found.final.hypothesis.candidates, context.facts)
 
 
 def _change(context: rows.Context, after: errors.Prediction) -> str:

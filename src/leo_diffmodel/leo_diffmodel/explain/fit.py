@@ -86,7 +86,7 @@ def fit(
         shift = step.start + step.gain @ (moved - theta)
         trial = _evaluate(problem, hypothesis, moved, best.start + shift)
         gained = best.merit - trial.merit
-        if gained < 0:
+        if not gained >= 0:
             scale *= 0.3
             best = _evaluate(problem, hypothesis, theta, best.start + step.start)
             continue

@@ -21,6 +21,8 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 HUBER = 2.5
+FARTHEST = 1e6
+"""Whitened residuals are cut here: a hypothesis may send a robot to infinity."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,7 @@ def predict(model: Model, windows: Windows, start: Array) -> Array:
 def whiten(windows: Windows, predicted: Array, sigma: Array) -> Array:
     """(measured - predicted) / sigma with time and channel in one axis, shape (..., W, N)."""
     scaled = (windows.measured - predicted) / per_window(sigma, windows)
+    scaled = np.nan_to_num(np.clip(scaled, -FARTHEST, FARTHEST), nan=FARTHEST)
     return scaled.reshape(*scaled.shape[:-2], -1)
 
 

@@ -81,14 +81,19 @@ def decide(named: Sequence[Named], ratio: float, share: float) -> str:
     return 'ambiguous' if any(n.rivals for n in named) else 'named'
 
 
-def sentence(verdict: str, named: Sequence[Named], change: str) -> str:
+def sentence(
+    verdict: str, named: Sequence[Named], change: str, note: str | None = None
+) -> str:
     """One or two plain sentences.
 
     Args:
         verdict: of `decide`.
         named: the supported effects.
         change: how the held-out error changed, in words.
+        note: what the named effects could also be, in words.
     """
+    if note:
+        change = f'{change} ({note})'
     listed = '; '.join(_describe(n) for n in named)
     if verdict == 'fine':
         return f'Nothing is missing that this data can show: {change}.'
