@@ -98,6 +98,13 @@ def test_learns_to_follow(config):
     assert training.best_return >= -0.3
 
 
+def test_learning_leaves_small_numbers_to_the_physics():
+    agent = Agent(3, 1, SMALL, seed=0)
+    one = np.ones((4, 1), np.float32)
+    agent.learn(Batch(np.ones((4, 3), np.float32), one, one, np.ones((4, 3), np.float32), one))
+    assert np.float64(5e-324) + 0.0 > 0.0
+
+
 def test_same_seed_same_weights():
     runs = [Training(Follow(), SMALL, seed) for seed in (1, 1, 2)]
     for run in runs:

@@ -12,7 +12,8 @@ episode), so a run that was stopped between two episodes goes on exactly as if i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 import copy
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -163,12 +164,21 @@ def adam(module: nn.Module, rate: float, l2: float = 0.0) -> torch.optim.Adam:
     return torch.optim.Adam(groups, lr=rate, fused=True)
 
 
+@contextmanager
+def denormals_as_zero() -> Iterator[None]:
+    """Networks learn faster without them; the physics in the same process keeps its bits."""
+    torch.set_flush_denormal(True)
+    try:
+        yield
+    finally:
+        torch.set_flush_denormal(False)
+
+
 class Agent:
     """The networks, their targets and optimisers: everything that learning changes."""
 
     def __init__(self, n_obs: int, n_act: int, config: Config, seed: int) -> None:
         torch.set_num_threads(1)
-        torch.set_flush_denormal(True)
         self.config = config
         with torch.random.fork_rng():
             torch.manual_seed(seed)
@@ -202,9 +212,10 @@ class Agent:
         """One gradient step on critic and actor, then the targets follow; returns the losses."""
         tensors = Batch(*(torch.from_numpy(column) for column in batch))
         observations = tensors.observations * self.observation_scale
-        losses = self._learn_critic(observations, tensors) | self._learn_actor(observations)
-        self._follow(self.target_actor, self.actor)
-        self._follow(self.target_critic, self.critic)
+        with denormals_as_zero():
+            losses = self._learn_critic(observations, tensors) | self._learn_actor(observations)
+            self._follow(self.target_actor, self.actor)
+            self._follow(self.target_critic, self.critic)
         return losses
 
     def _learn_critic(self, observations: Tensor, batch: Batch) -> dict[str, Tensor]:
