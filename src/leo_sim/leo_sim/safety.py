@@ -103,7 +103,7 @@ class Safety:
         if not self._slew:
             return wanted
         step = self._slew * max(0.0, now - self._last_time)
-        return self._last + np.clip(wanted - self._last, -step, step)
+        return np.clip(wanted, self._last - step, self._last + step)
 
 
 def _at_least_zero(name: str, value: float, unit: str) -> float:
