@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings of simulated robots whose truth is known, in memory or as bags."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_sim.batch import rollout
+from leo_sim.effects import Placed
+from leo_sim.model import Model
+from leo_sim.robot import load_robot, Robot
+
+PENDULUM, TORQUE = load_robot('pendulum'), load_robot('torque_pendulum')
+NOISE = (1e-3, 0.05)
+DT = 0.01
+LEVELS = {'voltage': 0.5, 'torque': 0.35}
+
+
+def steps(robot: Robot, seconds: float, seed: int, hold: float = 0.3) -> np.ndarray:
+    """Steps of random size, the default excitation, shape (N, A)."""
+    index = (np.arange(round(seconds / DT)) * DT / hold + 1e-9).astype(int)
+    sizes = np.random.default_rng(seed).uniform(-1, 1, index[-1] + 1)
+    return LEVELS[robot.input] * robot.actuators[0].limit * sizes[index][:, None]
+
+
+def record(
+    robot: Robot,
+    *effects: Placed,
+    seconds: float = 10.0,
+    seed: int = 1,
+    noise: tuple[float, float] = NOISE,
+    inputs: np.ndarray | None = None,
+    **physics: Any,
+) -> Recording:
+    """Run a robot from its nominal pose, 100 Hz, and measure it with noise.
+
+    Args:
+        robot: a robot with one joint.
+        effects: what is wrong with it.
+        seconds: length.
+        seed: of inputs and noise.
+        noise: standard deviation of angle [rad] and rate [rad/s].
+        inputs: [V or N m], shape (N, A); by default `steps`.
+        physics: `constants`, `engine`, `integration_step` of the model; `enabled` (N, A) and
+            `push` (N, J) of the run.
+    """
+    inputs = steps(robot, seconds, seed) if inputs is None else inputs
+    enabled, push = physics.pop('enabled', None), physics.pop('push', None)
+    model = Model(robot, effects, **{'engine': 'rigid', **physics})
+    q, dq = _stepped(model, inputs) if model.engine == 'rk4' else _rolled(
+        model, inputs, enabled, push
+    )
+    count, rng = len(inputs), np.random.default_rng([seed, 1])
+    q = q[:count] + rng.normal(0, noise[0], q[:count].shape)
+    dq = dq[:count] + rng.normal(0, noise[1], dq[:count].shape)
+    on = np.ones(inputs.shape, dtype=bool) if enabled is None else enabled
+    episode = Episode(DT * np.arange(count), q, dq, inputs, on)
+    return Recording(
+        Path(f'simulated_{seed}'), '0' * 64, tuple(robot.joint_names),
+        tuple(a.joint for a in robot.actuators), robot.input, DT, (episode,), {},
+    )  # fmt: skip
+
+
+def bag(folder: Path, recording: Recording) -> Path:
+    """Write a recording as a rosbag2 folder."""
+    interface = 'voltage' if recording.input == 'voltage' else 'effort'
+    runs = [
+        Run(e.t, recording.joints, e.q, e.dq,
+            inputs={a: {interface: e.inputs[:, i], 'enabled': e.enabled[:, i].astype(float)}
+                    for i, a in enumerate(recording.actuators)})
+        for e in recording.episodes
+    ]  # fmt: skip
+    return write_runs(folder, runs, {})
+
+
+def _rolled(model: Model, inputs: np.ndarray, enabled: Any, push: Any) -> tuple[Any, Any]:
+    start = model.start('nominal')
+    batch = [None if x is None else x[None] for x in (enabled, push)]
+    q, dq = rollout(model, start.q[None], start.dq[None], inputs[None], DT,
+                    enabled=batch[0], push=batch[1])  # fmt: skip
+    return q[0], dq[0]
+
+
+def _stepped(model: Model, inputs: np.ndarray) -> tuple[Any, Any]:
+    state = model.start('nominal')
+    sensed = [model.sense(state)]
+    for u in inputs:
+        state = model.step(state, u, DT)
+        sensed.append(model.sense(state))
+    return np.array([q for q, _ in sensed]), np.array([dq for _, dq in sensed])

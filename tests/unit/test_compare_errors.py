@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""compare.json: how far off a model is, where, and how much of it is noise."""
+
+import numpy as np
+import pytest
+from tests.simulate import record, TORQUE
+
+from leo_diffmodel.compare.comparison import compare
+from leo_sim.effects import place
+from leo_sim.model import Model
+
+
+def test_a_right_model_scores_its_noise_floor():
+    data = compare([record(TORQUE, seconds=20)], Model(TORQUE)).data
+    for row, floor in zip(data['horizon'], data['noise_floor']['horizon'], strict=True):
+        np.testing.assert_allclose(row['rmse'], floor['rmse'], rtol=0.12)
+    one = data['one_step']
+    np.testing.assert_allclose(np.square(one['rmse']), one['mse'])
+    assert one['mean_mse'] == pytest.approx(np.mean(one['mse']))
+    assert data['budget']['unexplained'] < 0.01
+
+
+def test_a_wrong_model_is_above_it_and_says_where():
+    effect = place(TORQUE, 'joint_spring', 'pivot', k=1.0, rest=0.0)
+    result = compare([record(TORQUE, effect, seconds=20)], Model(TORQUE)).data
+    late, floor = result['horizon'][-1], result['noise_floor']['horizon'][-1]
+    assert late['seconds'] == pytest.approx(1.0)
+    assert np.all(np.array(late['rmse']) > 5 * np.array(floor['rmse']))
+    budget = result['budget']
+    assert budget['unexplained'] > 0.02
+    assert sum(budget.values()) == pytest.approx(1.0, abs=0.01)
+    shares = [row['share'] for row in result['where']]
+    assert shares == sorted(shares, reverse=True)
+    outer = [r for r in result['where'] if r['variable'] == 'angle' and r['joint'] == 'pivot']
+    outer.sort(key=lambda r: sum(r['bin']))
+    assert outer[0]['torque_nm'] > 0.1 > -0.1 > outer[-1]['torque_nm']
+    assert [s['unit'] for s in result['states']] == ['rad', 'rad/s']
+
+
+def test_the_step_is_the_control_period_unless_told():
+    data = [record(TORQUE, seconds=10)]
+    assert compare(data, Model(TORQUE)).data['step_seconds'] == 0.01
+    told = compare(data, Model(TORQUE), step=0.05).data
+    assert told['horizon'][0]['seconds'] == pytest.approx(0.05)

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The missing torque is the one that was there."""
+
+import numpy as np
+import pytest
+from tests.simulate import PENDULUM, record, TORQUE
+
+from leo_diffmodel.compare.torque import missing_torque
+from leo_sim.model import Model
+
+
+@pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
+def test_the_missing_torque_is_the_one_that_was_applied(robot):
+    stall = {'pendulum': 0.0169, 'torque_pendulum': 6.0}[robot.name]
+    torque = 0.02 * stall
+    data = record(robot, seconds=20, push=np.full((2000, 1), torque))
+    sigma = np.array([[1e-3, 0.05]])
+    missing = missing_torque([data], Model(robot), sigma)
+    error = missing.torque[:, 0] - torque
+    count = len(error)
+    assert abs(error.mean()) < 4 * missing.spread.mean() / np.sqrt(count)
+    assert np.sqrt((error**2).mean()) == pytest.approx(missing.spread.mean(), rel=0.15)
+
+
+def test_a_torque_that_changes_is_followed():
+    t = 0.01 * np.arange(2000)
+    push = 0.5 * np.sin(2 * np.pi * 0.5 * t)[:, None]
+    missing = missing_torque(
+        [record(TORQUE, seconds=20, push=push)], Model(TORQUE), np.array([[1e-3, 0.05]])
+    )
+    truth = 0.5 * np.sin(2 * np.pi * 0.5 * missing.time)
+    assert np.corrcoef(missing.torque[:, 0], truth)[0, 1] > 0.8
+    assert missing.torque[:, 0] @ truth / (truth @ truth) == pytest.approx(1.0, abs=0.1)

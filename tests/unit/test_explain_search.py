@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The search: what it may see, what counts as evidence, several effects, refitted constants."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.first_round import first_search
+from tests.simulate import PENDULUM, record, TORQUE
+
+from leo_diffmodel.explain.engine import Search
+from leo_diffmodel.explain.explanation import explain
+from leo_diffmodel.explain.fit import fit
+from leo_diffmodel.explain.scored import dispersion
+from leo_diffmodel.explain.search import eliminate_backward
+from leo_sim.effects import place
+from leo_sim.model import Model
+from leo_sim.model_file import load_model
+
+SEEDS = range(20, 25)
+
+
+@pytest.fixture(scope='module')
+def friction() -> Search:
+    """The first round on a torque pendulum with Coulomb friction of 0.2 N m."""
+    effect = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
+    return first_search([record(TORQUE, effect, seconds=10)], Model(TORQUE))
+
+
+@pytest.fixture(scope='module')
+def clean() -> list:
+    """First rounds on bags without any effect."""
+    robots = (PENDULUM, TORQUE)
+    return [
+        first_search([record(robots[s % 2], seconds=8, seed=s)], Model(robots[s % 2])).rounds[0]
+        for s in SEEDS
+    ]
+
+
+def test_noise_alone_stays_below_the_threshold(clean):
+    for step in clean:
+        assert step.best is None
+        assert max(s.total for s in step.scored if s.fit) < step.threshold
+        assert 8.0 <= step.threshold < 40.0
+
+
+def test_what_is_left_of_clean_data_is_white(clean):
+    found = [dispersion(step.null) for step in clean]
+    assert 1.0 <= np.median(found) < 1.15 and max(found) < 1.5
+
+
+def test_held_out_data_never_move_a_fit(friction):
+    top = friction.rounds[0].scored[0].fit
+    problem, start = friction.problem, friction.null.start
+    held = ~problem.train
+    assert 4 < held.sum() < problem.train.sum()
+    q = problem.windows.q.copy()
+    q[held] += np.random.default_rng(0).normal(0, 0.3, q[held].shape)
+    changed = replace(problem, windows=replace(problem.windows, q=q))
+    thetas = [fit(p, top.hypothesis, top.theta * 0.7, start).theta for p in (problem, changed)]
+    np.testing.assert_allclose(*thetas, rtol=1e-9)
+
+
+def test_two_effects_are_both_named_with_their_sizes():
+    truth = [
+        place(TORQUE, 'coulomb_friction', 'pivot', c=0.2),
+        place(TORQUE, 'command_delay', 'pivot', delay=0.02),
+    ]
+    answer = explain([record(TORQUE, *truth, seconds=15)], Model(TORQUE))
+    found = {e['name']: e['parameters'] for e in answer.effects}
+    assert answer.verdict == 'named' and set(found) == {'coulomb_friction', 'command_delay'}
+    assert found['coulomb_friction']['c']['value'] == pytest.approx(0.2, rel=0.05)
+    assert found['command_delay']['delay']['value'] == pytest.approx(0.02, rel=0.05)
+    rows = answer.errors['ladder']
+    assert [len(rows), rows[0]['model'], rows[-1]['model']] == [4, 'as given', 'noise floor']
+    assert rows[0]['rmse'][0] > rows[1]['rmse'][0] > rows[2]['rmse'][0]
+
+
+def test_a_mixture_is_dropped_again(friction):
+    candidates = {s.candidate.effect.name: s.candidate for s in friction.rounds[0].scored}
+    hypothesis = friction.null.hypothesis
+    for name in ('viscous_friction', 'coulomb_friction'):
+        hypothesis = hypothesis.with_candidate(candidates[name])
+    full = fit(friction.problem, hypothesis, np.array([0.01, 0.18]))
+    kept = eliminate_backward(friction.problem, full, friction.rounds[0].threshold).hypothesis
+    assert [c.effect.name for c in kept.candidates] == ['coulomb_friction']
+
+
+def test_uncertain_constants_are_refitted_before_anything_is_named(tmp_path):
+    path = 'actuators.pivot.torque_constant'
+    model = tmp_path / 'rough.yaml'
+    model.write_text(
+        'robot: pendulum\nconstants:\n'
+        f'  {path}: {{value: 0.045, unit: N m/A, uncertain: [0.03, 0.08]}}\n'
+    )
+    data = [record(PENDULUM, seconds=15, seed=3)]
+    answer = explain(data, load_model(model))
+    assert answer.verdict == 'fine' and answer.effects == []
+    found = answer.constants[path]
+    assert found['value'] == pytest.approx(0.0536, rel=0.01) and found['unit'] == 'N m/A'
+    assert found['ci95'][0] < 0.0536 < found['ci95'][1]
+    assert answer.model.constants[path] == found['value']
+    sure = load_model('pendulum').changed(constants={path: 0.045})
+    assert explain(data, sure).verdict != 'fine'
+
+
+def test_whole_bags_can_be_held_out():
+    effect = place(TORQUE, 'viscous_friction', 'pivot', b=0.1)
+    data = [record(TORQUE, effect, seconds=8, seed=s) for s in (1, 2)]
+    answer = explain(data[:1], Model(TORQUE), hold_out=data[1:])
+    assert answer.verdict == 'named'
+    (row,) = answer.effects
+    assert row['name'] == 'viscous_friction' and row['gain_held_out'] > 20
+    assert row['parameters']['b']['value'] == pytest.approx(0.1, rel=0.05)
+    assert [b['path'] for b in answer.provenance['bags']] == ['simulated_1', 'simulated_2']
+    other = record(TORQUE, effect, seconds=8, seed=7)
+    again = explain(data[:1], Model(TORQUE), hold_out=[other])
+    assert again.effects[0]['parameters']['b']['value'] == pytest.approx(
+        row['parameters']['b']['value'], rel=1e-3
+    )

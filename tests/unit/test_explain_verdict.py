@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Verdicts: fine, unknown and untestable, each with its sentence."""
+
+import numpy as np
+import pytest
+from tests.simulate import PENDULUM, record, TORQUE
+
+from leo_diffmodel.explain.explanation import explain
+from leo_diffmodel.explain.verdict import decide, Named, sentence
+from leo_sim.effects import place
+from leo_sim.model import Model
+
+ONE = Named('coulomb_friction:pivot', 'c = 1 N m')
+OPEN = Named('coulomb_friction:pivot', 'c = 1 N m', rivals=('stribeck_friction:pivot',))
+
+
+@pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
+@pytest.mark.parametrize('engine', [{}, {'engine': 'rk4', 'integration_step': 0.0019}], ids=str)
+def test_nothing_missing_is_fine(robot, engine):
+    answer = explain([record(robot, seconds=12, seed=4, **engine)], Model(robot)).to_json()
+    assert answer['verdict'] == 'fine' and answer['effects'] == []
+    assert answer['sentence'].startswith('Nothing is missing that this data can show')
+    assert answer['errors']['chi2_ratio'] == pytest.approx(1.0, abs=0.25)
+    one = answer['errors']['one_step']
+    np.testing.assert_allclose(one['after'], one['noise_floor'], rtol=0.4)  # few windows
+
+
+def test_a_short_bag_is_untestable_and_says_what_to_record():
+    answer = explain([record(TORQUE, seconds=1)], Model(TORQUE))
+    assert answer.verdict == 'untestable' and answer.effects == []
+    assert 'record 20 s or more' in answer.sentence
+    assert answer.next_run is not None and answer.next_run.startswith('record 20 s')
+
+
+def test_a_bag_too_short_for_one_window_is_untestable():
+    assert explain([record(TORQUE, seconds=0.06)], Model(TORQUE)).verdict == 'untestable'
+
+
+@pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
+def test_a_still_robot_is_untestable(robot):
+    data = [record(robot, seconds=20, inputs=np.zeros((2000, 1)))]
+    answer = explain(data, Model(robot))
+    assert answer.verdict == 'untestable'
+    assert 'hardly moves' in answer.sentence
+    assert answer.next_run is not None and 'swings it' in answer.next_run
+
+
+def test_a_torque_periodic_in_time_is_no_known_effect():
+    t = 0.01 * np.arange(1500)
+    push = 0.6 * np.sin(2 * np.pi * 1.7 * t)[:, None]
+    answer = explain([record(TORQUE, seconds=15, push=push)], Model(TORQUE))
+    assert answer.verdict == 'unknown'
+    assert 'no known effect' in answer.sentence or 'none of the known effects' in answer.sentence
+    assert answer.next_run is not None and 'vary one thing at a time' in answer.next_run
+
+
+def test_an_effect_in_the_model_already_is_not_missing():
+    friction = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
+    data = [record(TORQUE, friction, seconds=10)]
+    assert explain(data, Model(TORQUE, [friction])).verdict == 'fine'
+
+
+@pytest.mark.parametrize(('named', 'ratio', 'share', 'verdict'), [
+    ([], 1.0, 0.0, 'fine'),
+    ([], 3.0, 1.0, 'unknown'),
+    ([ONE], 1.1, 0.01, 'named'),
+    ([ONE], 3.0, 0.01, 'named'),
+    ([ONE], 3.0, 0.6, 'unknown'),
+    ([OPEN], 1.1, 0.01, 'ambiguous'),
+])  # fmt: skip
+def test_how_a_verdict_is_reached(named, ratio, share, verdict):
+    assert decide(named, ratio, share) == verdict
+    words = sentence(verdict, named, 'error 2 -> 1 rad')
+    assert 'error 2 -> 1 rad' in words
+    assert all(n.label in words for n in named)
