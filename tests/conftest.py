@@ -2,21 +2,20 @@
 """Fixtures of tests that talk over DDS: a domain of their own, processes that end."""
 
 from collections.abc import Callable, Iterator
-import os
-import random
 import subprocess
 import sys
 
 import pytest
+
+from leo_learner.experiments.processes import free_domain
 
 Spawn = Callable[..., subprocess.Popen]
 
 
 @pytest.fixture(scope='session')
 def domain() -> Iterator[int]:
-    """A random ROS_DOMAIN_ID for this test process and its children, on localhost."""
-    number = random.Random(os.getpid() ^ random.getrandbits(32)).randint(1, 100)
-    with pytest.MonkeyPatch.context() as patch:
+    """A ROS_DOMAIN_ID of its own for this test process and its children, on localhost."""
+    with free_domain() as number, pytest.MonkeyPatch.context() as patch:
         patch.setenv('ROS_DOMAIN_ID', str(number))
         patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
         yield number

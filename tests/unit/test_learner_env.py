@@ -2,6 +2,10 @@
 """The model as an environment, policy files, and the verbs' answers to bad input."""
 
 import json
+import os
+import signal
+import threading
+import time
 
 from gymnasium.utils.env_checker import check_env
 import numpy as np
@@ -147,3 +151,18 @@ def test_learn_and_play(tmp_path, capsys):
     assert played['mean'] == played['returns'][0] < -1000
     with pytest.raises(UserError, match='1 or more'):
         play_verb.main([told['policy'], '--episodes', '0'])
+
+
+def test_ctrl_c_saves_and_ends_with_130(tmp_path, capsys):
+    def interrupt() -> None:
+        while signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            time.sleep(0.01)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    helper = threading.Thread(target=interrupt)
+    helper.start()
+    argv = ['--robot', 'pendulum', '--steps', '100000', '-o', str(tmp_path)]
+    assert learn_verb.main(argv) == 130
+    helper.join()
+    assert f'leo learn --resume {tmp_path}' in capsys.readouterr().out
+    assert list(tmp_path.glob('checkpoint-*'))

@@ -36,6 +36,7 @@ class Outcome:
         steps: transitions gathered.
         seconds: wall time of this part of the run.
         finished: False where it was stopped before its last step.
+        interrupted: whether Ctrl-C (or SIGTERM) stopped it.
     """
 
     policy: Path
@@ -43,6 +44,7 @@ class Outcome:
     steps: int
     seconds: float
     finished: bool
+    interrupted: bool
 
 
 def learn(
@@ -75,13 +77,13 @@ def learn(
     with ExitStack() as stack:
         show = stack.enter_context(_progress(training, steps, title, quiet))
         curves = stack.enter_context(SummaryWriter(str(folder), purge_step=training.steps))
-        stack.enter_context(_stopped_by_signal(training))
+        signals = stack.enter_context(_stopped_by_signal(training))
         training.run(steps, _both(curves.add_scalar, show), _Saver(training, folder, alive))
     save_checkpoint(folder, training)
     save_policy(folder / POLICY, training, robot)
     return Outcome(
         folder / POLICY, training.best_return, training.steps,
-        time.perf_counter() - began, training.steps >= steps,
+        time.perf_counter() - began, training.steps >= steps, bool(signals),
     )
 
 
@@ -125,20 +127,22 @@ def _progress(training: Training, steps: int, title: str, quiet: bool) -> Iterat
 
 
 @contextmanager
-def _stopped_by_signal(training: Training) -> Iterator[None]:
-    """While inside, SIGINT and SIGTERM end the run after the present episode."""
+def _stopped_by_signal(training: Training) -> Iterator[list[int]]:
+    """While inside, SIGINT and SIGTERM end the run after the present episode; those that came."""
+    came: list[int] = []
     if threading.current_thread() is not threading.main_thread():
-        yield
+        yield came
         return
 
     def stop(number: int, frame: FrameType | None) -> None:
         training.stop = True
+        came.append(number)
         signal.signal(number, signal.SIG_DFL)
 
     numbers = (signal.SIGINT, signal.SIGTERM)
     former = [signal.signal(number, stop) for number in numbers]
     try:
-        yield
+        yield came
     finally:
         for number, handler in zip(numbers, former, strict=True):
             signal.signal(number, handler)

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, ExitStack
+import fcntl
 import json
 import os
 from pathlib import Path
@@ -12,6 +14,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 from types import TracebackType
 from typing import Any
 
@@ -22,17 +25,26 @@ GRACE = 10.0
 """How long a process may take to end after SIGINT [s]."""
 
 
-def free_domain() -> int:
-    """A ROS_DOMAIN_ID whose discovery port nobody uses on this machine."""
+@contextmanager
+def free_domain() -> Iterator[int]:
+    """A ROS_DOMAIN_ID nobody uses on this machine, kept from others by a lock file while inside.
+
+    Raises:
+        UserError: none is left.
+    """
     domains = list(range(1, 100))
     random.shuffle(domains)
     for domain in domains:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        with ExitStack() as stack:
             try:
-                probe.bind(('', 7400 + 250 * domain))
+                path = Path(tempfile.gettempdir(), f'leo-domain-{domain}.lock')
+                fcntl.flock(stack.enter_context(path.open('w')), fcntl.LOCK_EX | fcntl.LOCK_NB)
+                with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+                    probe.bind(('', 7400 + 250 * domain))
             except OSError:
                 continue
-        return domain
+            yield domain
+            return
     raise UserError('every ROS_DOMAIN_ID from 1 to 99 is in use on this machine')
 
 
@@ -46,8 +58,9 @@ class Processes(AbstractContextManager['Processes']):
     def __init__(self, logs: Path) -> None:
         self._logs = logs
         logs.mkdir(parents=True, exist_ok=True)
+        self._domain = ExitStack()
         self._environment = os.environ | {
-            'ROS_DOMAIN_ID': str(free_domain()),
+            'ROS_DOMAIN_ID': str(self._domain.enter_context(free_domain())),
             'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
             'OMP_NUM_THREADS': '1',
         }
@@ -102,8 +115,9 @@ class Processes(AbstractContextManager['Processes']):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        for name in list(self._running):
-            self.stop(name)
+        with self._domain:
+            for name in list(self._running):
+                self.stop(name)
 
 
 def _command(words: tuple[str, ...]) -> list[str]:

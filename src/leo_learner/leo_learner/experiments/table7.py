@@ -27,11 +27,13 @@ from leo_learner.checkpoint import start_from
 from leo_learner.collect import collect, play
 from leo_learner.ddpg import CONFIGS, Training
 from leo_learner.env import ModelEnv, Step
-from leo_learner.learning import learn, POLICY
+from leo_learner.learning import learn
 from leo_learner.policy import Policy
+from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
 from leo_sim.effects.base import Placed
 from leo_sim.model import Model
+from leo_sim.model_file import load_model, save_model
 from leo_sim.robot import Robot
 
 TRUTHS = {
@@ -55,7 +57,8 @@ class Case:
         repair: one of `REPAIRS`.
         transitions: gathered on the real pendulum.
         config: of DDPG.
-        steps: training on the ideal and on the real model; half of it after the repair.
+        steps: training on the ideal and on the real model.
+        more_steps: training after the repair, from the best policy of the ideal model.
         seed: of everything drawn.
     """
 
@@ -64,6 +67,7 @@ class Case:
     transitions: int
     config: str
     steps: int
+    more_steps: int
     seed: int
 
 
@@ -106,11 +110,12 @@ def run_case(case: Case, folder: Path, quiet: bool = False) -> dict[str, Any]:
     real = ideal.changed(effects=effects(ideal.robot, case.truth))
     trained = _Trainer(case, folder, quiet)
     first = trained.on('ideal', ModelEnv(ideal), case.steps)
-    reference = trained.on('real', ModelEnv(real), case.steps)
+    reference = trained.on(f'{case.truth}-real', ModelEnv(real), case.steps)
     gathered = RecordedEnv(ModelEnv(real))
     collect(gathered, first, case.transitions, case.seed)
-    env, told = _repaired(case, ideal, gathered.recording())
-    last = trained.on(f'repaired-{case.repair}', env, case.steps // 2, start='ideal')
+    name = f'{case.truth}-{case.repair}-{case.transitions}'
+    env, told = _repaired(case, ideal, gathered.recording(), trained.folder / f'{name}.yaml')
+    last = trained.on(name, env, case.more_steps, start='ideal')
     returns = {
         f'return_{name}': float(play(ModelEnv(real), policy, STARTS, STARTS_SEED).mean())
         for name, policy in (('ideal', first), ('repaired', last), ('real', reference))
@@ -124,7 +129,7 @@ def effects(robot: Robot, truth: str) -> tuple[Placed, ...]:
     return tuple(place(robot, name, 'bob', **values) for name, values in TRUTHS[truth].items())
 
 
-def share(rows: list[dict[str, Any]]) -> list[float]:
+def shares(rows: list[dict[str, Any]]) -> list[float]:
     """Share of the gap closed per seed, against the best policy trained on the real pendulum."""
     best = max(row['return_real'] for row in rows)
     return [
@@ -133,46 +138,67 @@ def share(rows: list[dict[str, Any]]) -> list[float]:
     ]
 
 
+def share(rows: list[dict[str, Any]]) -> float:
+    """The same of the mean returns over the seeds."""
+    ideal, repaired = (
+        np.mean([row[f'return_{name}'] for row in rows]) for name in ('ideal', 'repaired')
+    )
+    return float((repaired - ideal) / (max(row['return_real'] for row in rows) - ideal))
+
+
 def read_results(path: Path) -> list[dict[str, Any]]:
     """The lines of a results file; none where there is no file."""
     return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 
 
 class _Trainer:
-    """Trains one policy per name in a folder of the case's truth and seed."""
+    """Trains one policy per name in a folder of the case's configuration and seed."""
 
     def __init__(self, case: Case, folder: Path, quiet: bool) -> None:
         self._case, self._quiet = case, quiet
-        self._folder = folder / case.truth / case.config / f'seed-{case.seed}'
+        self.folder = folder / f'{case.config}-{case.steps}' / f'seed-{case.seed}'
 
     def on(self, name: str, env: ModelEnv, steps: int, start: str | None = None) -> Policy:
         training = Training(env, CONFIGS[self._case.config], self._case.seed)
         if start is not None:
-            start_from(self._folder / start, training)
-        folder = self._folder / name
+            start_from(self.folder / start, training)
+        folder = self.folder / name
         title = f'seed {self._case.seed}, {name}'
-        learn(training, env.robot, steps, folder, title=title, quiet=self._quiet)
-        return Policy.load(folder / POLICY)
+        outcome = learn(training, env.robot, steps, folder, title=title, quiet=self._quiet)
+        if not outcome.finished:
+            raise KeyboardInterrupt
+        if outcome.steps >= steps + env.episode_steps:
+            raise UserError(f'{folder} holds a longer run ({outcome.steps} steps); remove it')
+        return Policy.load(outcome.policy)
 
 
 def _repaired(
-    case: Case, ideal: Model, recording: Recording
+    case: Case, ideal: Model, recording: Recording, explained: Path
 ) -> tuple[ModelEnv, dict[str, Any]]:
     """The environment to retrain on, and the one-step errors over (cos, sin, rate)."""
-    layout = layout_of(ideal.robot)
     if case.repair == 'explain':
-        from leo_diffmodel.explain.explanation import explain
-
-        result = explain([_measured(recording, case.seed)], ideal)
-        before, after = (
-            _mse(recording, model, case.transitions) for model in (ideal, result.model)
-        )
-        found = {'verdict': result.verdict, 'sentence': result.sentence}
-        return ModelEnv(result.model), {'mse_before': before, 'mse_after': after, **found}
-    steps = transitions([recording], ideal, case.transitions)
+        return _explained(case, ideal, recording, explained)
+    layout, steps = layout_of(ideal.robot), transitions([recording], ideal, case.transitions)
     model, report = fit(steps, layout, 'pendulum', NETWORKS[case.repair], seed=case.seed)
     told = {'mse_before': report.mse_before, 'mse_after': report.mse_after}
     return ModelEnv(ideal, model), told
+
+
+def _explained(
+    case: Case, ideal: Model, recording: Recording, path: Path
+) -> tuple[ModelEnv, dict[str, Any]]:
+    """The model with the effects found; kept in `path`, what was said beside it."""
+    from leo_diffmodel.explain.explanation import explain
+
+    if not path.exists():
+        result = explain([_measured(recording, case.seed)], ideal)
+        said = {'verdict': result.verdict, 'sentence': result.sentence}
+        path.with_suffix('.json').write_text(json.dumps(said))
+        save_model(path, result.model)
+    model = load_model(path)
+    before, after = (_mse(recording, each, case.transitions) for each in (ideal, model))
+    said = json.loads(path.with_suffix('.json').read_text())
+    return ModelEnv(model), {'mse_before': before, 'mse_after': after} | said
 
 
 def _measured(recording: Recording, seed: int) -> Recording:

@@ -23,6 +23,7 @@ EXAMPLES = """\
 RUN = 'run.json'
 STEPS = {'recommended': 10_000, 'thesis': 50_000}
 """Transitions where --steps does not say."""
+INTERRUPTED = 130
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Run:
 
 
 def main(argv: list[str]) -> int:
-    """Train, save, print the policy's test return; 1 where the run was stopped early."""
+    """Train, save, print the policy's test return; 1 if the robot left, 130 at Ctrl-C."""
     options, rest = _parser().parse_known_args(argv)
     if rest and rest[0] != '--ros-args':
         raise UserError(f'leo learn: unknown argument {rest[0]!r}; see leo learn --help')
@@ -49,7 +50,7 @@ def main(argv: list[str]) -> int:
         print(json.dumps(result))
     else:
         _print(folder, outcome)
-    return 0 if outcome.finished else 1
+    return 0 if outcome.finished else INTERRUPTED if outcome.interrupted else 1
 
 
 def _parser() -> Parser:

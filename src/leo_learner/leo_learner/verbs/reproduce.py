@@ -18,20 +18,25 @@ EXAMPLES = """\
   leo reproduce table7 --config thesis --steps 50000"""
 GATE = 0.97
 """Share of the gap that has to be closed."""
+SETTINGS = ('truth', 'repair', 'transitions', 'config', 'steps', 'more_steps')
+"""What sets one group of cases apart from another."""
 
 
 def main(argv: list[str]) -> int:
     """Run the cases that are not in the results file yet; 1 where the gate is not met."""
     options = _parser().parse_args(argv)
-    if min(options.seeds, options.transitions, options.steps) < 1:
-        raise UserError('leo reproduce: --seeds, --transitions and --steps take 1 or more')
+    if options.more_steps is None:
+        options.more_steps = options.steps // 2
+    if min(options.seeds, options.transitions, options.steps, options.more_steps) < 1:
+        raise UserError('leo reproduce: --seeds, --transitions, --steps take 1 or more')
     rows = [_case(options, seed) for seed in range(options.seeds)]
-    result = _summary(rows)
+    result, beside = _summary(rows), _beside(options.results, rows[0])
     if options.json:
-        print(json.dumps(result | {'rows': rows}))
+        print(json.dumps(result | {'rows': rows, 'beside': beside}))
     else:
-        _print(rows, result, options.results)
-    return 0 if result['share_mean'] >= GATE else 1
+        _print(rows, result)
+        _print_beside(beside, options.results)
+    return 0 if result['share'] >= GATE else 1
 
 
 def _parser() -> Parser:
@@ -48,6 +53,9 @@ def _parser() -> Parser:
     parser.add_argument('--transitions', type=int, default=5000, metavar='N')
     parser.add_argument('--config', choices=['recommended', 'thesis'], default='recommended')
     parser.add_argument('--steps', type=int, default=10_000, metavar='N', help='of DDPG')
+    parser.add_argument(
+        '--more-steps', type=int, metavar='N', help='of DDPG after the repair (half of --steps)'
+    )
     parser.add_argument('--seeds', type=int, default=5, metavar='N')
     parser.add_argument('--folder', type=Path, default=Path('runs', 'table7'), metavar='DIR')
     parser.add_argument(
@@ -63,7 +71,8 @@ def _case(options: Any, seed: int) -> dict[str, Any]:
     from leo_learner.experiments.table7 import Case, read_results, run_case
 
     case = Case(
-        options.truth, options.repair, options.transitions, options.config, options.steps, seed
+        options.truth, options.repair, options.transitions, options.config, options.steps,
+        options.more_steps, seed,
     )
     for row in read_results(options.results):
         if vars(case).items() <= row.items():
@@ -76,17 +85,35 @@ def _case(options: Any, seed: int) -> dict[str, Any]:
 
 
 def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    from leo_learner.experiments.table7 import share
+    from leo_learner.experiments.table7 import share, shares
 
-    shares = share(rows)
-    down = [1 - row['mse_after'] / row['mse_before'] for row in rows]
+    down = [100 * (1 - row['mse_after'] / row['mse_before']) for row in rows]
+    each = shares(rows)
+    means = {
+        f'{key}_mean': statistics.mean(row[key] for row in rows)
+        for key in ('mse_before', 'mse_after', 'return_ideal', 'return_repaired', 'return_real')
+    }
     return {
-        'n': len(rows), 'shares': shares, 'share_mean': statistics.mean(shares),
-        'share_least': min(shares), 'mse_down_percent': [100 * part for part in down],
+        'n': len(rows), 'share': share(rows), 'shares': each, 'share_least': min(each),
+        'mse_down_percent': down, **means,
     }
 
 
-def _print(rows: list[dict[str, Any]], result: dict[str, Any], path: Path) -> None:
+def _beside(path: Path, row: dict[str, Any]) -> list[dict[str, Any]]:
+    """Summaries of what else the results file has of the same truth, however it was learned."""
+    from leo_learner.experiments.table7 import read_results
+
+    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for other in read_results(path):
+        groups.setdefault(tuple(other[key] for key in SETTINGS), []).append(other)
+    own = tuple(row[key] for key in SETTINGS)
+    return [
+        dict(zip(SETTINGS, key, strict=True)) | _summary(rows)
+        for key, rows in groups.items() if key != own and key[0] == own[0]
+    ]
+
+
+def _print(rows: list[dict[str, Any]], result: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
@@ -103,6 +130,18 @@ def _print(rows: list[dict[str, Any]], result: dict[str, Any], path: Path) -> No
         )
     Console().print(table)
     print(
-        f'share of the gap closed: mean {result["share_mean"]:.4f}, least '
-        f'{result["share_least"]:.4f} (gate {GATE}); lines in {path}'
+        f'share of the gap closed: {result["share"]:.4f} of the mean returns, least of a seed '
+        f'{result["share_least"]:.4f} (gate {GATE})'
     )
+
+
+def _print_beside(groups: list[dict[str, Any]], path: Path) -> None:
+    for group in groups:
+        print(
+            'beside it: repair {repair} with {transitions} transitions, DDPG {config} with '
+            '{steps} + {more_steps} steps, n = {n}: MSE {mse_before_mean:.4g} -> '
+            '{mse_after_mean:.3g}; returns ideal {return_ideal_mean:.0f}, repaired '
+            '{return_repaired_mean:.0f}, real {return_real_mean:.0f}; share {share:.4f}'
+            .format(**group)
+        )
+    print(f'lines in {path}')
