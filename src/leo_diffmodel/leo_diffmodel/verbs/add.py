@@ -27,7 +27,7 @@ def main(argv: list[str]) -> int:
         model, entries = from_explanation(model, arguments.source)
     else:
         model, entries = from_words(model, arguments.words)
-    save_model(arguments.output, model, entries)
+    save_model(arguments.output, model, [*model.history, *entries])
     if arguments.json:
         print(json.dumps({'model': arguments.output, 'history': entries}))
         return 0

@@ -43,7 +43,7 @@ def main(argv: list[str]) -> int:
     rows = ladder(result)
     common.write_json(folder, 'compare.json', before.data)
     write(folder, result, [*recordings, *held])
-    save_model(target, result.model, history(result.to_json()))
+    save_model(target, result.model, [*model.history, *history(result.to_json())])
     if arguments.json:
         print(json.dumps(result.to_json() | {'ladder': rows, 'model': str(target)}))
     else:

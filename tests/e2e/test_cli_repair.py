@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""compare, explain, repair and add on the command line: files, JSON, exit status, Ctrl-C."""
+
+import json
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from tests.simulate import bag, record, TORQUE
+
+from leo_msgs_py.cli import main
+from leo_sim.effects import place
+from leo_sim.model_file import load_model
+
+FRICTION = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
+MODEL = ['--model', 'torque_pendulum']
+LEO = Path(sys.executable).with_name('leo')
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Bags: two with friction, one without, one too short; and the model repaired from one."""
+    root = tmp_path_factory.mktemp('repair')
+    for seed, name in enumerate(('friction', 'friction_too'), start=1):
+        bag(root / name, record(TORQUE, FRICTION, seconds=10, seed=seed))
+    bag(root / 'fine', record(TORQUE, seconds=10, seed=3))
+    bag(root / 'short', record(TORQUE, seconds=1, seed=4))
+    return root
+
+
+@pytest.fixture(scope='module')
+def repaired(folder: Path) -> Path:
+    assert main(['repair', str(folder / 'friction'), *MODEL, '-o', str(folder / 'out')]) == 0
+    return folder / 'out'
+
+
+def test_repair_writes_model_reports_and_history(repaired):
+    names = {p.name for p in repaired.iterdir()}
+    assert names == {'compare.json', 'explain.json', 'report.html', 'model.yaml'}
+    assert (repaired / 'report.html').stat().st_size < 5e6
+    model = load_model(repaired / 'model.yaml')
+    (placed,) = model.effects
+    assert placed.effect.name == 'coulomb_friction'
+    assert placed.parameters['c'] == pytest.approx(0.2, rel=0.05)
+    low, high = placed.ci95['c']
+    assert low < 0.2 < high
+    (entry,) = model.history
+    answer = json.loads((repaired / 'explain.json').read_text())
+    assert entry['bags'] == answer['provenance']['bags']
+    assert entry['error_after'] < 0.3 * entry['error_before']
+
+
+def test_the_ladder_ends_near_the_noise_floor(repaired):
+    answer = json.loads((repaired / 'explain.json').read_text())
+    first, *_, last, floor = answer['errors']['ladder']
+    assert (first['model'], floor['model']) == ('as given', 'noise floor')
+    assert last['model'] == '+ coulomb_friction:pivot'
+    for given, best, noise in zip(first['rmse'], last['rmse'], floor['rmse'], strict=True):
+        assert best < 1.6 * noise < given
+
+
+def test_a_repaired_model_is_fine_on_another_bag(folder, repaired, capsys):
+    argv = [str(folder / 'friction_too'), '--model', str(repaired / 'model.yaml'), '--json']
+    assert main(['explain', *argv]) == 0
+    out, err = capsys.readouterr()
+    answer = json.loads(out)
+    assert answer['verdict'] == 'fine' and err == ''
+    assert answer['provenance']['effects_in_model'] == ['coulomb_friction']
+
+
+def test_leo_add_does_what_repair_did(repaired, tmp_path):
+    new = tmp_path / 'new.yaml'
+    argv = ['add', 'torque_pendulum', '--from', str(repaired / 'explain.json'), '-o', str(new)]
+    assert main(argv) == 0
+    assert load_model(new).effects == load_model(repaired / 'model.yaml').effects
+
+
+def test_held_out_bags_and_json(folder, tmp_path, capsys):
+    bags = [str(folder / 'friction'), '--hold-out', str(folder / 'friction_too')]
+    out = tmp_path / 'out'
+    assert main(['repair', *bags, *MODEL, '-o', str(out), '--json']) == 0
+    text, err = capsys.readouterr()
+    answer = json.loads(text)
+    assert err == '' and answer['verdict'] == 'named'
+    assert answer['model'] == str(out / 'model.yaml')
+    assert [Path(b['path']).name for b in answer['provenance']['bags']] == [
+        'friction', 'friction_too'
+    ]  # fmt: skip
+    assert answer['ladder'] == answer['errors']['ladder']
+    assert answer['effects'][0]['gain_held_out'] > 100
+
+
+def test_nothing_missing_is_status_0_and_a_model_without_effects(folder, tmp_path, capsys):
+    out = tmp_path / 'out'
+    assert main(['repair', str(folder / 'fine'), *MODEL, '-o', str(out)]) == 0
+    assert capsys.readouterr().out.startswith('fine: Nothing is missing')
+    assert load_model(out / 'model.yaml').effects == ()
+
+
+def test_an_open_answer_is_status_1_with_a_report(folder, tmp_path, capsys):
+    out = tmp_path / 'out'
+    assert main(['explain', str(folder / 'short'), *MODEL, '-o', str(out)]) == 1
+    told = capsys.readouterr().out
+    assert told.startswith('untestable: ')
+    assert 'record 20 s or more' in ' '.join(told.split())
+    assert json.loads((out / 'explain.json').read_text())['verdict'] == 'untestable'
+    assert (out / 'report.html').is_file()
+
+
+def test_a_second_repair_into_the_same_folder_is_refused(folder, repaired, capsys):
+    before = {p: p.read_bytes() for p in repaired.iterdir()}
+    assert main(['repair', str(folder / 'friction'), *MODEL, '-o', str(repaired)]) == 2
+    assert 'model.yaml exists' in capsys.readouterr().err
+    assert {p: p.read_bytes() for p in repaired.iterdir()} == before
+
+
+def test_compare_writes_what_it_prints(folder, tmp_path, capsys):
+    argv = ['compare', str(folder / 'friction'), *MODEL, '-o', str(tmp_path / 'out'), '--json']
+    assert main(argv) == 0
+    out, err = capsys.readouterr()
+    assert err == ''
+    assert json.loads(out) == json.loads((tmp_path / 'out' / 'compare.json').read_text())
+
+
+def test_ctrl_c_leaves_nothing_half_done(folder, tmp_path):
+    out = tmp_path / 'out'
+    argv = [LEO, 'explain', folder / 'friction', folder / 'friction_too', *MODEL, '-o', out]
+    child = subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(2.0)
+    assert child.poll() is None
+    child.send_signal(signal.SIGINT)
+    told, err = child.communicate(timeout=20)
+    assert child.returncode == 130
+    assert (told, err) == ('', '')
+    assert not out.exists()

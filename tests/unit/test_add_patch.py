@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""leo add: from an explanation or by words, within bounds, with its history, to a new file."""
+
+import json
+
+import pytest
+import yaml
+
+from leo_diffmodel.add.patch import from_explanation, from_words
+from leo_msgs_py.cli import main
+from leo_msgs_py.errors import UserError
+from leo_sim.model import Model
+from leo_sim.model_file import load_model
+from leo_sim.robot import load_robot
+
+PENDULUM = load_robot('pendulum')
+CONSTANT = 'actuators.pivot.resistance'
+EXPLANATION = {
+    'verdict': 'named',
+    'sentence': 'Missing: friction.',
+    'effects': [{
+        'name': 'coulomb_friction',
+        'where': 'pivot',
+        'parameters': {'c': {'value': 1e-3, 'unit': 'N m', 'ci95': [9e-4, 1.1e-3]}},
+        'error_before': 0.2,
+        'error_after': 0.01,
+    }],
+    'constants': {CONSTANT: {'value': 9.1, 'unit': 'ohm', 'ci95': [9.0, 9.2]}},
+    'provenance': {
+        'robot': 'pendulum',
+        'bags': [{'path': 'bags/a', 'sha256': 'f' * 64}],
+        'date': '2026-01-02T03:04:05+00:00',
+    },
+}  # fmt: skip
+
+
+def explanation(folder, **changes):
+    path = folder / 'explain.json'
+    path.write_text(json.dumps({**EXPLANATION, **changes}))
+    return path
+
+
+def test_from_an_explanation(tmp_path, capsys):
+    new = tmp_path / 'new.yaml'
+    assert main(['add', 'pendulum', '--from', str(explanation(tmp_path)), '-o', str(new)]) == 0
+    assert f'next: leo compare BAG --model {new}' in capsys.readouterr().out
+    model = load_model(new)
+    (placed,) = model.effects
+    assert (placed.effect.name, placed.where, placed.parameters) == (
+        'coulomb_friction', ('pivot',), {'c': 1e-3}
+    )  # fmt: skip
+    assert placed.ci95 == {'c': (9e-4, 1.1e-3)}
+    assert model.constants[CONSTANT] == 9.1
+    (entry,) = model.history
+    assert entry['added'] == 'coulomb_friction:pivot'
+    assert entry['bags'] == EXPLANATION['provenance']['bags']
+    assert (entry['error_before'], entry['error_after']) == (0.2, 0.01)
+
+
+def test_by_words_in_any_order_and_on_top_of_what_is_there(tmp_path, capsys):
+    first, second = (str(tmp_path / name) for name in ('first.yaml', 'second.yaml'))
+    assert main(['add', 'pendulum', 'coulomb_friction:pivot', 'c=0.002', '-o', first]) == 0
+    assert main(['add', first, '-o', second, 'command_delay', 'delay=0.01', '--json']) == 0
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert told['model'] == second
+    model = load_model(second)
+    assert [p.effect.name for p in model.effects] == ['coulomb_friction', 'command_delay']
+    assert [p.parameters for p in model.effects] == [{'c': 0.002}, {'delay': 0.01}]
+    assert [h['added'] for h in model.history] == ['coulomb_friction:pivot', 'command_delay']
+    assert load_model(first).effects == model.effects[:1]
+
+
+def test_a_model_is_never_overwritten(tmp_path, capsys):
+    path = tmp_path / 'model.yaml'
+    path.write_text('robot: pendulum\n')
+    assert main(['add', str(path), 'viscous_friction', 'b=1e-5', '-o', str(path)]) == 2
+    assert 'always written to a new file' in capsys.readouterr().err
+    assert path.read_text() == 'robot: pendulum\n'
+
+
+def test_another_robot_is_refused(tmp_path):
+    with pytest.raises(UserError, match="explains 'pendulum', the model is of 'torque_pendulum'"):
+        from_explanation(Model('torque_pendulum'), explanation(tmp_path))
+
+
+def test_an_explanation_without_effects_adds_nothing(tmp_path):
+    path = explanation(tmp_path, effects=[], verdict='fine')
+    with pytest.raises(UserError, match=r'names no effect \(verdict fine\)'):
+        from_explanation(Model(PENDULUM), path)
+
+
+@pytest.mark.parametrize(('robot', 'words', 'said'), [
+    ('pendulum', 'viscous_friction b=-1', '-1 is outside 0 to inf N m s/rad'),
+    ('pendulum', 'command_delay delay=0.7', '0.7 is outside 0 to 0.5 s'),
+    ('pendulum', 'torque_ripple a=1 n=2 phase=4', '4 is outside -3.14159 to 3.14159 rad'),
+    ('pendulum', 'bias_torque t=inf', 'inf is outside'),
+    ('pendulum', 'coulomb_friction', 'say c=VALUE [N m]'),
+    ('torque_pendulum', 'back_emf_scale k=1.1', 'torque input'),
+])  # fmt: skip
+def test_values_are_checked(robot, words, said):
+    with pytest.raises(UserError) as error:
+        from_words(Model(robot), words.split())
+    assert said in str(error.value)
+
+
+def test_a_damaged_explanation_is_refused(tmp_path):
+    row = {**EXPLANATION['effects'][0], 'parameters': {'c': {'value': -1.0, 'ci95': [0, 1]}}}
+    with pytest.raises(UserError, match=r'coulomb_friction\.c: -1 is outside 0 to inf N m'):
+        from_explanation(Model(PENDULUM), explanation(tmp_path, effects=[row]))
+
+
+def test_history_is_plain_yaml(tmp_path):
+    new = tmp_path / 'new.yaml'
+    main(['add', 'pendulum', '--from', str(explanation(tmp_path)), '-o', str(new)])
+    content = yaml.safe_load(new.read_text())
+    assert set(content) == {'robot', 'constants', 'effects', 'history'}
+    assert content['constants'] == {CONSTANT: {'value': 9.1, 'unit': 'ohm'}}
+    assert content['effects'][0]['parameters']['c']['unit'] == 'N m'
