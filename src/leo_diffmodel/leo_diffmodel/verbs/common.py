@@ -12,7 +12,14 @@ from pathlib import Path
 import sys
 
 from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_msgs_py.errors import UserError
@@ -92,11 +99,20 @@ def write_json(folder: Path, name: str, data: dict) -> Path:
 
 
 @contextmanager
-def progress(title: str) -> Iterator[Callable[[str], None]]:
-    """A line on stderr that says what is being done and for how long."""
-    columns = (SpinnerColumn(), TextColumn('{task.description}'), TimeElapsedColumn())
+def progress(title: str, steps: int | None = None) -> Iterator[Callable[[str], None]]:
+    """A line on stderr: what is being done and, where `steps` says how much, the time left."""
+    columns = (SpinnerColumn(), TextColumn('{task.description}'), BarColumn(), TimeElapsedColumn())
+    left = (TextColumn('left'), TimeRemainingColumn()) if steps else ()
     console = Console(stderr=True)
     quiet = not console.is_terminal
-    with Progress(*columns, console=console, transient=True, disable=quiet) as bar:
-        task = bar.add_task(title)
-        yield lambda text: bar.update(task, description=f'{title}: {text}')
+    with Progress(*columns, *left, console=console, transient=True, disable=quiet) as bar:
+        task = bar.add_task(title, total=steps)
+        yield lambda text: bar.update(task, advance=1, description=f'{title}: {text}')
+
+
+def search_steps(model: Model) -> int:
+    """About how many candidates a search will try: two rounds, scans and fits."""
+    from leo_diffmodel.explain.candidates import candidates
+    from leo_diffmodel.explain.search import REFINED
+
+    return 2 * (len(candidates(model)) + REFINED)

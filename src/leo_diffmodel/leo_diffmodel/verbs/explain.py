@@ -29,7 +29,7 @@ def main(argv: list[str]) -> int:
     recordings = common.read_bags(arguments.bags, model, arguments.topic_map)
     held = common.read_bags(arguments.hold_out, model, arguments.topic_map)
     own = common.own_effects(arguments)
-    with common.progress('explaining') as told:
+    with common.progress('explaining', common.search_steps(model)) as told:
         result = explain(recordings, model, held, own, told)
     if folder:
         write(folder, result, [*recordings, *held])

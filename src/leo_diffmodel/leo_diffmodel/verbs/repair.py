@@ -37,7 +37,7 @@ def main(argv: list[str]) -> int:
     recordings = common.read_bags(arguments.bags, model, arguments.topic_map)
     held = common.read_bags(arguments.hold_out, model, arguments.topic_map)
     own = common.own_effects(arguments)
-    with common.progress('repairing') as told:
+    with common.progress('repairing', common.search_steps(model)) as told:
         before = compare(recordings, model)
         result = explain(recordings, model, held, own, told)
     rows = ladder(result)
