@@ -86,6 +86,10 @@ def test_an_effect_of_the_user(tmp_path):
                     for m in (Model(ROBOT), model))
     assert blown - still == pytest.approx(1e-3 * 0.05 / 0.000191, rel=0.1)
     assert load_model(save_model(tmp_path / 'copy.yaml', model)).effects[0].effect.name == 'wind'
+    assert yaml.safe_load((tmp_path / 'copy.yaml').read_text())['effects'][0]['name'] == 'wind.py'
+    (tmp_path / 'sub').mkdir()
+    far = save_model(tmp_path / 'sub' / 'far.yaml', model)
+    assert load_model(far).effects[0].effect.source == str(tmp_path / 'wind.py')
 
 
 def test_effects_lists_for_hidden_effects(tmp_path):

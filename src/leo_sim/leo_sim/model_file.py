@@ -79,9 +79,9 @@ def load_effects(path: str | Path, robot: Robot) -> tuple[Placed, ...]:
     return _placed_all(Path(path), robot, read(Path(path), _EffectsFile).effects)
 
 
-def write_effects(effects: Sequence[Placed]) -> list[dict[str, Any]]:
-    """An `effects:` list as YAML takes it."""
-    return [_entry(placed) for placed in effects]
+def write_effects(effects: Sequence[Placed], folder: Path | None = None) -> list[dict[str, Any]]:
+    """An `effects:` list as YAML takes it; effect files in `folder` are named relative to it."""
+    return [_entry(placed, folder) for placed in effects]
 
 
 def save_model(path: str | Path, model: Model, history: Sequence[Mapping[str, Any]] | None = None
@@ -101,7 +101,7 @@ def save_model(path: str | Path, model: Model, history: Sequence[Mapping[str, An
     if changed := _changed_constants(model):
         content['constants'] = changed
     if model.effects:
-        content['effects'] = write_effects(model.effects)
+        content['effects'] = write_effects(model.effects, path.parent)
     if model.difference_model is not None:
         content['difference_model'] = str(_relative(model.difference_model, path.parent))
     if entries := [dict(h) for h in (model.history if history is None else history)]:
@@ -116,14 +116,17 @@ def save_model(path: str | Path, model: Model, history: Sequence[Mapping[str, An
     return path
 
 
-def _entry(placed: Placed) -> dict[str, Any]:
+def _entry(placed: Placed, folder: Path | None) -> dict[str, Any]:
     parameters: dict[str, Any] = {}
     for name, value in placed.parameters.items():
         parameters[name] = {'value': float(value), 'unit': placed.units[name]}
         if name in placed.ci95:
             parameters[name]['ci95'] = [float(v) for v in placed.ci95[name]]
     where: Any = list(placed.where) if len(placed.where) > 1 else placed.where[0]
-    return {'name': placed.effect.source or placed.effect.name,
+    source = placed.effect.source
+    if source and folder is not None:
+        source = str(_relative(Path(source), folder))
+    return {'name': source or placed.effect.name,
             'where': 'all' if placed.everywhere else where, 'parameters': parameters}
 
 

@@ -39,7 +39,7 @@ def read_effect(path: Path) -> Effect:
         raise UserError(f'{path}: {kind.__name__} needs a hook of {", ".join(HOOKS)}, and the '
                         f'method of that name; its hook is {kind.hook!r}')
     effect: Effect = kind()
-    effect.source = str(path)
+    effect.source = str(path.resolve())
     setattr(effect, kind.hook, _told(path, getattr(effect, kind.hook)))
     return effect
 
