@@ -125,7 +125,7 @@ def _print(rows: list[dict[str, Any]], result: dict[str, Any]) -> None:
     for row, down, part in zip(rows, result['mse_down_percent'], result['shares'], strict=True):
         table.add_row(
             str(row['seed']), f'{row["mse_before"]:.4g}', f'{row["mse_after"]:.3g}',
-            f'{down:.3f}', *(f'{row[f"return_{k}"]:.0f}' for k in ('ideal', 'repaired', 'real')),
+            f'{down:.4f}', *(f'{row[f"return_{k}"]:.0f}' for k in ('ideal', 'repaired', 'real')),
             f'{part:.4f}',
         )
     Console().print(table)
