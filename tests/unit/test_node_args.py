@@ -24,6 +24,16 @@ def test_parameters_are_typed_by_yaml():
     assert type(found['a']) is int
 
 
+@pytest.mark.parametrize('text, value', [
+    ('1e-3', 0.001), ('+1.5E3', 1500.0), ('[1e-3, .5]', [0.001, 0.5]), ('.inf', float('inf')),
+    ('0x10', 16), ('-3', -3), ('2026-01-31', '2026-01-31'), ('1_000', '1_000'),
+    ('12:30', '12:30'), ('runs/1', 'runs/1'), ('08', '08'), ('on', True),
+])  # fmt: skip
+def test_numbers_are_those_of_ros(text, value):
+    found = parse(['--ros-args', '-p', f'a:={text}'], 'robot').overrides('/robot')['a']
+    assert (found, type(found)) == (value, type(value))
+
+
 def test_later_ones_win_and_nodes_can_be_named():
     words = ['--ros-args', '-p', 'a:=1', '-p', 'a:=2', '-p', 'robot:b:=3', '-p', 'other:b:=4']
     assert parse(words, 'robot').overrides('/ns/robot') == {'a': 2, 'b': 3}

@@ -14,6 +14,7 @@ from leo_diffmodel.bags.recorder import finish_left_over, recorded, Recorder
 from leo_diffmodel.difference.service import DifferenceService, Settings
 from leo_diffmodel.nodes.graph_recorder import GraphRecorder
 from leo_msgs_py import topics
+from leo_msgs_py.cli import executable
 from leo_msgs_py.messages import DiagnosticArray, Header
 from leo_msgs_py.node import api
 from leo_msgs_py.values import time_message
@@ -79,7 +80,8 @@ class DiffModelNode:
         self._diagnostics.publish(DiagnosticArray(header=header, status=status))
 
 
-def main(argv: list[str] | None = None) -> int:
+@executable
+def main(argv: list[str]) -> int:
     """Run the node until SIGINT or SIGTERM."""
     node = api.create_node('diffmodel', argv)
     diffmodel = DiffModelNode(node)

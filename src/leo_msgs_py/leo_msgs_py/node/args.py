@@ -11,6 +11,7 @@ from typing import Any
 
 import yaml
 
+from leo_msgs_py import ros_yaml
 from leo_msgs_py.errors import UserError
 
 LEVELS = ('debug', 'info', 'warn', 'error', 'fatal')
@@ -119,7 +120,7 @@ def _level(text: str) -> str:
 
 def _yaml(text: str, what: str) -> Any:
     try:
-        return yaml.safe_load(text)
+        return ros_yaml.load(text)
     except yaml.YAMLError as error:
         raise UserError(f'{what}: {text!r} is not YAML') from error
 

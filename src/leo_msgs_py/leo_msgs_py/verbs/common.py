@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 
 import yaml
 
+from leo_msgs_py import ros_yaml
 from leo_msgs_py.errors import UserError
 
 _AT_LEAST_S = 0.5
@@ -127,7 +128,7 @@ def as_yaml(data: Any) -> str:
 def from_yaml(text: str) -> Any:
     """A mapping typed on the command line; UserError where it is none."""
     try:
-        data = yaml.safe_load(text) if text else {}
+        data = ros_yaml.load(text) if text else {}
     except yaml.YAMLError as error:
         raise UserError(f'{text!r} is not YAML') from error
     if not isinstance(data, dict):

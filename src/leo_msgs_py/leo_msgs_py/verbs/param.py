@@ -5,9 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
-import yaml
-
 from leo_msgs_py import messages as m
+from leo_msgs_py import ros_yaml
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node.parameters import from_value_message, to_value_message
 from leo_msgs_py.verbs import common
@@ -70,7 +69,7 @@ def _set(argv: list[str]) -> int:
         name = node_verb.find(node, options.node)
         if options.parameter not in _names(node, name):
             raise _unknown(node, name, options.parameter)
-        value = to_value_message(yaml.safe_load(options.value))
+        value = to_value_message(ros_yaml.load(options.value))
         parameter = m.ParameterMessage(name=options.parameter, value=value)
         request = m.SetParameters.Request(parameters=[parameter])
         response = _ask(node, name, m.SetParameters, 'set_parameters', request)

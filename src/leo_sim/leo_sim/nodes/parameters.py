@@ -51,9 +51,7 @@ def read_settings(node: Any) -> Settings:
         state_rate=_number('state_rate', given('state_rate', 0.0), 'Hz'),
         start=given('start', 'nominal'),
         seed=_seed('seed', given('seed', 0)),
-        noise=read_noise(
-            given('noise', [0.0, 0.0]), given('noise.position', 0.0), given('noise.velocity', 0.0)
-        ),
+        noise=read_noise(given('noise', [0.0, 0.0])),
         engine=given('engine', 'pybullet'),
         integration_step=_number('integration_step', given('integration_step', 0.0), 's'),
         bag=given('bag', ''),
@@ -69,15 +67,14 @@ def read_settings(node: Any) -> Settings:
     )
 
 
-def read_noise(both: Sequence[float], position: float, velocity: float) -> tuple[float, float]:
-    """Standard deviations of position [rad] and velocity [rad/s] from either form.
+def read_noise(values: Sequence[float]) -> tuple[float, float]:
+    """Standard deviations of position [rad] and velocity [rad/s].
 
     Raises:
         UserError: not two numbers, or a negative one.
     """
-    if isinstance(both, (str, int, float)) or len(both) != 2:
-        raise UserError(f'noise is {both!r}: {NOISE_FORM}, as in -p noise:=[0.001,0.05]')
-    values = (position or both[0], velocity or both[1])
+    if isinstance(values, (str, int, float)) or len(values) != 2:
+        raise UserError(f'noise is {values!r}: {NOISE_FORM}, as in -p noise:=[0.001,0.05]')
     if not all(isinstance(v, (int, float)) and math.isfinite(v) and v >= 0 for v in values):
         raise UserError(f'noise is {list(values)}: {NOISE_FORM}, none of them negative')
     return float(values[0]), float(values[1])
