@@ -23,7 +23,7 @@ CONFIG = """\
     <ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="localhost"/></Peers>
   </Discovery>
 </Domain></CycloneDDS>"""
-PATIENCE = 30.0
+PATIENCE = 60.0
 
 
 @dataclass

@@ -20,7 +20,7 @@ from leo_msgs_py.wire.types import deserialize, message_class, serialize
 
 pytestmark = pytest.mark.graph
 PEER = str(Path(__file__).with_name('peer.py'))
-PATIENCE = 20.0
+PATIENCE = 60.0
 
 
 @pytest.fixture

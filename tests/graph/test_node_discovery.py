@@ -22,7 +22,7 @@ from leo_msgs_py.wire.participant import Participant
 pytestmark = pytest.mark.graph
 PEER = str(Path(__file__).with_name('peer.py'))
 SAMPLE = Path(__file__).parents[3] / 'shared' / 'wire_samples' / 'discovery.json'
-PATIENCE = 20.0
+PATIENCE = 60.0
 IDENTITY = re.compile(r'(client|service)id= 1\.10(\.[0-9a-f]{1,2}){14};')
 
 

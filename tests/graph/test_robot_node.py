@@ -24,7 +24,7 @@ from leo_sim.drivers.simulated import SimulatedDriver
 from leo_sim.robot import load_robot
 
 pytestmark = pytest.mark.graph
-PATIENCE = 20.0
+PATIENCE = 60.0
 CONTROL_PERIOD_NS = round(load_robot('pendulum').control_period * 1e9)
 LEO = str(Path(sys.executable).with_name('leo'))
 
@@ -45,8 +45,13 @@ class Robot:
     def __init__(self, node, folder, space: str, **parameters) -> None:
         self.node, self.space, self.folder = node, space, folder
         self.parameters = {'robot': 'pendulum', **parameters}
-        self.raw, self.states, self.applied = [], [], []
+        self.states, self.applied = [], []
         self.episodes, self.e_stopped = [], []
+        self.raw = {topics.JOINT_STATES: [], topics.DYNAMIC_JOINT_STATES: []}
+        for topic, seen in self.raw.items():
+            node.create_subscription(
+                topic.type, f'{space}/{topic.name}', seen.append, reliable(1000), raw=True
+            )
         self._subscribe(topics.JOINT_STATES, self._on_state)
         self._subscribe(topics.DYNAMIC_JOINT_STATES, self._on_applied)
         self._subscribe(topics.EPISODE, lambda m: self.episodes.append(m.data), latched())
@@ -144,21 +149,16 @@ def robots(node, tmp_path):
 
 def swing(robot: Robot, periods: int) -> tuple[list[bytes], list[bytes]]:
     """Run in lockstep; the bytes of states (repeats dropped) and of what was applied."""
-    raw = {topics.JOINT_STATES: [], topics.DYNAMIC_JOINT_STATES: []}
-    for topic, seen in raw.items():
-        robot.node.create_subscription(
-            topic.type, f'{robot.space}/{topic.name}', seen.append, reliable(1000), raw=True
-        )
     robot.ready()
-    robot.wait(lambda: raw[topics.JOINT_STATES], 'no raw state')
     for k in range(periods):
         robot.step(2.0 * math.sin(k))
-    states = [
-        b
-        for i, b in enumerate(raw[topics.JOINT_STATES])
-        if not i or b != raw[topics.JOINT_STATES][i - 1]
-    ]
-    return states, raw[topics.DYNAMIC_JOINT_STATES]
+
+    def all_of_it() -> tuple[list[bytes], list[bytes]]:
+        states, applied = robot.raw.values()
+        return [b for i, b in enumerate(states) if not i or b != states[i - 1]], applied
+
+    robot.wait(lambda: [len(x) for x in all_of_it()] >= [len(robot.fresh()), len(robot.applied)])
+    return all_of_it()
 
 
 def test_lockstep_repeats_to_the_bit_for_a_seed(robots):

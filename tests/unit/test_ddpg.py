@@ -100,8 +100,8 @@ def test_learns_to_follow(config):
 
 def test_learning_leaves_small_numbers_to_the_physics():
     agent = Agent(3, 1, SMALL, seed=0)
-    one = np.ones((4, 1), np.float32)
-    agent.learn(Batch(np.ones((4, 3), np.float32), one, one, np.ones((4, 3), np.float32), one))
+    seen, done, each = (np.ones(shape, np.float32) for shape in ((4, 3), (4, 1), (4,)))
+    agent.learn(Batch(seen, done, each, seen, each))
     assert np.float64(5e-324) + 0.0 > 0.0
 
 
