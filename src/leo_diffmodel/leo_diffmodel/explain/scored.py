@@ -25,7 +25,8 @@ class Scored:
         gain_train: loss saved on the training windows [nats].
         gain_held_out: loss saved on the windows no fit saw [nats].
         evidence: what the largest amplitude tried could give in this data [nats].
-        expected_held_out: what `gain_train` promises for the windows no fit saw [nats].
+        expected_held_out: what `gain_train` promises for the windows no fit saw [nats], by how
+            much the candidate changes the prediction there.
         dispersion: how many times what is left exceeds white noise; see `dispersion`.
         decider: nats by which longer windows put it behind the best of its rivals, 0 or less.
     """

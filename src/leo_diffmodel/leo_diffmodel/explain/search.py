@@ -17,6 +17,7 @@ from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.pose import Posed, quieter
 from leo_diffmodel.explain.scan import Scales, Scan, Scanner
 from leo_diffmodel.explain.scored import dispersion, MARGIN_NATS, Scored
+from leo_diffmodel.explain.shooting import robust_weight
 from leo_diffmodel.explain.threshold import threshold
 
 Array = np.ndarray
@@ -95,8 +96,11 @@ def explore(
 
 
 def _ranked(scored: Sequence[Scored]) -> list[Scored]:
-    """Best first by training score; what training cannot separate, held-out data may."""
-    ranked = sorted(scored, key=lambda s: -s.score)
+    """Best first by training score, those that held-out data refute behind the others.
+
+    What training cannot separate, held-out data may.
+    """
+    ranked = sorted(scored, key=lambda s: (not s.confirmed, -s.score))
     leader = ranked[0]
     margin = MARGIN_NATS * leader.dispersion
     tied = [
@@ -147,13 +151,15 @@ def _refit(problem: Problem, null: Fit, scan: Scan) -> Fit:
 def _score(problem: Problem, null: Fit, scan: Scan, fitted: Fit, spread: float) -> Scored:
     held, train = ~problem.train, problem.train
     trained = gain(null, fitted, train)
+    weight = robust_weight(null.residual)
+    trace = (weight * (null.residual - fitted.residual) ** 2).sum(axis=-1)
     return Scored(
         scan.candidate,
         fitted,
         trained,
         gain(null, fitted, held),
         scan.evidence,
-        trained * held.sum() / max(train.sum(), 1),
+        trained * float(trace[held].sum() / max(trace[train].sum(), 1e-12)),
         spread,
     )
 
