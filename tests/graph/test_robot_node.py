@@ -157,7 +157,8 @@ def swing(robot: Robot, periods: int) -> tuple[list[bytes], list[bytes]]:
         states, applied = robot.raw.values()
         return [b for i, b in enumerate(states) if not i or b != states[i - 1]], applied
 
-    robot.wait(lambda: [len(x) for x in all_of_it()] >= [len(robot.fresh()), len(robot.applied)])
+    wanted = len(robot.fresh()), len(robot.applied)
+    robot.wait(lambda: tuple(len(x) for x in all_of_it()) == wanted)
     return all_of_it()
 
 

@@ -15,7 +15,8 @@ class Declared:
     def __init__(self, **given):
         self.given, self.public, self.private = given, {}, {}
 
-    def declare_parameter(self, name, default, private=False):
+    def declare_parameter(self, name, default, descriptor=None, *, private=False):
+        assert private or descriptor.read_only
         value = self.given.get(name, default)
         (self.private if private else self.public)[name] = value
         return SimpleNamespace(value=value)

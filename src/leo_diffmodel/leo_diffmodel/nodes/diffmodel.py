@@ -45,9 +45,9 @@ class DiffModelNode:
 
     def __init__(self, node: Any) -> None:
         self._node = node
-        self._base = Path(node.declare_parameter('bag', 'runs/rollout').value)
-        record = node.declare_parameter('record', True).value
-        robot = node.declare_parameter('robot', '').value
+        self._base = Path(api.fixed_parameter(node, 'bag', 'runs/rollout'))
+        record = api.fixed_parameter(node, 'record', True)
+        robot = api.fixed_parameter(node, 'robot', '')
         self._parts: list[Part] = [self._record(robot)] if record else []
         self._parts.append(self._difference())
         self._diagnostics = node.create_publisher(*topics.DIAGNOSTICS)
@@ -67,10 +67,10 @@ class DiffModelNode:
 
     def _difference(self) -> DifferenceService:
         settings = Settings(
-            model=self._node.declare_parameter('model', 'pendulum').value,
+            model=api.fixed_parameter(self._node, 'model', 'pendulum'),
             bags=partial(recorded, self._base),
             folder=self._base.with_name(f'{self._base.name}.difference'),
-            config=self._node.declare_parameter('difference', 'recommended').value,
+            config=api.fixed_parameter(self._node, 'difference', 'recommended'),
         )
         return DifferenceService(self._node, settings)
 

@@ -26,7 +26,7 @@ def read_settings(node: Any) -> Settings:
     """Declare the parameters of `Settings` on `node`, all but `thesis`, and read them."""
     defaults = asdict(Settings())
     defaults.pop('thesis')
-    given = {name: node.declare_parameter(name, value).value for name, value in defaults.items()}
+    given = {name: api.fixed_parameter(node, name, value) for name, value in defaults.items()}
     for name, value in given.items():
         if not isinstance(value, int) or value < (name in ('tests', 'transitions')):
             raise UserError(f'{name} is {value!r}; give a whole number, 0 or more')
@@ -38,9 +38,9 @@ def main(argv: list[str]) -> int:
     """Run the learner node until its last update is tested."""
     node = api.create_node('learner', argv)
     settings = read_settings(node)
-    model = load_model(node.declare_parameter('model', 'pendulum').value)
-    folder = Path(node.declare_parameter('folder', 'runs/learner').value)
-    name = node.declare_parameter('config', 'recommended').value
+    model = load_model(api.fixed_parameter(node, 'model', 'pendulum'))
+    folder = Path(api.fixed_parameter(node, 'folder', 'runs/learner'))
+    name = api.fixed_parameter(node, 'config', 'recommended')
     if name not in CONFIGS:
         raise UserError(f'no configuration {name!r}; give {" or ".join(CONFIGS)}')
     log = node.get_logger().info

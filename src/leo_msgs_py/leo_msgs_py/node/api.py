@@ -17,7 +17,7 @@ from importlib import import_module
 import time
 from typing import Any
 
-from leo_msgs_py.messages import HAVE_ROS
+from leo_msgs_py.messages import HAVE_ROS, ParameterDescriptor
 from leo_msgs_py.node import args as ros_args
 
 _SLICE_S = 0.05
@@ -40,6 +40,14 @@ def create_node(name: str, args: list[str] | None = None) -> Node:
         UserError: `--ros-args` or ROS environment variables that cannot be understood.
     """
     return _backend.create_node(name, list(args or []), ros_args.parse(args, name))
+
+
+def fixed_parameter(node: Node, name: str, default: Any) -> Any:
+    """Declare a parameter that holds from start to end, and return its value.
+
+    Setting it while the node runs is refused, instead of accepted without effect.
+    """
+    return node.declare_parameter(name, default, ParameterDescriptor(read_only=True)).value
 
 
 def spin(node: Node) -> None:

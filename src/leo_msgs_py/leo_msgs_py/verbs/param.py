@@ -14,7 +14,7 @@ from leo_msgs_py.verbs import node as node_verb
 
 _LIST_EXAMPLES = '  leo param list\n  leo param list /robot\n'
 _GET_EXAMPLES = '  leo param get /robot realtime_factor\n'
-_SET_EXAMPLES = '  leo param set /robot noise 0.001\n'
+_SET_EXAMPLES = '  leo param set /my_node gain 0.5\n'
 _TIMEOUT_S = 5.0
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 import math
 from typing import Any
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.node.api import fixed_parameter
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.robot import load_robot
 
@@ -42,10 +44,7 @@ def read_settings(node: Any) -> Settings:
     Raises:
         UserError: a value is out of range or of a wrong form; an unknown robot.
     """
-
-    def given(name: str, default: Any) -> Any:
-        return node.declare_parameter(name, default).value
-
+    given = partial(fixed_parameter, node)
     options = DriverOptions(
         robot=load_robot(given('robot', 'pendulum')),
         state_rate=_number('state_rate', given('state_rate', 0.0), 'Hz'),
