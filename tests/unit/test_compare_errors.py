@@ -14,6 +14,9 @@ def test_a_right_model_scores_its_noise_floor():
     data = compare([record(TORQUE, seconds=20)], Model(TORQUE)).data
     for row, floor in zip(data['horizon'], data['noise_floor']['horizon'], strict=True):
         np.testing.assert_allclose(row['rmse'], floor['rmse'], rtol=0.12)
+        assert row['mean'] == pytest.approx(np.mean(row['rmse']))
+    seen, floor = data['observation']['mse'], data['noise_floor']['observation']['mse']
+    assert seen == pytest.approx(floor, rel=0.2)
     one = data['one_step']
     np.testing.assert_allclose(np.square(one['rmse']), one['mse'])
     assert one['mean_mse'] == pytest.approx(np.mean(one['mse']))

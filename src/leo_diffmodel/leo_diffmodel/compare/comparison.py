@@ -12,7 +12,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.torque import missing_torque, MissingTorque, where
-from leo_diffmodel.compare.windows import sample_period, Windows
+from leo_diffmodel.compare.windows import Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
@@ -48,7 +48,7 @@ def compare(
     Raises:
         UserError: the recordings are too short for a single window, or a step out of reach.
     """
-    step = errors.step_seconds(recordings) if step is None else _checked(step, recordings)
+    step = errors.step_seconds(recordings, step)
     try:
         windows = _windows(recordings, model, step)
         sigma = noise.estimate(model, noise.short_windows(recordings))
@@ -64,13 +64,11 @@ def compare(
         'step_seconds': step,
         'one_step': one,
         'observation': _observation(model, prediction, step),
-        'horizon': [{k: r[k] for k in ('steps', 'seconds', 'rmse')} for r in horizon],
+        'horizon': [{k: r[k] for k in ('steps', 'seconds', 'rmse', 'mean')} for r in horizon],
         'noise_floor': {
             'one_step': floor,
-            'horizon': [
-                {'steps': r['steps'], 'seconds': r['seconds'], 'rmse': r['noise_floor']}
-                for r in horizon
-            ],
+            'observation': _observation_floor(model, prediction, step),
+            'horizon': [_floor_row(r) for r in horizon],
         },
         'noise': sigma.tolist(),
         'where': where(missing, model)[:WORST_ROWS],
@@ -78,16 +76,6 @@ def compare(
         'provenance': provenance(recordings, model),
     }
     return Comparison(data, missing, sigma)
-
-
-def _checked(step: float, recordings: Sequence[Recording]) -> float:
-    least = sample_period(recordings)
-    if not 0.99 * least <= step <= HORIZON_SECONDS:
-        raise UserError(
-            f'a step of {step:g} s cannot be scored; give --step from {least:g} s (one sample) '
-            f'to {HORIZON_SECONDS:g} s'
-        )
-    return step
 
 
 def _windows(recordings: Sequence[Recording], model: Model, step: float) -> Windows:
@@ -105,6 +93,20 @@ def _observation(model: Model, prediction: errors.Prediction, step: float) -> di
     if not model.robot.observation:
         return None
     return {'mse': errors.observation_mse(model, prediction, step)}
+
+
+def _observation_floor(model: Model, prediction: errors.Prediction, step: float) -> dict | None:
+    if not model.robot.observation:
+        return None
+    return {'mse': errors.observation_floor(model, prediction, step)}
+
+
+def _floor_row(row: dict) -> dict:
+    floor = row['noise_floor']
+    return {
+        'steps': row['steps'], 'seconds': row['seconds'], 'rmse': floor,
+        'mean': float(np.mean(floor)),
+    }  # fmt: skip
 
 
 def _budget(prediction: errors.Prediction) -> dict:

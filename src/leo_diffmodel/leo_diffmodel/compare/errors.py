@@ -11,6 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.noise import HISTORY, per_window
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
+from leo_msgs_py.errors import UserError
 from leo_sim.batch import rollout
 from leo_sim.model import Model
 from leo_sim.task import observation
@@ -18,6 +19,7 @@ from leo_sim.task import observation
 Array = np.ndarray
 HORIZONS = (1, 2, 5, 10, 20, 50, 100)
 STATE_STEP = 1e-4
+LONGEST_STEP = 1.0
 
 
 @dataclass(frozen=True)
@@ -70,10 +72,27 @@ def state_names(model: Model) -> list[dict]:
     ]
 
 
-def step_seconds(recordings: Sequence[Recording]) -> float:
-    """One control period: the median command period, or the sample period where none is known."""
+def step_seconds(recordings: Sequence[Recording], told: float | None = None) -> float:
+    """One step: as told, else one control period.
+
+    That is the median command period, or the sample period where none is known.
+
+    Raises:
+        UserError: the step told is shorter than a sample or longer than the windows.
+    """
+    if told is not None:
+        return _checked(told, sample_period(recordings))
     periods = [r.command_period for r in recordings if np.isfinite(r.command_period)]
     return float(np.median(periods)) if periods else sample_period(recordings)
+
+
+def _checked(step: float, least: float) -> float:
+    if not 0.99 * least <= step <= LONGEST_STEP:
+        raise UserError(
+            f'a step of {step:g} s cannot be scored; give --step from {least:g} s (one sample) '
+            f'to {LONGEST_STEP:g} s'
+        )
+    return step
 
 
 def has_memory(model: Model) -> bool:
@@ -104,6 +123,7 @@ def horizon_table(before: Prediction, step: float) -> list[dict]:
                 'steps': steps,
                 'seconds': float(elapsed[at]),
                 'rmse': _rms(before.error[:, at + 1]),
+                'mean': _mean(_rms(before.error[:, at + 1])),
                 'noise_floor': _root_mean(before.floor[:, at + 1]),
             }
         )
@@ -118,10 +138,12 @@ def one_step(prediction: Prediction, step: float) -> dict:
         'mse': (error**2).mean(axis=0).tolist(),
         'rmse': _rms(error),
         'mean_mse': float((error**2).mean()),
+        'mean_rmse': _mean(_rms(error)),
         'noise_floor': {
             'mse': floor.mean(axis=0).tolist(),
             'rmse': _root_mean(floor),
             'mean_mse': float(floor.mean()),
+            'mean_rmse': _mean(_root_mean(floor)),
         },
     }
 
@@ -133,6 +155,17 @@ def observation_mse(model: Model, prediction: Prediction, step: float) -> float:
     measured = observation(model.robot, seen[:, :joints], seen[:, joints:])
     predicted = observation(model.robot, expected[:, :joints], expected[:, joints:])
     return float(((measured - predicted) ** 2).mean())
+
+
+def observation_floor(model: Model, prediction: Prediction, step: float) -> float:
+    """Mean squared one-step error over the observation that noise alone causes."""
+    at, joints = _index(prediction, step), prediction.windows.q.shape[-1]
+    expected, variance = prediction.predicted[:, at], prediction.floor[:, at]
+    moves = np.concatenate([np.zeros((1, 2 * joints)), STATE_STEP * np.eye(2 * joints)])
+    states = expected + moves[:, None, :]
+    seen = observation(model.robot, states[..., :joints], states[..., joints:])
+    slope = np.clip((seen[1:] - seen[0]) / STATE_STEP, -1.0, 1.0)  # no quantity is steeper
+    return float((slope**2 * np.moveaxis(variance, -1, 0)[..., None]).sum(axis=0).mean())
 
 
 def ahead(prediction: Prediction, seconds: float) -> list[float]:
@@ -157,6 +190,10 @@ def _index(prediction: Prediction, step: float) -> int:
 
 def _rms(error: Array) -> list[float]:
     return np.sqrt((error**2).mean(axis=0)).tolist()
+
+
+def _mean(figures: list[float]) -> float:
+    return float(np.mean(figures))
 
 
 def _root_mean(variance: Array) -> list[float]:

@@ -130,6 +130,11 @@ def error_tables(context: Context, after: Prediction) -> dict:
                 'before': b['rmse'],
                 'after': a['rmse'],
                 'noise_floor': a['noise_floor'],
+                'mean': {
+                    'before': b['mean'],
+                    'after': a['mean'],
+                    'noise_floor': float(np.mean(a['noise_floor'])),
+                },
             }
             for b, a in zip(early, late, strict=True)
         ],
