@@ -32,7 +32,7 @@ MODELS = {
     'broken.yaml': ['broken.yaml', 'not a YAML file'],
     'binary.yaml': ['binary.yaml', 'not a YAML file'],
     'half_robot': ['half_robot', 'robot.yaml'],
-    'no_mcap': ['no_mcap', 'robot.yaml'],
+    'no_mcap': ['no_mcap is no robot folder', 'robot name'],
 }
 EFFECTS = {
     'nothing.py': ['no effect file nothing.py'],
@@ -71,6 +71,8 @@ OTHERS = [
     (['explain', 'good', *P, '-o', 'notes.txt'], ['notes.txt is a file']),
     (['explain', 'good', *P, '-o', 'notes.txt/sub'], ['notes.txt']),
     (['explain', 'good', *P, '--hold-out', 'nowhere'], ['no bag at nowhere']),
+    (['explain', 'good', *P, '--hold-out', 'good'], ['good is the same bag as good', 'hold out']),
+    (['repair', 'good', 'good', *P, '-o', 'out'], ['the same bag', 'give each once']),
     (['repair', 'good', *P], ['leo repair', '-o']),
     (['repair', 'good', *P, '-o', 'notes.txt'], ['notes.txt is a file']),
     (['repair', 'good', *P, '-o', 'taken'], ['taken/model.yaml exists', 'another -o']),
@@ -103,6 +105,7 @@ OTHERS = [
     ([*ADD, 'viscous_friction', 'b'], ["'b'", 'PARAM=VALUE']),
     ([*ADD, 'viscous_friction'], ['viscous_friction', 'b=VALUE']),
     ([*ADD, 'viscous_friction', 'b=-1'], ['viscous_friction.b', '-1', '0 to inf N m s/rad']),
+    ([*ADD, 'viscous_friction', 'b=1', 'b=2'], ['given twice']),
     ([*ADD, 'viscous_friction', 'b=nan'], ['viscous_friction.b', 'nan']),
     ([*ADD, 'viscous_friction', 'b=inf'], ['viscous_friction.b', 'inf']),
     (['add', 'pendulum', 'viscous_friction', 'b=1', '-o', 'model.yaml'], ['model.yaml exists']),

@@ -120,6 +120,9 @@ def load_robot(ref: str | Path) -> Robot:
     folder = Path(ref)
     if not folder.is_dir():
         folder = _named_folder(str(ref))
+    if not (folder / 'robot.yaml').is_file():
+        raise UserError(f'{folder} is no robot folder (it has no robot.yaml); '
+                        'give a model file, a robot name or a robot folder')
     file = read(folder / 'robot.yaml', RobotFile)
     path = folder / 'robot.urdf'
     if not path.is_file():

@@ -42,6 +42,8 @@ def from_words(model: Model, words: Sequence[str]) -> tuple[Model, list[dict]]:
     name, _, where = words[0].partition(':')
     effect = get_effect(name)
     values = dict(_assignment(word) for word in words[1:])
+    if len(values) < len(words) - 1:
+        raise UserError(f'{" ".join(words)}: a parameter is given twice; give it once')
     placed = place(model.robot, effect, where or 'all', **values)
     if not values:
         wanted = ' '.join(f'{p}=VALUE [{u}]' for p, u in placed.units.items())

@@ -62,6 +62,27 @@ def read_bags(paths: Sequence[str], model: Model, topic_map: str | None) -> list
     return recordings
 
 
+def read_all(
+    arguments: argparse.Namespace, model: Model
+) -> tuple[list[Recording], list[Recording]]:
+    """The bags to learn from and those held out.
+
+    Raises:
+        UserError: as `read_bag`, or the same bag is there twice.
+    """
+    recordings = read_bags(arguments.bags, model, arguments.topic_map)
+    held = read_bags(arguments.hold_out, model, arguments.topic_map)
+    seen: dict[str, Path] = {}
+    for recording in [*recordings, *held]:
+        if recording.sha256 in seen:
+            raise UserError(
+                f'{recording.path} is the same bag as {seen[recording.sha256]}; give each once, '
+                'and hold out bags that nothing is learned from'
+            )
+        seen[recording.sha256] = recording.path
+    return recordings, held
+
+
 def load(arguments: argparse.Namespace) -> Model:
     """The model the command line names."""
     return load_model(arguments.model)

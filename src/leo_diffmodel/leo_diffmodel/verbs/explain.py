@@ -26,8 +26,7 @@ def main(argv: list[str]) -> int:
     arguments = _parser().parse_args(argv)
     folder = common.fresh_folder(arguments.output)
     model = common.load(arguments)
-    recordings = common.read_bags(arguments.bags, model, arguments.topic_map)
-    held = common.read_bags(arguments.hold_out, model, arguments.topic_map)
+    recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     with common.progress('explaining', common.search_steps(model)) as told:
         result = explain(recordings, model, held, own, told)

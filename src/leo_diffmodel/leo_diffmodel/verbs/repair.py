@@ -34,8 +34,7 @@ def main(argv: list[str]) -> int:
     if target.exists():
         raise UserError(f'{target} exists; a model is never overwritten: choose another -o')
     model = common.load(arguments)
-    recordings = common.read_bags(arguments.bags, model, arguments.topic_map)
-    held = common.read_bags(arguments.hold_out, model, arguments.topic_map)
+    recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     with common.progress('repairing', common.search_steps(model)) as told:
         before = compare(recordings, model)
