@@ -96,6 +96,7 @@ def scales_of(model: Model, windows: Windows) -> Scales:
     return Scales(
         torque=torque_scale(model.robot),
         rate=max(float(np.sqrt((windows.dq**2).mean())), 1e-3),
+        angle=max(float(np.abs(windows.q).max(initial=0.0)), 1.0),
         inertia=inertia_scale(model.robot),
         mass=mass_scale(model.robot),
         input=max(float(np.abs(windows.inputs).max(initial=0.0)), 1e-9),

@@ -14,8 +14,10 @@ from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import evidence, rows, verdict
+from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.classes import Facts, pair_note
 from leo_diffmodel.explain.engine import Search, search
+from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import pose
 from leo_diffmodel.explain.scored import unexplained
 from leo_sim.effects import Effect
@@ -73,6 +75,7 @@ def explain(
     hold_out: Sequence[Recording] = (),
     extra: Sequence[Effect] = (),
     progress: Callable[[str], None] = lambda _: None,
+    step: float | None = None,
 ) -> Explanation:
     """Name what the model lacks, or say that nothing, or nothing known, is missing.
 
@@ -82,16 +85,22 @@ def explain(
         hold_out: bags no fit may see; by default every fourth time block is held out.
         extra: effects of the user's own.
         progress: told what is being tried.
+        step: length of the one step that errors are given for [s]; by default the control
+            period of the data.
+
+    Raises:
+        UserError: a step that cannot be scored.
     """
     began = time.monotonic()
     origin = provenance([*recordings, *hold_out], model)
     reason = _untestable(recordings, hold_out, model)
     if reason:
-        return _nothing(reason, model, origin, time.monotonic() - began)
+        untold = [_untold(c, reason) for c in candidates(model, extra)]
+        return _nothing(reason, untold, model, origin, time.monotonic() - began)
+    step = errors.step_seconds(recordings, step)
     found = search(recordings, hold_out, model, extra, progress)
     held = held_windows([*recordings, *hold_out], found, model)
     free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
-    step = errors.step_seconds(recordings)
     context = rows.Context(found, model, Facts(model.robot, bool(free)), held, step)
     return _answer(context, origin, began)
 
@@ -106,14 +115,20 @@ def _untestable(
     return verdict.untestable(problem.windows, problem.sigma)
 
 
-def _nothing(reason: str, model: Model, origin: dict, seconds: float) -> Explanation:
+def _untold(candidate: Candidate, reason: str) -> dict:
+    return {'name': candidate.effect.name, 'where': candidate.where, 'why': reason}
+
+
+def _nothing(
+    reason: str, untold: list[dict], model: Model, origin: dict, seconds: float
+) -> Explanation:
     return Explanation(
         verdict='untestable',
         sentence=f'This data cannot test the model: {reason}.',
         effects=[],
         constants={},
         hypotheses=[],
-        not_testable=[],
+        not_testable=untold,
         next_run=reason.split(': ', 1)[-1],
         errors={},
         seconds=seconds,

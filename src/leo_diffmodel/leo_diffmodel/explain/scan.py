@@ -28,6 +28,7 @@ class Scales:
     Attributes:
         torque: the largest the motor, or else gravity, gives [N m].
         rate: rms joint rate [rad/s].
+        angle: the largest joint angle [rad], 1 or more.
         inertia: at the joint [kg m2].
         mass: of the heaviest moving link [kg].
         input: the largest applied [V or N m].
@@ -35,6 +36,7 @@ class Scales:
 
     torque: float
     rate: float
+    angle: float
     inertia: float
     mass: float
     input: float
@@ -52,7 +54,7 @@ class Scales:
             'N m': self.torque,
             'N m s/rad': self.torque / self.rate,
             'N m s2/rad2': self.torque / self.rate**2,
-            'N m/rad': self.torque,
+            'N m/rad': self.torque / self.angle,
             'kg m2': 3 * self.inertia,
             'kg': 3 * self.mass,
             'N': 3 * 9.81 * self.mass,
@@ -110,7 +112,7 @@ class Scanner:
         change = self.residual - self._project(e)
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         along = change @ self.residual
-        stretch = np.clip(along / length2, 0.2, 5.0) if _is_ray(candidate) else np.ones(len(grid))
+        stretch = np.clip(along / length2, *_stretch_limits(candidate))
         gains = stretch * along - 0.5 * stretch**2 * length2
         best = int(np.argmax(gains))
         theta = self._stretched(candidate, grid[best], float(stretch[best]))
@@ -148,8 +150,8 @@ class Scanner:
         rays = [r for r in itertools.product((-1, 0, 1), repeat=len(amplitude)) if any(r)]
         shapes = [self._shape(p) for i, p in enumerate(parameters) if i not in amplitude]
         sizes = self._sizes(candidate)
-        if candidate.effect.hook == 'torque' and not candidate.effect.dry:
-            sizes = sizes[1:2]  # linear in its amplitude: one point gives the whole ray
+        if _is_linear(candidate):
+            sizes = sizes[1:2]
         points = []
         for ray, size, *shape in itertools.product(rays, sizes, *shapes):
             rest = iter(shape)
@@ -199,11 +201,18 @@ class Scanner:
         return flat - (flat @ self._nuisance) @ self._nuisance.T
 
 
-def _is_ray(candidate: Candidate) -> bool:
-    """Whether the prediction changes about in proportion to the amplitude."""
-    if candidate.effect.hook == 'command':
-        return candidate.parameters[0].unit == ''
-    return candidate.effect.hook != 'drive' or candidate.parameters[0].unit != 'rad'
+def _is_linear(candidate: Candidate) -> bool:
+    """Whether the law is linear in its amplitude: one point then gives the whole ray."""
+    return candidate.effect.hook == 'torque' and not candidate.effect.dry
+
+
+def _stretch_limits(candidate: Candidate) -> tuple[float, float]:
+    """How far from a grid point the prediction still changes in proportion to the amplitude."""
+    if _is_linear(candidate):
+        return 0.01, 20.0
+    unit = candidate.parameters[0].unit
+    bent = unit != '' if candidate.effect.hook == 'command' else unit == 'rad'
+    return (1.0, 1.0) if bent and candidate.effect.hook in ('command', 'drive') else (0.2, 5.0)
 
 
 def _amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
