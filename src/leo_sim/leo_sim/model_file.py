@@ -43,7 +43,11 @@ class ModelFile(Schema):
 
 
 class _EffectsFile(Schema):
+    """An `effects:` list alone, or as `leo reveal --json` prints it, or a model file's."""
+
     effects: tuple[EffectFile, ...]
+    robot: str | None = None
+    history: tuple[dict[str, Any], ...] = ()
 
 
 def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:

@@ -37,12 +37,13 @@ def parser(verb: str, about: str, examples: Sequence[str]) -> Parser:
 
 
 def add_bag_arguments(arguments: argparse.ArgumentParser, hold_out: bool = True) -> None:
-    """Bags, model, topic map, JSON; and held-out bags and own effects where they make sense."""
+    """Bags, model, topic map, step, JSON; held-out bags and own effects where they make sense."""
     arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
     arguments.add_argument(
         '--model', required=True, help='a model file, a robot name or a robot folder'
     )
     arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
+    arguments.add_argument('--step', type=float, help='length of one step [s]')
     arguments.add_argument('--json', action='store_true', help='print the result as JSON')
     if hold_out:
         arguments.add_argument(

@@ -44,7 +44,6 @@ def main(argv: list[str]) -> int:
 def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('compare', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False)
-    arguments.add_argument('--step', type=float, help='length of one step [s]')
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write JSON and report here')
     return arguments
 

@@ -29,7 +29,7 @@ def main(argv: list[str]) -> int:
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     with common.progress('explaining', common.search_steps(model)) as told:
-        result = explain(recordings, model, held, own, told)
+        result = explain(recordings, model, held, own, told, arguments.step)
     if folder:
         write(folder, result, [*recordings, *held])
     if arguments.json:

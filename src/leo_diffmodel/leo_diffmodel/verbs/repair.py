@@ -37,8 +37,8 @@ def main(argv: list[str]) -> int:
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     with common.progress('repairing', common.search_steps(model)) as told:
-        before = compare(recordings, model)
-        result = explain(recordings, model, held, own, told)
+        before = compare(recordings, model, arguments.step)
+        result = explain(recordings, model, held, own, told, arguments.step)
     rows = ladder(result)
     common.write_json(folder, 'compare.json', before.data)
     write(folder, result, [*recordings, *held])
