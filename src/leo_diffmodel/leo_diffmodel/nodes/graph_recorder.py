@@ -17,7 +17,7 @@ from leo_msgs_py.wire.types import type_name
 
 DEPTH = 1000
 FLUSH_PERIOD = 0.1
-FACTS_PERIOD = 1.0
+FACTS_PERIOD = 0.25
 
 GRAPH_TOPICS = (
     topics.JOINT_STATES, topics.DYNAMIC_JOINT_STATES, topics.VOLTAGE_COMMANDS,

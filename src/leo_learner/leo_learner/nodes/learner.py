@@ -15,6 +15,7 @@ from typing import Any
 from leo_learner.algorithm5 import Algorithm5, Settings
 from leo_learner.ddpg import CONFIGS
 from leo_learner.nodes.difference_client import DifferenceClient
+from leo_learner.nodes.status import Status
 from leo_learner.robot_env import RobotEnv, Stopped
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
@@ -43,7 +44,8 @@ def main(argv: list[str]) -> int:
     name = api.fixed_parameter(node, 'config', 'recommended')
     if name not in CONFIGS:
         raise UserError(f'no configuration {name!r}; give {" or ".join(CONFIGS)}')
-    log = node.get_logger().info
+    status = Status(node)
+    log = status.say
 
     def alive() -> bool:
         api.spin_once(node, 0.0)
@@ -54,6 +56,7 @@ def main(argv: list[str]) -> int:
         Settings(**asdict(settings) | {'thesis': name == 'thesis'}),
         RobotEnv(node, model.robot), DifferenceClient(node, model.robot.name), alive, log,
     )
+    status.done = algorithm.done
     try:
         if algorithm.run():
             log(f'done; best policy {algorithm.best}; try: leo play {algorithm.best}')
