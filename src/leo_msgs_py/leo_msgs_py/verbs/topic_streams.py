@@ -57,6 +57,7 @@ def hz(argv: list[str]) -> int:
     parser.add_argument('topic')
     parser.add_argument('type', nargs='?', help='type, where nobody publishes yet')
     parser.add_argument('--once', action='store_true', help='stop after the first line')
+    parser.add_json()
     options = parser.parse_args(argv)
     from leo_msgs_py.node import api
 
@@ -67,9 +68,9 @@ def hz(argv: list[str]) -> int:
             stamps.clear()
             api.spin_until(node, lambda: False, 1.0)
             if len(stamps) > 1:
-                _print_rate(np.diff(stamps))
+                _print_rate(np.diff(stamps), options.json)
             elif api.ok():
-                print('no new messages', flush=True)
+                print('no new messages', file=sys.stderr, flush=True)
             if options.once and len(stamps) > 1:
                 break
     return 0
@@ -168,7 +169,12 @@ def _matching(node: Any, topic: str) -> QoSProfile:
     )
 
 
-def _print_rate(gaps: np.ndarray) -> None:
+def _print_rate(gaps: np.ndarray, as_json: bool) -> None:
+    if as_json:
+        figures = {'rate': 1 / gaps.mean(), 'min': gaps.min(), 'max': gaps.max(),
+                   'std_dev': gaps.std(), 'window': gaps.size + 1}  # fmt: skip
+        print(json.dumps({name: float(value) for name, value in figures.items()}), flush=True)
+        return
     print(
         f'average rate: {1 / gaps.mean():.3f} Hz\n'
         f'\tmin: {gaps.min():.4f} s max: {gaps.max():.4f} s '
