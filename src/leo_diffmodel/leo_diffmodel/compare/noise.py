@@ -53,7 +53,10 @@ def _estimate(model: Model, windows: Windows) -> Array:
     sigma = np.maximum(residual.std(axis=(0, 1)), 1e-9)
     for _ in range(ROUNDS):
         sigma = _reweighted(residual, columns, sigma)
-    return np.maximum(sigma, FINEST * windows.measured.std(axis=(0, 1)))
+    swing = windows.measured.std(axis=(0, 1))
+    joints = windows.q.shape[-1]
+    swing[:joints] = np.minimum(swing[:joints], np.pi)  # turns are counted, not measured
+    return np.maximum(sigma, FINEST * swing)
 
 
 def _pushes(model: Model, windows: Windows) -> Array:
