@@ -24,7 +24,7 @@ from rich.progress import (
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
-from leo_sim.effects import Effect, get_effect
+from leo_sim.effects import Effect, get_effect, registered_effects
 from leo_sim.model import Model
 from leo_sim.model_file import load_model
 
@@ -90,8 +90,8 @@ def load(arguments: argparse.Namespace) -> Model:
 
 
 def own_effects(arguments: argparse.Namespace) -> list[Effect]:
-    """The effect files given on the command line."""
-    return [get_effect(path) for path in arguments.effect]
+    """The effects of other packages, and the files given on the command line."""
+    return [*registered_effects(), *(get_effect(path) for path in arguments.effect)]
 
 
 def fresh_folder(path: str | None) -> Path | None:

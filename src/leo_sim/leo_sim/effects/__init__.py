@@ -37,7 +37,10 @@ from leo_sim.names import nearest
 if TYPE_CHECKING:
     from leo_sim.robot import Robot
 
-__all__ = ['EFFECTS', 'Effect', 'Parameter', 'Placed', 'check_bounds', 'get_effect', 'place']
+__all__ = [
+    'EFFECTS', 'Effect', 'Parameter', 'Placed', 'check_bounds', 'get_effect', 'place',
+    'registered_effects',
+]
 
 EFFECTS: dict[str, Effect] = {effect.name: effect for effect in (
     CommandDelay(), VoltageScale(), VoltageDeadband(), VoltageLimit(), ActuatorLag(),
@@ -66,6 +69,11 @@ def get_effect(ref: str) -> Effect:
         if entry.name == ref:
             return entry.load()()
     raise UserError(f'no effect is named {ref!r}{nearest(ref, EFFECTS)}')
+
+
+def registered_effects() -> list[Effect]:
+    """The effects that other packages register as entry points `leo.effects`."""
+    return [entry.load()() for entry in entry_points(group='leo.effects')]
 
 
 def place(robot: Robot, name: str | Effect, where: str | list[str] | tuple[str, ...],
