@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from leo_diffmodel.blind.case import Case
+from leo_diffmodel.explain.classes import CLASSES, Facts
 from leo_diffmodel.explain.scored import MARGIN_NATS
 
 LARGEST_SET = 3
@@ -13,7 +14,8 @@ def judge(case: Case, answer: dict) -> dict:
     """One line of the results file.
 
     `right` means: no effect, and fine; or the true effect and place named first, alone or with
-    what is the same thing in the data; or an ambiguous set of at most three that holds it.
+    what is the same thing in the data; or an ambiguous set of at most three things that holds
+    it, where a class of the same thing is one.
     """
     first = answer['effects'][0] if answer['effects'] else None
     truth = None if case.effect is None else (case.effect.effect.name, case.effect.where[0])
@@ -45,9 +47,17 @@ def _right(truth: tuple[str, str] | None, answer: dict, first: dict | None) -> b
         return False
     if answer['verdict'] == 'ambiguous':
         rivals = _set(first)
-        return truth[0] in rivals and len(rivals) <= LARGEST_SET
+        return truth[0] in rivals and _distinct(rivals, case) <= LARGEST_SET
     together = {first['name'], *(r['name'] for r in _same(first))}
     return answer['verdict'] == 'named' and truth[0] in together
+
+
+def _distinct(names: set[str], case: Case) -> int:
+    """How many different things a set names: what is the same thing in the data counts once."""
+    facts = Facts(case.robot, ever_free=False)
+    classes = [c.names for c in CLASSES if c.holds(facts)]
+    things = {next((c for c in classes if name in c), frozenset({name})) for name in names}
+    return len(things)
 
 
 def _same(first: dict) -> list[dict]:
@@ -55,6 +65,6 @@ def _same(first: dict) -> list[dict]:
 
 
 def _set(first: dict) -> set[str]:
-    """The ambiguous set; what is the same thing in the data counts once, as its first member."""
+    """The effects that the answer leaves open, the first one included."""
     near = [r for r in first['confusable_with'] if r['separable_nats'] < MARGIN_NATS]
     return {first['name'], *(r['name'] for r in near)}

@@ -11,6 +11,7 @@ from leo_diffmodel.explain.fit import Fit
 from leo_diffmodel.explain.hypothesis import Candidate
 
 AGREEMENT = 0.1
+TELLING_NATS = 2.0
 MARGIN_NATS = 5.0
 """Nats by which the best must be ahead to be named alone: odds of 150 to 1."""
 
@@ -42,8 +43,13 @@ class Scored:
 
     @property
     def confirmed(self) -> bool:
-        """Whether held-out windows agree: they gain, and not a mere trace of what they should."""
-        return self.gain_held_out > max(0.0, AGREEMENT * self.expected_held_out)
+        """Whether held-out windows agree: they gain, and not a mere trace of what they should.
+
+        Held-out windows that could hardly show the effect have no say.
+        """
+        if self.expected_held_out < TELLING_NATS:
+            return self.gain_held_out > -TELLING_NATS
+        return self.gain_held_out > AGREEMENT * self.expected_held_out
 
     @property
     def score(self) -> float:
