@@ -215,6 +215,9 @@ def test_simulated_time(domain):
             wait_for(node, lambda: node.get_clock().now().nanoseconds >= tenths * 10**8)  # noqa: B023
         wait_for(node, lambda: len(calls) == 2)
         assert calls == [10**9, 2 * 10**9]
+        ticks = []
+        api.wall_timer(node, 0.05, lambda: ticks.append(None))
+        wait_for(node, lambda: len(ticks) >= 2)  # though /clock stands still
     finally:
         api.shutdown()
 

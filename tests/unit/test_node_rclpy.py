@@ -3,7 +3,7 @@
 
 import importlib
 import sys
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
@@ -88,6 +88,10 @@ def backend(monkeypatch):
     rclpy.ok = lambda: bool(rclpy.running)
     rclpy.try_shutdown = lambda: setattr(rclpy, 'running', False)
     members = {
+        'clock': {
+            'Clock': lambda clock_type: f'{clock_type} clock',
+            'ClockType': SimpleNamespace(STEADY_TIME='steady'),
+        },
         'duration': {'Duration': lambda seconds: f'{seconds} s'},
         'executors': {
             'ExternalShutdownException': ExternalShutdownException,
@@ -154,3 +158,7 @@ def test_the_first_line_says_where_it_looks(backend, monkeypatch):
     monkeypatch.delenv('ROS_AUTOMATIC_DISCOVERY_RANGE', raising=False)
     (line,) = create(backend).lines
     assert line == 'rclpy transport (rmw_cyclonedds_cpp), ROS_DOMAIN_ID 7, discovery SUBNET'
+
+
+def test_the_wall_clock_is_steady(backend):
+    assert backend.wall_clock() == 'steady clock'

@@ -67,7 +67,7 @@ class _Wanted:
                 recording.add(topic)
         if self.missing:
             node.get_logger().info(f'waiting for {", ".join(self.missing)}')
-            node.create_timer(LOOK_PERIOD, self._look)
+            api.wall_timer(node, LOOK_PERIOD, self._look)
 
     def _found(self, name: str) -> bool:
         if name in self.missing:

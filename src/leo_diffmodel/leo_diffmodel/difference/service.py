@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.messages import DiagnosticStatus, JointState, KeyValue, UInt8MultiArray
+from leo_msgs_py.node import api
 from leo_sim.model import Model
 from leo_sim.model_file import load_model
 
@@ -57,7 +58,7 @@ class DifferenceService:
         query = topics.DIFFERENCE_QUERY
         node.create_subscription(query.type, query.name, self._on_query, query.qos)
         node.create_service(*topics.DIFFERENCE_UPDATE, self._on_update)
-        node.create_timer(POLL_PERIOD, self._poll)
+        api.wall_timer(node, POLL_PERIOD, self._poll)
         self._publish_newest()
 
     def status(self) -> Any:

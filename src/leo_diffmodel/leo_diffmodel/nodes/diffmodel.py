@@ -51,7 +51,7 @@ class DiffModelNode:
         self._parts: list[Part] = [self._record(robot)] if record else []
         self._parts.append(self._difference())
         self._diagnostics = node.create_publisher(*topics.DIAGNOSTICS)
-        node.create_timer(DIAGNOSTICS_PERIOD, self._report)
+        api.wall_timer(node, DIAGNOSTICS_PERIOD, self._report)
 
     def close(self) -> None:
         """Finish what is open."""

@@ -11,6 +11,7 @@ from leo_diffmodel.bags.recorder import RecordedTopic, Recorder
 from leo_diffmodel.nodes.robot_facts import RobotFacts
 from leo_msgs_py import topics
 from leo_msgs_py.messages import DiagnosticStatus, KeyValue, load
+from leo_msgs_py.node import api
 from leo_msgs_py.qos import DurabilityPolicy, QoSProfile
 from leo_msgs_py.topics import Topic
 from leo_msgs_py.wire.types import type_name
@@ -41,8 +42,8 @@ class GraphRecorder:
         self._recorder = recorder
         self._facts = RobotFacts(node, robot)
         self._said: Any = None
-        node.create_timer(FLUSH_PERIOD, self._flush)
-        node.create_timer(FACTS_PERIOD, self._describe)
+        api.wall_timer(node, FLUSH_PERIOD, self._flush)
+        api.wall_timer(node, FACTS_PERIOD, self._describe)
 
     def add_graph(self) -> None:
         """Record the graph's topics."""

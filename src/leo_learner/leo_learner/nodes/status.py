@@ -8,6 +8,7 @@ from typing import Any
 from leo_learner.algorithm5 import Done
 from leo_msgs_py import topics
 from leo_msgs_py.messages import DiagnosticArray, DiagnosticStatus, Header, KeyValue
+from leo_msgs_py.node import api
 from leo_msgs_py.values import time_message
 
 PERIOD = 1.0
@@ -28,7 +29,7 @@ class Status:
         self._node, self._said = node, 'starting'
         self.done: Done | None = None
         self._publisher = node.create_publisher(*topics.DIAGNOSTICS)
-        node.create_timer(PERIOD, self._report)
+        api.wall_timer(node, PERIOD, self._report)
 
     def say(self, text: str) -> None:
         """Log one line; it is the message of the reports until the next."""

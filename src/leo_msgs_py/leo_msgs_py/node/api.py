@@ -42,6 +42,11 @@ def create_node(name: str, args: list[str] | None = None) -> Node:
     return _backend.create_node(name, list(args or []), ros_args.parse(args, name))
 
 
+def wall_timer(node: Node, period_sec: float, callback: Callable[[], None]) -> Any:
+    """Timer by the wall: it goes on where /clock stands still, as in lockstep."""
+    return node.create_timer(period_sec, callback, clock=_backend.wall_clock())
+
+
 def fixed_parameter(node: Node, name: str, default: Any) -> Any:
     """Declare a parameter that holds from start to end, and return its value.
 

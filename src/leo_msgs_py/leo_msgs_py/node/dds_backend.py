@@ -106,9 +106,11 @@ class DdsNode(GraphQueries):
         )
         return self._add(Subscription(reader, name, full, callback, raw))
 
-    def create_timer(self, timer_period_sec: float, callback: Callable[[], None]) -> Timer:
-        """Timer on the node's clock."""
-        timer = Timer(round(timer_period_sec * 1e9), callback, self._clock)
+    def create_timer(
+        self, timer_period_sec: float, callback: Callable[[], None], *, clock: Clock | None = None
+    ) -> Timer:
+        """Timer on the node's clock, or on another."""
+        timer = Timer(round(timer_period_sec * 1e9), callback, clock or self._clock)
         self.timers.append(timer)
         return timer
 

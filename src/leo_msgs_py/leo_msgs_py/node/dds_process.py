@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from leo_msgs_py.node.args import RosArgs
+from leo_msgs_py.node.clock import Clock
 from leo_msgs_py.node.context import Context
 from leo_msgs_py.node.dds_backend import DdsNode
 from leo_msgs_py.wire import config
@@ -33,6 +34,11 @@ def shutdown() -> None:
     """Leave the graph; the next node starts anew."""
     if _contexts:
         _contexts.pop().shutdown()
+
+
+def wall_clock() -> Clock:
+    """A clock that no /clock stops."""
+    return Clock()
 
 
 def describe() -> str:

@@ -10,6 +10,7 @@ import threading
 from typing import Any
 
 import rclpy
+from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -142,6 +143,11 @@ def shutdown() -> None:
             node.destroy_node()
         executor.shutdown()
     rclpy.try_shutdown()
+
+
+def wall_clock() -> Clock:
+    """A clock that no /clock stops."""
+    return Clock(clock_type=ClockType.STEADY_TIME)
 
 
 def _type(msg_type: Any) -> Any:

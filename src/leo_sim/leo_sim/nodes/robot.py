@@ -85,7 +85,7 @@ class RobotNode:
         ):
             self._node.create_service(*service, partial(_answer, action))
         self._node.create_service(*topics.TORQUE, self._on_torque)
-        self._node.create_timer(1.0, self._publish_diagnostics)
+        api.wall_timer(self._node, 1.0, self._publish_diagnostics)
 
     def run(self) -> None:
         """Connect and run until shutdown or the end of a recording; motors at 0 afterwards."""
