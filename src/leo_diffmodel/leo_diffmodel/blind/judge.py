@@ -36,11 +36,13 @@ def judge(case: Case, answer: dict) -> dict:
         'gain': first['gain_train'] + first['gain_held_out'] if first else 0.0,
         'chi2_ratio': answer['errors'].get('chi2_ratio'),
         'seconds': answer['seconds'],
-        'right': _right(truth, answer, first),
+        'right': _right(case, truth, answer, first),
     }
 
 
-def _right(truth: tuple[str, str] | None, answer: dict, first: dict | None) -> bool:
+def _right(
+    case: Case, truth: tuple[str, str] | None, answer: dict, first: dict | None
+) -> bool:
     if truth is None:
         return answer['verdict'] == 'fine'
     if first is None:
@@ -53,9 +55,9 @@ def _right(truth: tuple[str, str] | None, answer: dict, first: dict | None) -> b
 
 
 def _distinct(names: set[str], case: Case) -> int:
-    """How many different things a set names: what is the same thing in the data counts once."""
+    """How many different things a set names: two that are equal whatever their size are one."""
     facts = Facts(case.robot, ever_free=False)
-    classes = [c.names for c in CLASSES if c.holds(facts)]
+    classes = [c.names for c in CLASSES if c.holds(facts) and len(c.names) == 2]
     things = {next((c for c in classes if name in c), frozenset({name})) for name in names}
     return len(things)
 
