@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draw an effect that matters: one that a policy trained without it usually stumbles over.
+"""Draw an effect that matters: so large that a policy trained without it may well fail.
 
 The size is the rms change of the noise-free open loop over half a second, in nominal noise
 floors, log-uniform between 60 and 200: a bob of 55 g that lacks 15 to 90 g, say.
