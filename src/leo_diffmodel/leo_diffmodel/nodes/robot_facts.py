@@ -11,7 +11,7 @@ from leo_msgs_py.messages import load
 FACTS = ('robot', 'start', 'noise', 'seed', 'state_rate', 'realtime_factor')
 """Parameters of the robot node that belong into a bag; hidden effects are no parameter of it."""
 
-PATIENCE = 20
+PATIENCE = 4
 """Polls without an answer after which a request is given up."""
 
 
