@@ -12,7 +12,7 @@ from leo_msgs_py.verbs.common import Parser
 
 EXAMPLES = """\
   leo demo
-  leo demo --hidden-seed 6 -o runs/another_secret
+  leo demo --hidden-seed 4 -o runs/another_secret
   leo demo --no-data --json"""
 DATA = Path('..', 'shared', 'data')
 """Recorded robots, relative to the folder leo demo runs in."""
