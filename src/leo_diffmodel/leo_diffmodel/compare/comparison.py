@@ -79,14 +79,12 @@ def compare(
 
 
 def _windows(recordings: Sequence[Recording], model: Model, step: float) -> Windows:
+    """Windows as long as the longest horizon that fits; ValueError where not even a step does."""
+    longest = max(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
     seconds = HORIZON_SECONDS
-    while True:
-        try:
-            return errors.horizon_windows(recordings, model, seconds)
-        except ValueError:
-            if seconds <= step:
-                raise
-            seconds /= 2
+    while seconds + noise.HISTORY >= longest and seconds > step:
+        seconds /= 2
+    return errors.horizon_windows(recordings, model, seconds)
 
 
 def _observation(model: Model, prediction: errors.Prediction, step: float) -> dict | None:

@@ -15,6 +15,7 @@ from leo_diffmodel.explain.search import Round
 Array = np.ndarray
 RIVAL_NATS = 15.0
 DRAWS = 200
+SEED = 0
 
 
 @dataclass(frozen=True)
@@ -32,17 +33,16 @@ class Rival:
     why: str | None
 
 
-def rivals(step: Round, facts: Facts) -> tuple[Rival, ...]:
-    """Everything within reach of the best candidate of a round, nearest first."""
-    best, *others = step.scored
+def rivals(step: Round, facts: Facts, of: Scored | None = None) -> tuple[Rival, ...]:
+    """Everything within reach of a candidate of a round (by default the best), nearest first."""
+    mine = of or step.scored[0]
     found = []
-    for other in others:
-        if other.fit is None:
+    for other in step.scored:
+        behind = mine.score - other.score
+        if other is mine or other.fit is None or abs(behind) >= RIVAL_NATS:
             continue
-        behind = best.score - other.score
-        why = same_thing(best.candidate, other.candidate, facts)
-        if behind < RIVAL_NATS:
-            found.append(Rival(other, behind, why if behind < MARGIN_NATS else None))
+        why = same_thing(mine.candidate, other.candidate, facts) if behind < MARGIN_NATS else None
+        found.append(Rival(other, behind, why))
     return tuple(found)
 
 
@@ -51,18 +51,24 @@ def open_rivals(found: tuple[Rival, ...]) -> tuple[Rival, ...]:
     return tuple(r for r in found if r.separable_nats < MARGIN_NATS and r.why is None)
 
 
-def inclusion(step: Round, facts: Facts, blocks: Array, seed: int = 0) -> float:
-    """Share of block bootstraps in which the best candidate, or its class, still wins."""
-    fitted = [s for s in step.scored if s.fit is not None]
-    best = fitted[0].candidate
-    ours = np.array([s.candidate == best or bool(same_thing(best, s.candidate, facts))
-                     for s in fitted])  # fmt: skip
-    gains = np.array([_block_gains(step.null, s.fit, blocks) for s in fitted])  # type: ignore[arg-type]
-    price = np.array([s.price for s in fitted])
+def inclusion(step: Round, facts: Facts, blocks: Array, of: Scored | None = None) -> float:
+    """Share of block bootstraps in which a candidate, or its class, comes out best.
+
+    Args:
+        step: the round.
+        facts: what decides which candidates are one class.
+        blocks: time block of each window, shape (W,).
+        of: the candidate; by default the best one.
+    """
+    mine = (of or step.scored[0]).candidate
+    fitted = [(s, s.fit) for s in step.scored if s.fit is not None]
+    ours = [s.candidate == mine or bool(same_thing(mine, s.candidate, facts)) for s, _ in fitted]
+    gains = np.array([_block_gains(step.null, fit, blocks) for _, fit in fitted])
+    price = np.array([s.price for s, _ in fitted])
     count = gains.shape[1]
-    draws = np.random.default_rng(seed).integers(0, count, (DRAWS, count))
-    totals = gains[:, draws].sum(axis=-1) / fitted[0].dispersion - price[:, None]
-    return float(ours[np.argmax(totals, axis=0)].mean())
+    draws = np.random.default_rng(SEED).integers(0, count, (DRAWS, count))
+    totals = gains[:, draws].sum(axis=-1) / fitted[0][0].dispersion - price[:, None]
+    return float(np.array(ours)[np.argmax(totals, axis=0)].mean())
 
 
 def _block_gains(null: Fit, fitted: Fit, blocks: Array) -> Array:

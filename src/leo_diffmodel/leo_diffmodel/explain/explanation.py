@@ -139,16 +139,24 @@ def _nothing(
 
 def held_windows(recordings: Sequence[Recording], found: Search, model: Model) -> Windows:
     """Windows of the data no fit has seen, as long as the longest horizon that fits."""
+    held = found.problem.windows.take(~found.problem.train)
     seconds = HORIZON_SECONDS
-    while True:
-        try:
-            windows = errors.horizon_windows(recordings, model, seconds)
-            mask = found.posed.blocks.held(windows)
-            if mask.any():
-                return _undisturbed(windows.take(mask), found)
-        except ValueError:
-            pass
+    while seconds > float(held.dt[0].sum()):
+        windows = _windows_of(recordings, model, seconds)
+        mask = found.posed.blocks.held(windows) if windows else np.zeros(0, dtype=bool)
+        if windows and mask.any():
+            return _undisturbed(windows.take(mask), found)
         seconds /= 2
+    return held
+
+
+def _windows_of(
+    recordings: Sequence[Recording], model: Model, seconds: float
+) -> Windows | None:
+    try:
+        return errors.horizon_windows(recordings, model, seconds)
+    except ValueError:
+        return None
 
 
 def _undisturbed(windows: Windows, found: Search) -> Windows:

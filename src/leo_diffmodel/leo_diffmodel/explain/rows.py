@@ -74,6 +74,7 @@ def hypothesis_rows(context: Context) -> list[dict]:
     """All candidates of the first round, best first; those ruled out by the scan have no fit."""
     first = context.found.rounds[0]
     before = context.headline(first.null)
+    blocks = context.found.posed.blocks.index(first.posed.problem.windows)
     rows = []
     for scored in first.scored:
         if scored.fit is None:
@@ -81,8 +82,8 @@ def hypothesis_rows(context: Context) -> list[dict]:
             continue
         index = len(scored.fit.hypothesis.candidates) - 1
         row = _row(scored, scored.fit, index, before, context.headline(scored.fit))
-        row['inclusion_probability'] = None
-        row['confusable_with'] = []
+        row['inclusion_probability'] = evidence.inclusion(first, context.facts, blocks, scored)
+        row['confusable_with'] = _confusable(first, context.facts, scored)
         rows.append(row)
     return rows
 
@@ -261,7 +262,7 @@ def _with_error(parameter: dict) -> str:
     return f'{parameter["value"]:.{digits}f} ± {half:.{digits}f}'
 
 
-def _confusable(step: Round, facts: Facts) -> list[dict]:
+def _confusable(step: Round, facts: Facts, of: Scored | None = None) -> list[dict]:
     return [
         {
             'name': r.scored.candidate.effect.name,
@@ -269,5 +270,5 @@ def _confusable(step: Round, facts: Facts) -> list[dict]:
             'separable_nats': r.separable_nats,
             'same_thing': r.why,
         }
-        for r in evidence.rivals(step, facts)
+        for r in evidence.rivals(step, facts, of)
     ]
