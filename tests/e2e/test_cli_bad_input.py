@@ -137,6 +137,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize(('argv', 'said'), CASES, ids=lambda v: ' '.join(v))
+@pytest.mark.usefixtures('domain')
 def test_one_line_says_what_is_wrong(argv, said, shop, monkeypatch, capfd):
     monkeypatch.chdir(shop)
     before = contents(shop)

@@ -10,6 +10,7 @@ import numpy as np
 from leo_diffmodel.explain.scan import Scan
 
 DRAWS = 1000
+AT_ONCE = 100
 QUANTILE = 0.999
 SAFETY = 1.5
 LEAST_NATS = 8.0
@@ -24,6 +25,8 @@ def threshold(scans: Sequence[Scan], seed: int = 0) -> float:
     raised by a safety factor for noise that is known only roughly.
     """
     columns = np.concatenate([s.signatures for s in scans])
-    draws = np.random.default_rng(seed).standard_normal((columns.shape[1], DRAWS))
-    best = 0.5 * np.maximum(columns @ draws, 0.0).max(axis=0) ** 2
+    rng, best = np.random.default_rng(seed), []
+    for _ in range(DRAWS // AT_ONCE):
+        draws = rng.standard_normal((columns.shape[1], AT_ONCE))
+        best.append(0.5 * np.maximum(columns @ draws, 0.0).max(axis=0) ** 2)
     return max(LEAST_NATS, SAFETY * float(np.quantile(best, QUANTILE)))

@@ -207,13 +207,14 @@ class RobotNode:
 def main(argv: list[str]) -> int:
     """Run the robot node; `argv` as after the executable's name."""
     node = api.create_node('robot', argv)
-    settings = read_settings(node)
-    robot = RobotNode(node, settings)
-    for line in _greeting(settings, robot):
-        node.get_logger().info(line)
-    robot.run()
-    node.destroy_node()
-    api.shutdown()
+    try:
+        settings = read_settings(node)
+        robot = RobotNode(node, settings)
+        for line in _greeting(settings, robot):
+            node.get_logger().info(line)
+        robot.run()
+    finally:
+        api.shutdown()
     return 0
 
 
