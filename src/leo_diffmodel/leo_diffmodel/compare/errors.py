@@ -17,7 +17,7 @@ from leo_sim.model import Model
 from leo_sim.task import observation
 
 Array = np.ndarray
-HORIZONS = (1, 2, 5, 10, 20, 50, 100)
+HORIZONS = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 STATE_STEP = 1e-4
 LONGEST_STEP = 1.0
 

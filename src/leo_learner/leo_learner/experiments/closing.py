@@ -12,6 +12,8 @@ from rich.table import Table
 
 from leo_learner.experiments.main_job import Found, RIG
 
+_KINDS = {'rmse': 'rms', 'median': 'median'}
+
 
 def closing(found: Found, folder: Path, console: Console) -> None:
     """Print what was found beside the truth, errors, returns and where the reports are."""
@@ -20,7 +22,7 @@ def closing(found: Found, folder: Path, console: Console) -> None:
     table.add_column(overflow='fold')
     table.add_row('named', named(found.repair))
     table.add_row('truth', described(found.truth['effects']))
-    _add_error(table, found.repair)
+    _add_error(table, found.repair, 'rmse')
     names = {'ideal': 'the ideal model', 'repaired': _repaired(found), 'real': 'the robot itself'}
     for name, value in found.returns.items():
         table.add_row(f'return on the robot, trained on {names[name]}', f'{value:.1f}')
@@ -28,7 +30,7 @@ def closing(found: Found, folder: Path, console: Console) -> None:
     if found.measured:
         table.add_section()
         table.add_row('real pendulum, named', named(found.measured))
-        _add_error(table, found.measured)
+        _add_error(table, found.measured, 'median')
         reports.append(folder / RIG / 'repair' / 'report.html')
     console.print(table)
     for report in reports:
@@ -70,15 +72,20 @@ def _confusable(effect: Mapping[str, Any]) -> str:
     return f' (or {", ".join(others)})' if others else ''
 
 
-def _add_error(table: Table, answer: Mapping[str, Any]) -> None:
-    if not (horizon := answer['errors'].get('horizon')):
+def _add_error(table: Table, answer: Mapping[str, Any], kind: str) -> None:
+    """Held-out errors of an explain.json as given, repaired and of noise alone.
+
+    `kind` is rmse, or median where somebody may have pushed the robot.
+    """
+    ladder = answer['errors'].get('ladder')
+    if not ladder:
         return
-    entry = min(horizon, key=lambda e: abs(e['seconds'] - 0.5))
+    given, repaired, floor = ladder[0], ladder[-2], ladder[-1]
     for k, state in enumerate(answer['errors']['states']):
         table.add_row(
-            f'held-out rms error after {entry["seconds"]:.2g} s, {state["name"]}',
-            f'{entry["before"][k]:.4g} -> {entry["after"][k]:.4g} {state["unit"]}, '
-            f'noise floor {entry["noise_floor"][k]:.4g}',
+            f'held-out {_KINDS[kind]} error after {given["seconds"]:.2g} s, {state["name"]}',
+            f'{given[kind][k]:.4g} -> {repaired[kind][k]:.4g} {state["unit"]}, '
+            f'noise floor {floor[kind][k]:.4g}',
         )
 
 

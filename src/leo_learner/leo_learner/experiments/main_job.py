@@ -189,13 +189,18 @@ class MainJob:
         fitted = [log for log in logs if HELD_OUT not in log.name]
         for name, part in (('fitted', fitted), ('held_out', held_out)):
             self._processes.ask(
-                'import', *map(str, part), '--map', RIG, '-o', self._path(RIG, name)
+                'import', *map(str, part), '--map', RIG, '-o', self._path(RIG, name),
+                '--bag-per-log',
             )
         self._processes.start(
-            RIG, 'repair', self._path(RIG, 'fitted'), '--hold-out', self._path(RIG, 'held_out'),
+            RIG, 'repair', *self._bags('fitted'), '--hold-out', *self._bags('held_out'),
             '--model', 'torque_pendulum', '-o', self._path(RIG, 'repair'),
         )
         return True
+
+    def _bags(self, name: str) -> list[str]:
+        """One bag a log: each run of the rig has a noise of its own."""
+        return sorted(str(bag) for bag in (self._folder / RIG / name).iterdir())
 
     def _finish_measured(self) -> None:
         self._processes.wait(RIG)
