@@ -68,7 +68,7 @@ def test_endpoints_are_those_of_a_real_node(observer, spawn):
     participant, graph = observer
     spawn(PEER, '--ros-args', '-r', '__ns:=/probe')
     wanted = expected()
-    wait_for(lambda: any(n.full_name == '/probe/talker' for n in graph.nodes()))
+    wait_for(lambda: any(n.full_name == '/probe/talker' and n.writers for n in graph.nodes()))
     (node,) = [n for n in graph.nodes() if n.name == 'talker']
     gid = node.writers[0][:12] + bytes.fromhex('000001c1')
     wait_for(lambda: wanted.keys() <= announced(participant, gid).keys())
