@@ -77,6 +77,8 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
         return _resumed(options.resume, options.steps), options.resume
     if options.output is None:
         raise UserError('leo learn: no folder for the run; give one with -o DIR')
+    if options.output.exists() and not options.output.is_dir():
+        raise UserError(f'{options.output} is a file; -o takes a folder')
     if (options.output / RUN).exists():
         raise UserError(
             f'{options.output} holds a run already; go on with leo learn --resume '
