@@ -153,10 +153,6 @@ class Placed:
     units: Mapping[str, str] = field(default_factory=dict)
     ci95: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
-    def with_parameters(self, **values: Any) -> Placed:
-        """The same placement with other parameter values."""
-        return replace(self, parameters={**self.parameters, **values})
-
 
 def in_input_unit(robot: Robot, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
     """Parameters in V turned to N m where the robot takes torques."""
