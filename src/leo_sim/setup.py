@@ -43,6 +43,8 @@ setup(
         'leo.robots': [
             'pendulum = leo_sim.robots:PENDULUM',
             'torque_pendulum = leo_sim.robots:TORQUE_PENDULUM',
+            'servo_pendulum = leo_sim.robots:SERVO_PENDULUM',
+            'double_pendulum = leo_sim.robots:DOUBLE_PENDULUM',
         ],
         'leo.drivers': [
             'simulated = leo_sim.drivers.simulated:SimulatedDriver',

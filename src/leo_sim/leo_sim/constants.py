@@ -44,6 +44,7 @@ def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],
         for name, part in getattr(file, group).items():
             given |= {f'{group}.{name}.{key}': getattr(part, key)
                       for key in type(part).model_fields}
+    given |= {f'sensors.{name}.offset': sensor.offset for name, sensor in file.sensors.items()}
     for path, quantity in given.items():
         if quantity is None:
             continue
@@ -83,7 +84,8 @@ def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[
 def _unit(path: str, input_kind: str) -> str:
     """The unit of a constant by its path."""
     units = {**BODY_UNITS, **MOTOR_UNITS, 'rotor_inertia': 'kg m2', 'gravity': 'm/s2',
-             'damping': 'N m s/rad', 'limit': 'V' if input_kind == 'voltage' else 'N m'}
+             'damping': 'N m s/rad', 'offset': 'rad',
+             'limit': 'V' if input_kind == 'voltage' else 'N m'}
     return units[path.rsplit('.', 1)[-1]]
 
 

@@ -118,6 +118,8 @@ class Laws:
 
     def sense(self, q: Any, dq: Any, memory: Memory, dt: Any) -> tuple[Any, Any, Memory]:
         """Measured angles and rates of true ones."""
+        if self._offset is not None:
+            q = q + self._offset
         if not self._sensors:
             return q, dq, memory
         changed = dict(memory)
@@ -132,7 +134,7 @@ class Laws:
     def true_state(self, q: Any, dq: Any) -> tuple[Any, Any]:
         """True angles and rates of measured ones; sensors at rest are linear in each."""
         if not self._sensors:
-            return q, dq
+            return (q, dq) if self._offset is None else (q - self._offset, dq)
         zero_q, zero_dq, _ = self.sense(np.zeros_like(q), np.zeros_like(dq), {}, 0.0)
         one_q, one_dq, _ = self.sense(np.ones_like(q), np.ones_like(dq), {}, 0.0)
         return (q - zero_q) / (one_q - zero_q), (dq - zero_dq) / (one_dq - zero_dq)
@@ -155,6 +157,8 @@ class Laws:
         self.rotor_inertia = self._at_joints(rotors)
         damping = _stack([values[f'joints.{j}.damping'] for j in self.joints])
         self.damping = damping if np.any(damping) else None
+        offset = _stack([values.get(f'sensors.{j}.offset', 0.0) for j in self.joints])
+        self._offset = offset if np.any(offset) else None
         limits = np.array([j.limits for j in robot.joints if j.kind != 'fixed'])
         self.stops = (limits[:, 0], limits[:, 1]) if np.isfinite(limits).any() else None
 

@@ -44,10 +44,11 @@ class PoseFile(Schema):
 
 
 class SensorFile(Schema):
-    """Resolution of a joint's encoder; 0 = not quantised."""
+    """A joint's encoder: resolution (0 = not quantised), and what it reads at angle 0."""
 
     angle_resolution: Annotated[Finite, Field(ge=0)] = 0.0
     rate_resolution: Annotated[Finite, Field(ge=0)] = 0.0
+    offset: Quantity | None = None
 
 
 class ObservedFile(Schema):

@@ -4,3 +4,5 @@ from pathlib import Path
 
 PENDULUM = Path(__file__).parent / 'pendulum'
 TORQUE_PENDULUM = Path(__file__).parent / 'torque_pendulum'
+SERVO_PENDULUM = Path(__file__).parent / 'servo_pendulum'
+DOUBLE_PENDULUM = Path(__file__).parent / 'double_pendulum'
