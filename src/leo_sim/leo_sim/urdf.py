@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """URDF to links and joints as plain numbers, and back with other inertial figures."""
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 import math
+from typing import TypeVar
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,6 +14,7 @@ from leo_sim.effects.base import Body
 KINDS = ('revolute', 'continuous', 'prismatic', 'fixed')
 Vector = tuple[float, float, float]
 Matrix = tuple[float, ...]
+Read = TypeVar('Read')
 
 
 @dataclass(frozen=True)
@@ -56,15 +58,32 @@ def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
         source: Its file name, for messages.
 
     Raises:
-        UserError: Not a URDF, or a joint that is not supported.
+        UserError: Not a URDF, a wrong number in it, or a joint that is not supported.
     """
     try:
         root = ElementTree.fromstring(xml)
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, ValueError) as error:
         raise UserError(f'{source}: not an XML file: {error}') from error
-    links = tuple(Link(e.get('name', ''), _body(e)) for e in root.findall('link'))
-    joints = [_joint(e, source) for e in root.findall('joint')]
+    if root.tag != 'robot':
+        raise UserError(f'{source}: not a URDF: it starts with <{root.tag}>, not <robot>')
+    links = tuple(Link(e.get('name', ''), _told(e, source, _body)) for e in root.findall('link'))
+    joints = [_told(e, source, _joint) for e in root.findall('joint')]
+    for kind, names in (('links', [x.name for x in links]), ('joints', [x.name for x in joints])):
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise UserError(f'{source}: two {kind} are named {twice[0]!r}; names must differ')
     return links, _sorted(joints, {link.name for link in links}, source)
+
+
+def _told(element: ElementTree.Element, source: str,
+          read: Callable[[ElementTree.Element], Read]) -> Read:
+    """What `read` makes of a link or joint, its ValueErrors with file and name."""
+    name = element.get('name')
+    if not name:
+        raise UserError(f'{source}: a {element.tag} has no name; give it one')
+    try:
+        return read(element)
+    except ValueError as error:
+        raise UserError(f'{source}: {element.tag} {name!r}: {error}') from error
 
 
 def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
@@ -94,8 +113,18 @@ def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
 
 
 def _vector(text: str | None, default: str = '0 0 0') -> Vector:
-    x, y, z = (float(part) for part in (text or default).split())
-    return x, y, z
+    parts = [_number(part) for part in (text or default).split()]
+    if len(parts) != 3:
+        raise ValueError(f'{text!r} is no vector of three numbers')
+    return parts[0], parts[1], parts[2]
+
+
+def _number(text: str | None) -> float:
+    """A finite number; 0 for nothing."""
+    value = float(text or 0)
+    if not math.isfinite(value):
+        raise ValueError(f'{text!r} is no finite number')
+    return value
 
 
 def _rotation(rpy: Vector) -> np.ndarray:
@@ -120,32 +149,39 @@ def _body(link: ElementTree.Element) -> Body:
         return Body(0.0, (0.0, 0.0, 0.0), (0.0,) * 6)
     com, rotation = _origin(inertial)
     mass, tensor = inertial.find('mass'), inertial.find('inertia')
-    m = float(mass.get('value', '0')) if mass is not None else 0.0
+    m = _number(mass.get('value')) if mass is not None else 0.0
+    if m < 0:
+        raise ValueError(f'the mass is {m:g} kg, below 0')
     figures = tensor.attrib if tensor is not None else {}
-    xx, yy, zz, xy, xz, yz = (float(figures.get(k, 0))
+    xx, yy, zz, xy, xz, yz = (_number(figures.get(k))
                               for k in ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz'))
     full = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
     return Body(m, com, (float(full[0, 0]), float(full[1, 1]), float(full[2, 2]),
                          float(full[0, 1]), float(full[0, 2]), float(full[1, 2])))
 
 
-def _joint(element: ElementTree.Element, source: str) -> Joint:
-    name, kind = element.get('name', ''), element.get('type', '')
+def _joint(element: ElementTree.Element) -> Joint:
+    kind = element.get('type', '')
     if kind not in KINDS:
-        raise UserError(f'{source}: joint {name!r} is {kind!r}; supported: {", ".join(KINDS)}')
+        raise ValueError(f'the type is {kind!r}; supported: {", ".join(KINDS)}')
+    if element.find('mimic') is not None:
+        raise ValueError('it mimics another joint; joints that move together are not supported: '
+                         'make it fixed, or take it out with its links')
     ends = [element.find(tag) for tag in ('parent', 'child')]
     parent, child = (e.get('link', '') if e is not None else '' for e in ends)
     translation, rotation = _origin(element)
     axis = np.array(_vector(_attribute(element, 'axis', 'xyz'), '1 0 0'))
     if kind != 'fixed':
+        if not 1e-6 < np.linalg.norm(axis) < 1e6:
+            raise ValueError(f'the axis {axis} is no direction')
         axis = axis / np.linalg.norm(axis)
-    if float(_attribute(element, 'dynamics', 'friction') or 0):
-        raise UserError(f'{source}: joint {name!r} has dry friction; remove it there and add the '
-                        'effect coulomb_friction to the model')
+    if _number(_attribute(element, 'dynamics', 'friction')):
+        raise ValueError('it has dry friction; remove it there and add the effect '
+                         'coulomb_friction to the model')
     x, y, z = axis.tolist()
-    return Joint(name, kind, parent, child, tuple(rotation.ravel().tolist()), translation,
-                 (x, y, z), _limits(element, kind),
-                 float(_attribute(element, 'dynamics', 'damping') or 0))
+    return Joint(element.get('name', ''), kind, parent, child, tuple(rotation.ravel().tolist()),
+                 translation, (x, y, z), _limits(element, kind),
+                 _number(_attribute(element, 'dynamics', 'damping')))
 
 
 def _attribute(element: ElementTree.Element, tag: str, key: str) -> str | None:
@@ -154,7 +190,7 @@ def _attribute(element: ElementTree.Element, tag: str, key: str) -> str | None:
 
 
 def _limits(element: ElementTree.Element, kind: str) -> tuple[float, float]:
-    lower, upper = (float(_attribute(element, 'limit', k) or 0) for k in ('lower', 'upper'))
+    lower, upper = (_number(_attribute(element, 'limit', k)) for k in ('lower', 'upper'))
     bounded = kind in ('revolute', 'prismatic') and lower < upper
     return (lower, upper) if bounded else (-math.inf, math.inf)
 
@@ -165,7 +201,10 @@ def _sorted(joints: list[Joint], links: set[str], source: str) -> tuple[Joint, .
         for link in (joint.parent, joint.child):
             if link not in links:
                 raise UserError(f'{source}: joint {joint.name!r} names no link: {link!r}')
-    reached = links - {joint.child for joint in joints}
+    children = [joint.child for joint in joints]
+    if loops := sorted({link for link in children if children.count(link) > 1}):
+        raise UserError(f'{source}: link {loops[0]!r} has two parents; a robot is a tree')
+    reached = links - set(children)
     if len(reached) != 1:
         raise UserError(f'{source}: {len(reached)} root links, a robot has one: {sorted(reached)}')
     ordered: list[Joint] = []
