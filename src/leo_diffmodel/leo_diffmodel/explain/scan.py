@@ -73,6 +73,8 @@ class Scan:
         signatures: change of the whitened prediction for each point tried, unit length,
             shape (S, M); what threshold draws and confusability are computed from.
         evidence: 0.5 |signature|^2 of the largest amplitude [nats].
+        points: the parameters tried, shape (S, P).
+        nats: 0.5 |signature|^2 of each, shape (S,).
     """
 
     candidate: Candidate
@@ -80,6 +82,8 @@ class Scan:
     gain: float
     signatures: Array
     evidence: float
+    points: Array
+    nats: Array
 
 
 class Scanner:
@@ -118,7 +122,10 @@ class Scanner:
         theta = self._stretched(candidate, grid[best], float(stretch[best]))
         full = np.concatenate([self._null.theta[: self._split], theta, self._tail])
         unit = change / np.sqrt(length2)[:, None]
-        return Scan(candidate, full, float(gains[best]), unit, float(0.5 * length2.max()))
+        nats = 0.5 * length2
+        return Scan(
+            candidate, full, float(gains[best]), unit, float(nats.max()), grid, nats
+        )
 
     @property
     def _split(self) -> int:
