@@ -20,6 +20,8 @@ HISTORY = 0.15
 FINEST = 1e-5
 """No sensor resolves less than this share of its own swing: noise-free data stay regular."""
 ROUNDS = 8
+ROUNDED = 0.5
+"""Values are taken for rounded where fewer than this share of them are distinct."""
 
 
 def short_windows(recordings: Sequence[Recording]) -> list[Windows]:
@@ -36,7 +38,9 @@ def estimate(model: Model, short: Sequence[Windows]) -> Array:
 
     Each short window is fitted with a free start state and free missing torques (constant,
     growing in time and along the input), so that a wrong model does not count as noise. The
-    median over windows keeps stretches with a mistimed switch from counting either.
+    median over windows keeps stretches with a mistimed switch from counting either. The angles
+    are judged on their own: an encoder reads them, while a rate may be late or smoothed, and
+    what it is off by then counts as its noise.
     """
     return np.stack([_estimate(model, windows) for windows in short])
 
@@ -50,13 +54,32 @@ def _estimate(model: Model, windows: Windows) -> Array:
     pushes = _pushes(model, windows)
     predicted, columns = respond(model, windows, windows.measured[:, 0], pushes)
     residual = windows.measured - predicted
-    sigma = np.maximum(residual.std(axis=(0, 1)), 1e-9)
+    joints = windows.q.shape[-1]
+    angle, sigma = np.arange(2 * joints) < joints, residual.std(axis=(0, 1)) + 1e-9
     for _ in range(ROUNDS):
-        sigma = _reweighted(residual, columns, sigma)
-    swing = windows.measured.std(axis=(0, 1))
+        sigma[angle] = _reweighted(residual[..., angle], columns[..., angle, :], sigma[angle])
+    for _ in range(ROUNDS):
+        sigma[~angle] = _reweighted(residual, columns, sigma)[~angle]
+    return np.maximum(sigma, _finest(windows))
+
+
+def _finest(windows: Windows) -> Array:
+    """The least noise each channel can have, shape (2J,): rounding, and no channel is perfect."""
+    measured = windows.measured
+    rounding = [_resolution(measured[..., i]) / np.sqrt(12) for i in range(measured.shape[-1])]
+    swing = measured.std(axis=(0, 1))
     joints = windows.q.shape[-1]
     swing[:joints] = np.minimum(swing[:joints], np.pi)  # turns are counted, not measured
-    return np.maximum(sigma, FINEST * swing)
+    return np.maximum(rounding, FINEST * swing)
+
+
+def _resolution(values: Array) -> float:
+    """The step in which values are rounded; 0 where hardly any value repeats."""
+    distinct = np.unique(values)
+    if len(distinct) > ROUNDED * values.size or len(distinct) < 3:
+        return 0.0
+    steps = np.diff(distinct)
+    return float(steps[steps > FINEST * np.ptp(distinct)].min())
 
 
 def _pushes(model: Model, windows: Windows) -> Array:
