@@ -43,6 +43,8 @@ setup(
         'leo.robots': [
             'pendulum = leo_sim.robots:PENDULUM',
             'torque_pendulum = leo_sim.robots:TORQUE_PENDULUM',
+            'leo = leo_sim.robots:LEO',
+            'leo_ode = leo_sim.robots:LEO_ODE',
             'servo_pendulum = leo_sim.robots:SERVO_PENDULUM',
             'double_pendulum = leo_sim.robots:DOUBLE_PENDULUM',
         ],

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.laws import Memory
+from leo_sim.laws import Memory, TIME
 from leo_sim.model import Model
 from leo_sim.substep import DRIVE, integrate, rested, slowing, substeps
 
@@ -28,7 +28,7 @@ class History(NamedTuple):
 
 def rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any = None,
             history: History | tuple[Any, ...] | None = None,
-            push: Any = None) -> tuple[Any, Any]:
+            push: Any = None, start: Any = 0.0) -> tuple[Any, Any]:
     """Measured angles and rates along open-loop windows.
 
     The same numbers as `Model.step` over each interval, to rounding. Without a history the
@@ -43,21 +43,24 @@ def rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any 
         enabled: Booleans (..., W, K, A), or None for all motors on.
         history: The samples before.
         push: Extra torque on the links held over each interval, N m, (..., W, K, J).
+        start: Time from the start of the run to the start of each window s, (W,), or a float.
 
     Returns:
         q and dq of the measured state, (..., W, K + 1, J); (S, W, K + 1, J) for a scan.
     """
     with np.errstate(all='ignore'):
-        return _rollout(model, q0, dq0, inputs, dt, enabled, history, push)
+        return _rollout(model, q0, dq0, inputs, dt, enabled, history, push, start)
 
 
 def _rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any,
-             history: Any, push: Any) -> tuple[Any, Any]:
+             history: Any, push: Any, start: Any) -> tuple[Any, Any]:
     laws, dynamics = model.laws, model.rigid
     inputs = np.asarray(inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(dt, dtype=float), inputs.shape[-3:-1])
     q, dq = laws.true_state(np.asarray(q0, dtype=float), np.asarray(dq0, dtype=float))
-    memory: Memory = {} if history is None else warmed(model, History(*history), dq)
+    memory: Memory = {TIME: np.asarray(start, dtype=float)[..., None]}
+    if history is not None:
+        memory = warmed(model, History(*history), dq, memory)
     measured = [laws.sense(q, dq, memory, 0.0)[:2]]
     for k in range(inputs.shape[-2]):
         h, count = _substep(periods[:, k], model.integration_step)
@@ -68,32 +71,34 @@ def _rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any
     return _stacked([m[0] for m in measured]), _stacked([m[1] for m in measured])
 
 
-def warmed(model: Model, history: History, dq: Any) -> Memory:
+def warmed(model: Model, history: History, dq: Any, memory: Memory) -> Memory:
     """What the effects remember after the history, with the joints held to its states.
 
     Args:
         model: The model.
         history: The samples before the windows.
         dq: True rates at the start of the windows, (..., W, J).
+        memory: Where nothing went before; in it the time at the start of the windows.
     """
     laws = model.laws
-    if not laws.dynamic and laws.gap is None:
-        return {}
+    if not (laws.dynamic or laws.remembers) and laws.gap is None:
+        return memory
     inputs = np.asarray(history.inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(history.dt, dtype=float), inputs.shape[-3:-1])
     past = [laws.true_state(np.asarray(history.q, dtype=float)[..., k, :],
                             np.asarray(history.dq, dtype=float)[..., k, :])
             for k in range(inputs.shape[-2])]
     rates = [rate for _, rate in past] + [dq]
-    memory: Memory = rested(laws, rates[0], {})
+    memory = rested(laws, rates[0], {TIME: memory[TIME] - periods.sum(axis=-1)[:, None]})
     for k in range(inputs.shape[-2]):
         h, count = _substep(periods[:, k], model.integration_step)
         for i in range(count):
             if i == 0 or laws.dynamic:
                 u, memory = laws.command(inputs[..., k, :], memory, h)
+            share = (i + 1) / count
+            rate = (1 - share) * rates[k] + share * rates[k + 1]
+            memory = laws.remember(past[k][0], rate, memory, h)
             if laws.gap is not None:
-                share = (i + 1) / count
-                rate = (1 - share) * rates[k] + share * rates[k + 1]
                 memory = _play(model, memory, past[k][0], rate, u, _on(history.enabled, k), h)
     return memory
 
@@ -102,9 +107,9 @@ def _play(model: Model, memory: Memory, q: Any, dq: Any, u: Any, enabled: Any, h
     """The motor sides after h s while the joints move at given rates."""
     laws = model.laws
     offset, speed = memory[DRIVE]
-    drag = slowing(laws, model.rigid, q, dq, u, enabled)
+    drag = slowing(laws, model.rigid, q, dq, memory, u, enabled)
     load = model.rigid.load(q) if laws.needs_load else None
-    torque = laws.torques(q, dq, speed, u, enabled, load).motor
+    torque = laws.torques(q, dq, speed, u, enabled, load, memory).motor
     free = speed + (h * torque) / (laws.rotor_inertia + 0.5 * h * drag.motor)
     step, half = np.maximum(h, 1e-12), 0.5 * np.asarray(laws.gap)
     slip = np.clip(free - dq, (-half - offset) / step, (half - offset) / step)

@@ -13,6 +13,9 @@ from leo_sim.yaml_file import Quantity
 
 BODY_UNITS = {'mass': 'kg', 'com_x': 'm', 'com_y': 'm', 'com_z': 'm', 'inertia': 'kg m2'}
 MOTOR_UNITS = {'torque_constant': 'N m/A', 'resistance': 'ohm', 'supply': 'V'}
+GROUND_UNITS = {'stiffness': 'N/m', 'damping': 'N s/m', 'friction': '', 'slope': 'rad'}
+UNITS = {**BODY_UNITS, **MOTOR_UNITS, 'efficiency': '', 'rotor_inertia': 'kg m2',
+         'gravity': 'm/s2', 'offset': 'rad', 'force_x': 'N', 'force_z': 'N'}
 COM = ('com_x', 'com_y', 'com_z')
 
 
@@ -40,6 +43,8 @@ def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],
     """
     found = {c.path: c for c in _urdf_constants(links, joints)}
     given: dict[str, Quantity | None] = {'gravity': file.gravity}
+    if file.ground is not None:
+        given |= {f'ground.{key}': getattr(file.ground, key) for key in GROUND_UNITS}
     for group in ('actuators', 'links', 'joints'):
         for name, part in getattr(file, group).items():
             given |= {f'{group}.{name}.{key}': getattr(part, key)
@@ -83,10 +88,12 @@ def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[
 
 def _unit(path: str, input_kind: str) -> str:
     """The unit of a constant by its path."""
-    units = {**BODY_UNITS, **MOTOR_UNITS, 'rotor_inertia': 'kg m2', 'gravity': 'm/s2',
-             'damping': 'N m s/rad', 'offset': 'rad',
-             'limit': 'V' if input_kind == 'voltage' else 'N m'}
-    return units[path.rsplit('.', 1)[-1]]
+    group, key = path.split('.', 1)[0], path.rsplit('.', 1)[-1]
+    if group == 'ground':
+        return GROUND_UNITS[key]
+    if group == 'joints':
+        return {'damping': 'N m s/rad', 'friction': 'N m'}[key]
+    return ('V' if input_kind == 'voltage' else 'N m') if key == 'limit' else UNITS[key]
 
 
 def bodies(links: tuple[Link, ...], joints: tuple[Joint, ...], values: Mapping[str, Any]
@@ -101,7 +108,9 @@ def bodies(links: tuple[Link, ...], joints: tuple[Joint, ...], values: Mapping[s
             added = values[path + 'inertia'] - _about(body, axes[link.name])
             xx, yy, zz, *products = body.inertia
             body = Body(values[path + 'mass'], tuple(values[path + c] for c in COM),
-                        (xx + added, yy + added, zz + added, *products))
+                        (xx + added, yy + added, zz + added, *products),
+                        (values.get(path + 'force_x', 0.0), 0.0,
+                         values.get(path + 'force_z', 0.0)))
         result[link.name] = body
     return result
 

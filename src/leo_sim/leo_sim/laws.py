@@ -16,6 +16,8 @@ from leo_sim.robot import Robot
 
 Memory = Mapping[str, Any]
 Index = slice | list[int]
+TIME = 'time'
+NOTHING: Memory = {}
 
 
 class Torques(NamedTuple):
@@ -53,6 +55,7 @@ class Laws:
         dynamic: The command at the motors changes while the input is held (delay, lag).
         dry: Some joint has dry friction.
         needs_load: A law uses the load torque.
+        remembers: A torque law has a memory.
     """
 
     def __init__(self, robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]):
@@ -69,11 +72,13 @@ class Laws:
                         if not (u.effect.motor_side or u.effect.dry)]
         self._dry = [u for u in by_hook['torque'] if u.effect.dry]
         self.dynamic = any(u.effect.dynamic for u in self._commands)
-        self.dry = bool(self._dry)
+        self._remembering = [u for u in by_hook['torque'] if u.effect.remembers]
+        self.remembers = bool(self._remembering)
         self.needs_load = any(u.effect.uses_load for u in by_hook['torque'])
         self.gravity = _squeezed(values['gravity'])
         self.bodies = _bodies(robot, effects, values)
         self._constants(robot, values)
+        self.dry = bool(self._dry) or self._friction is not None
         self._drives(by_hook['drive'])
 
     def command(self, u: Any, memory: Memory, h: Any) -> tuple[Any, Memory]:
@@ -89,8 +94,17 @@ class Laws:
                 changed[use.key] = kept
         return u, changed
 
+    def remember(self, q: Any, dq: Any, memory: Memory, h: Any) -> Memory:
+        """The memory of the torque laws after h s at the rates dq."""
+        if not self.remembers:
+            return memory
+        kept = {use.key: use.effect.remember(use.values, q[..., use.at], dq[..., use.at],
+                                             _recalled(use, memory), h)
+                for use in self._remembering}
+        return {**memory, **kept}
+
     def torques(self, q: Any, dq: Any, motor_speed: Any, u: Any, enabled: Any,
-                load: Any) -> Torques:
+                load: Any, memory: Memory = NOTHING) -> Torques:
         """All torques at one instant.
 
         Args:
@@ -100,20 +114,21 @@ class Laws:
             u: Inputs at the motors, (..., A).
             enabled: Booleans (..., A) or None for all.
             load: Torque of gravity and external forces, (..., J); None where no law needs it.
+            memory: What the effects remember.
         """
         motor = self._motor(motor_speed, u, enabled)
         for use in self._motor_side:
             extra = use.effect.torque(use.values, q[..., use.at], motor_speed[..., use.at],
-                                      self._part(motor, use.at), None)
+                                      self._part(motor, use.at), None, *_told(use, memory))
             motor = motor._replace(torque=_add(motor.torque, use.at, extra))
         joint: Any = 0.0
         if self.damping is not None:
             joint = -self.damping * dq
         for use in self._smooth:
-            joint = self._added(joint, use, q, dq, motor, load)
-        level = None
+            joint = self._added(joint, use, q, dq, motor, load, memory)
+        level = self._friction
         for use in self._dry:
-            level = self._added(0.0 if level is None else level, use, q, dq, motor, load)
+            level = self._added(0.0 if level is None else level, use, q, dq, motor, load, memory)
         return Torques(motor.torque, joint, None if level is None else np.abs(level))
 
     def sense(self, q: Any, dq: Any, memory: Memory, dt: Any) -> tuple[Any, Any, Memory]:
@@ -153,10 +168,14 @@ class Laws:
         if self.input == 'voltage':
             self._constant = _stack([values[p + 'torque_constant'] for p in joints])
             self._resistance = _stack([values[p + 'resistance'] for p in joints])
+        efficiency = _stack([values.get(p + 'efficiency', 1.0) for p in joints])
+        self._efficiency = None if np.all(efficiency == 1) else efficiency
         rotors = _stack([values[p + 'rotor_inertia'] for p in joints])
         self.rotor_inertia = self._at_joints(rotors)
         damping = _stack([values[f'joints.{j}.damping'] for j in self.joints])
         self.damping = damping if np.any(damping) else None
+        friction = _stack([values.get(f'joints.{j}.friction', 0.0) for j in self.joints])
+        self._friction = friction if np.any(friction) else None
         offset = _stack([values.get(f'sensors.{j}.offset', 0.0) for j in self.joints])
         self._offset = offset if np.any(offset) else None
         limits = np.array([j.limits for j in robot.joints if j.kind != 'fixed'])
@@ -177,6 +196,8 @@ class Laws:
         else:
             motor = voltage_motor(u, speed[..., self.actuated], self._constant,
                                   self._resistance, enabled)
+        if self._efficiency is not None:
+            motor = Motor(*(self._efficiency * figure for figure in motor))
         return Motor(self._at_joints(motor.torque), self._at_joints(motor.back_emf))
 
     def _at_joints(self, figures: Any) -> Any:
@@ -187,11 +208,13 @@ class Laws:
         result[..., self.actuated] = figures
         return result
 
-    def _added(self, total: Any, use: _Use, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+    def _added(self, total: Any, use: _Use, q: Any, dq: Any, motor: Motor, load: Any,
+               memory: Memory) -> Any:
         index = use.at
         part = use.effect.torque(use.values, q[..., index], dq[..., index],
                                  self._part(motor, index),
-                                 None if load is None else load[..., index])
+                                 None if load is None else load[..., index],
+                                 *_told(use, memory))
         if isinstance(total, float):
             total = np.zeros(len(self.joints))
         return _add(total, index, part)
@@ -200,6 +223,16 @@ class Laws:
     def _part(figures: Any, index: Index) -> Any:
         """A named tuple of arrays, each cut to the joints of `index`."""
         return type(figures)(*(f[..., index] if np.ndim(f) else f for f in figures))
+
+
+def _recalled(use: _Use, memory: Memory) -> Any:
+    """What an effect remembers; at the start of a run None, or the time."""
+    return memory.get(use.key, memory.get(TIME, 0.0) if use.effect.timed else None)
+
+
+def _told(use: _Use, memory: Memory) -> tuple[Any, ...]:
+    """The memory as a further argument, for a torque law that takes it."""
+    return (_recalled(use, memory),) if use.effect.remembers else ()
 
 
 def _bodies(robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]

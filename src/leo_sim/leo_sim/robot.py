@@ -13,6 +13,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim import urdf
 from leo_sim.constants import Constant, constants_of
 from leo_sim.names import nearest
+from leo_sim.robot_check import check
 from leo_sim.robot_file import (
     ObservedFile,
     PoseFile,
@@ -53,6 +54,27 @@ class Actuator:
 
 
 @dataclass(frozen=True)
+class Contact:
+    """A sphere that touches the ground.
+
+    Attributes:
+        name: As `left_heel`.
+        link: Link it is part of.
+        x, z: Its centre in link axes, m.
+        radius: m.
+        stiffness, damping: N/m, N s/m; None = the ground's.
+    """
+
+    name: str
+    link: str
+    x: float
+    z: float
+    radius: float
+    stiffness: float | None
+    damping: float | None
+
+
+@dataclass(frozen=True)
 class Robot:
     """A robot as loaded from a folder with robot.urdf and robot.yaml.
 
@@ -64,6 +86,8 @@ class Robot:
         input: 'voltage' (V) or 'torque' (N m).
         control_period, integration_step, episode_seconds: s.
         state_rate: Hz.
+        contacts: What may touch the ground; empty for robots without ground.
+        feet: Links whose contacts are the feet, the origin of a foot its ankle.
         observation, reward, termination: The task, see leo_sim.task.
         constants: Every number a model may override, by path.
     """
@@ -83,6 +107,8 @@ class Robot:
     episode_seconds: float
     start_poses: Mapping[str, PoseFile]
     sensors: Mapping[str, SensorFile]
+    contacts: tuple[Contact, ...]
+    feet: tuple[str, ...]
     observation: tuple[ObservedFile, ...]
     reward: tuple[RewardFile, ...]
     termination: tuple[TerminationFile, ...]
@@ -90,8 +116,9 @@ class Robot:
 
     @property
     def moving_links(self) -> tuple[str, ...]:
-        """Links with a joint between them and the base."""
-        return tuple(joint.child for joint in self.joints)
+        """Links with a joint between them and the base; not the slides of a planar base."""
+        slides = self.joint_names[:2] if self.base == 'planar' else ()
+        return tuple(joint.child for joint in self.joints if joint.name not in slides)
 
     @property
     def actuated(self) -> tuple[int, ...]:
@@ -147,7 +174,7 @@ def _named_folder(name: str) -> Path:
 def _robot(folder: Path, file: RobotFile, text: str, links: tuple[Link, ...],
            joints: tuple[Joint, ...]) -> Robot:
     moving = tuple(joint.name for joint in joints if joint.kind != 'fixed')
-    _check_names(folder, file, moving, [link.name for link in links])
+    check(folder, file, links, joints)
     constants = constants_of(folder, file, links, joints)
     values = {path: constant.value for path, constant in constants.items()}
     return Robot(
@@ -156,29 +183,10 @@ def _robot(folder: Path, file: RobotFile, text: str, links: tuple[Link, ...],
         base=file.base, control_period=file.control_period,
         integration_step=file.integration_step, state_rate=file.state_rate,
         episode_seconds=file.episode_seconds, start_poses=file.start_poses,
-        sensors=file.sensors, observation=file.observation, reward=file.reward,
-        termination=file.termination, constants=constants)
-
-
-def _check_names(folder: Path, file: RobotFile, joints: tuple[str, ...],
-                 links: list[str]) -> None:
-    """Raise UserError where robot.yaml names a joint or link the URDF lacks."""
-    named = [('actuators', n) for n in file.actuators] + [('joints', n) for n in file.joints]
-    named += [('sensors', n) for n in file.sensors]
-    named += [(f'start_poses.{k}', n) for k, pose in file.start_poses.items()
-              for n in (*pose.angles, *pose.rates)]
-    named += [(key, term.joint) for key in ('observation', 'reward', 'termination')
-              for term in getattr(file, key)]
-    for key, name in named:
-        if name not in joints:
-            raise UserError(f'{folder / "robot.yaml"}: {key}: robot.urdf has no moving joint '
-                            f'{name!r}{nearest(name, joints)}')
-    for name in file.links:
-        if name not in links:
-            raise UserError(f'{folder / "robot.yaml"}: links: robot.urdf has no link '
-                            f'{name!r}{nearest(name, links)}')
-    if 'nominal' not in file.start_poses:
-        raise UserError(f'{folder / "robot.yaml"}: start_poses: the pose nominal is missing')
+        sensors=file.sensors, contacts=tuple(Contact(name, **contact.model_dump())
+                                             for name, contact in file.contacts.items()),
+        feet=file.feet, observation=file.observation, reward=file.reward,
+        termination=tuple(rule for rule in file.termination if rule.active), constants=constants)
 
 
 def _actuator(joint: str, values: Mapping[str, float]) -> Actuator:

@@ -16,6 +16,7 @@ class ActuatorFile(Schema):
     torque_constant: Quantity | None = None
     resistance: Quantity | None = None
     supply: Quantity | None = None
+    efficiency: Quantity | None = None
     rotor_inertia: Quantity | None = None
 
 
@@ -27,20 +28,50 @@ class LinkFile(Schema):
     com_y: Quantity | None = None
     com_z: Quantity | None = None
     inertia: Quantity | None = None
+    force_x: Quantity | None = None
+    force_z: Quantity | None = None
 
 
 class JointFile(Schema):
-    """Passive figures of a joint that override the URDF."""
+    """Passive figures of a joint that override the URDF: viscous and dry friction."""
 
     damping: Quantity | None = None
+    friction: Quantity | None = None
+
+
+class GroundFile(Schema):
+    """The floor through the origin, as a foot of rubber feels it; slope positive uphill in +x."""
+
+    stiffness: Quantity
+    damping: Quantity
+    friction: Quantity
+    slope: Quantity = Quantity(value=0.0, unit='rad')
+
+
+class ContactFile(Schema):
+    """A sphere that touches the ground: centre in link axes and radius m.
+
+    Own stiffness N/m and damping N s/m where it is softer than a foot.
+    """
+
+    link: str
+    x: Finite
+    z: Finite
+    radius: Annotated[Finite, Field(ge=0)]
+    stiffness: Positive | None = None
+    damping: Positive | None = None
 
 
 class PoseFile(Schema):
-    """A start pose: values, or [low, high] to draw from; joints left out start at 0."""
+    """A start pose: values, or [low, high] to draw from; joints left out start at 0.
+
+    `held` fixes the base; `on_ground` puts base_z where the lowest contact touches the ground.
+    """
 
     angles: dict[str, Drawn] = Field(default_factory=dict)
     rates: dict[str, Drawn] = Field(default_factory=dict)
     held: bool = False
+    on_ground: bool = False
 
 
 class SensorFile(Schema):
@@ -59,22 +90,27 @@ class ObservedFile(Schema):
 
 
 class RewardFile(Schema):
-    """A term of the reward: weight (quantity - target)^power after the step."""
+    """A term of the reward: weight (quantity - target)^power.
 
-    quantity: Literal['angle', 'wrapped_angle', 'cos', 'sin', 'rate', 'input']
-    joint: str
+    Quantities of a joint are those after the step; the others are of the whole robot and step.
+    """
+
+    quantity: Literal['angle', 'wrapped_angle', 'cos', 'sin', 'rate', 'input', 'step', 'fall',
+                      'com_forward', 'ankle_forward', 'motor_power']
+    joint: str | None = None
     weight: Finite
     power: int = 1
     target: Finite = 0.0
 
 
 class TerminationFile(Schema):
-    """An episode ends where the quantity leaves low to high."""
+    """An episode ends where the quantity leaves low to high; a rule may be kept switched off."""
 
-    quantity: Literal['angle', 'wrapped_angle', 'rate']
+    quantity: Literal['angle', 'wrapped_angle', 'rate', 'height_over_feet']
     joint: str
     low: float = float('-inf')
     high: float = float('inf')
+    active: bool = True
 
 
 class RobotFile(Schema):
@@ -91,6 +127,9 @@ class RobotFile(Schema):
     actuators: dict[str, ActuatorFile]
     links: dict[str, LinkFile] = Field(default_factory=dict)
     joints: dict[str, JointFile] = Field(default_factory=dict)
+    ground: GroundFile | None = None
+    contacts: dict[str, ContactFile] = Field(default_factory=dict)
+    feet: tuple[str, ...] = ()
     start_poses: dict[str, PoseFile]
     sensors: dict[str, SensorFile] = Field(default_factory=dict)
     observation: tuple[ObservedFile, ...] = ()

@@ -3,7 +3,8 @@
 
 Per substep h: drift q by h/2, kick dq by the torques there, drift by h/2 (second order). Torques
 that fall linearly with speed are taken at the mean of the rates before and after the kick, which
-keeps second order and stays stable with stiff motors. The same code drives every body.
+keeps second order and stays stable with stiff motors; Coriolis and centrifugal ones at a mean
+predicted with those before it. The same code drives every body.
 """
 from typing import Any, NamedTuple, Protocol
 
@@ -28,6 +29,9 @@ class Dynamics(Protocol):
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
         """Rows of the joint-space inertia and the bias torques, as components."""
 
+    def bias(self, q: Any, dq: Any) -> Any:
+        """The bias torques alone."""
+
     def load(self, q: Any) -> Any:
         """Torque of gravity and external forces, (..., J)."""
 
@@ -39,11 +43,12 @@ class Drag(NamedTuple):
     joint: Any
 
 
-def slowing(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, u: Any, enabled: Any) -> Drag:
+def slowing(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any,
+            enabled: Any) -> Drag:
     """Derivative of the smooth torques by speed, once per sample period."""
     load = dynamics.load(q) if laws.needs_load else None
-    here = laws.torques(q, dq, dq, u, enabled, load)
-    faster = laws.torques(q, dq + PROBE, dq + PROBE, u, enabled, load)
+    here = laws.torques(q, dq, dq, u, enabled, load, memory)
+    faster = laws.torques(q, dq + PROBE, dq + PROBE, u, enabled, load, memory)
     return Drag((here.motor - faster.motor) / PROBE, (here.joint - faster.joint) / PROBE)
 
 
@@ -53,7 +58,7 @@ def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any
     mass, bias = dynamics.mass_and_bias(q, dq)
     load = dynamics.load(q) if laws.needs_load else None
     offset, motor_speed = memory[DRIVE] if laws.gap is not None else (None, dq)
-    torques = laws.torques(q, dq, motor_speed, u, enabled, load)
+    torques = laws.torques(q, dq, motor_speed, u, enabled, load, memory)
     rotor = laws.rotor_inertia + (0.5 * h) * drag.motor
     geared, driving = rotor, torques.motor
     if laws.gap is not None:
@@ -61,7 +66,10 @@ def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any
         rotor = np.where(laws.gap > 0, rotor, 1.0)
     driving = driving + (torques.joint + push)
     factor = Factor(mass, geared + (0.5 * h) * drag.joint, dq.shape)
-    rates = dq + h * factor.solve([driving[..., j] - b for j, b in enumerate(bias)])
+    if len(bias) > 1:
+        held = driving if torques.level is None else driving - np.sign(dq) * torques.level
+        bias = dynamics.bias(q, dq + (0.5 * h) * factor.solve(_less(held, bias)))
+    rates = dq + h * factor.solve(_less(driving, bias))
     if torques.level is None and laws.stops is None and laws.gap is None:
         return rates, memory
     contact = Contact(torques.level, laws.stops, laws.gap, rotor, q, dq, offset, h)
@@ -91,7 +99,7 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
         push: Extra torque on the links, N m, (..., J).
     """
     memory = rested(laws, dq, memory)
-    drag = slowing(laws, dynamics, q, dq, inputs, enabled)
+    drag = slowing(laws, dynamics, q, dq, memory, inputs, enabled)
     q = q + 0.5 * h * dq
     dynamics.begin(q, dq, h)
     for i in range(count):
@@ -99,7 +107,13 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
             u, memory = laws.command(inputs, memory, h)
         faster, memory = kick(laws, dynamics, q, dq, memory, u, enabled, h, drag, push)
         q, dq = dynamics.move(q, dq, faster, h)
+        memory = laws.remember(q, dq, memory, h)
     return q - 0.5 * h * dq, dq, memory
+
+
+def _less(torques: Any, bias: Any) -> list[Any]:
+    """Torques (..., J) less the bias, as components."""
+    return [torques[..., j] - b for j, b in enumerate(bias)]
 
 
 def rested(laws: Laws, dq: Any, memory: Memory) -> Memory:
@@ -112,5 +126,3 @@ def rested(laws: Laws, dq: Any, memory: Memory) -> Memory:
 def substeps(dt: float, longest: float) -> int:
     """How many equal substeps no longer than `longest` s make up dt s."""
     return max(1, int(np.ceil(dt / longest - 1e-9)))
-
-

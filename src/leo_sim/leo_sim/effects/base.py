@@ -63,6 +63,8 @@ class Effect:
             is placed at actuated joints only.
         dynamic: The command hook changes its result while the input is held.
         uses_load: The torque hook looks at `load`, which costs time to compute.
+        remembers: The torque hook takes `memory` as a last argument; `remember` moves it on.
+        timed: Its memory starts as the time s since the run began, not as None.
         source: The user's file it was read from; '' for an effect of the catalogue.
         rank: Laws of one hook run in ascending rank.
     """
@@ -78,6 +80,8 @@ class Effect:
     motor_side: ClassVar[bool] = False
     dynamic: ClassVar[bool] = False
     uses_load: ClassVar[bool] = False
+    remembers: ClassVar[bool] = False
+    timed: ClassVar[bool] = False
     rank: ClassVar[int] = 100
     source: str = ''
 
@@ -101,6 +105,19 @@ class Effect:
             dq: True joint rates rad/s (of the motor side for `motor_side` effects).
             motor: Torques of the motors.
             load: Torque of gravity and external forces at the joints, N m, positive along +q.
+        """
+        raise NotImplementedError
+
+    def remember(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> Any:
+        """What the torque hook of an effect that `remembers` knows after dt s at the rates dq.
+
+        Args:
+            p: Parameter values.
+            q: True joint angles rad.
+            dq: True joint rates rad/s.
+            memory: What this method returned before; None at the start of a run, or where `timed`
+                the time s since then.
+            dt: s, a float or an array that broadcasts with q.
         """
         raise NotImplementedError
 

@@ -51,17 +51,17 @@ class Bullet:
 
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
         """Joint-space inertia rows and bias torques, external forces included."""
-        angles, rates = q[self._to_bullet].tolist(), dq[self._to_bullet].tolist()
+        angles = q[self._to_bullet].tolist()
         mass: Any = pybullet.calculateMassMatrix(self._body, angles, **self._at)
-        bias: Any = pybullet.calculateInverseDynamics(self._body, angles, rates, self._still,
-                                                      **self._at)
         if len(angles) > 1:
             mass = np.array(mass)[np.ix_(self._from_bullet, self._from_bullet)]
-            bias = np.array(bias)[self._from_bullet]
-        self._mass, self._bias = mass, bias
-        if self._pulled:
-            bias = [b - f for b, f in zip(bias, self._pulls(angles), strict=True)]
-        return mass, bias
+        self._mass, self._bias = mass, self._resistance(angles, dq)
+        return mass, self._less_pulls(self._bias, angles)
+
+    def bias(self, q: Any, dq: Any) -> Any:
+        """The bias torques alone."""
+        angles = q[self._to_bullet].tolist()
+        return self._less_pulls(self._resistance(angles, dq), angles)
 
     def load(self, q: Any) -> Any:
         """Torque of gravity and external forces at the joints, (J,), along +q."""
@@ -83,6 +83,17 @@ class Bullet:
         pybullet.stepSimulation(**self._at)
         states = pybullet.getJointStates(self._body, self._joints, **self._at)
         return np.array([s[0] for s in states]), np.array([s[1] for s in states])
+
+    def _resistance(self, angles: list[float], dq: Any) -> Any:
+        """Torques that keep the rates as they are without external forces, (J,)."""
+        bias: Any = pybullet.calculateInverseDynamics(
+            self._body, angles, dq[self._to_bullet].tolist(), self._still, **self._at)
+        return bias if len(angles) == 1 else np.array(bias)[self._from_bullet]
+
+    def _less_pulls(self, bias: Any, angles: list[float]) -> Any:
+        if not self._pulled:
+            return bias
+        return [b - f for b, f in zip(bias, self._pulls(angles), strict=True)]
 
     def _rows(self) -> Any:
         return self._mass if isinstance(self._mass, tuple) else self._mass.tolist()

@@ -91,6 +91,10 @@ class Rigid:
             return self._single, self._torques(poses, [0.0])
         return self._inertia(poses), self._torques(poses, self._split(dq))
 
+    def bias(self, q: Any, dq: Any) -> list[Any]:
+        """The bias torques alone."""
+        return self._torques(self._poses(q), self._split(dq))
+
     def load(self, q: Any) -> Any:
         """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
         torques = self._torques(self._poses(q), [0.0] * len(self._column))

@@ -46,8 +46,9 @@ class _Motion(NamedTuple):
 class _System:
     """Derivatives of one model with its input held."""
 
-    def __init__(self, laws: Laws, dynamics: Dynamics, u: Any, enabled: Any):
+    def __init__(self, laws: Laws, dynamics: Dynamics, u: Any, enabled: Any, memory: Memory):
         self.laws, self.dynamics, self.u, self.enabled = laws, dynamics, u, enabled
+        self.memory = memory
         self.gap = np.zeros(len(laws.joints)) + (0.0 if laws.gap is None else laws.gap)
 
     def accelerations(self, y: _Motion, phase: _Phase) -> tuple[Any, Any, Any]:
@@ -55,7 +56,7 @@ class _System:
         laws = self.laws
         mass, bias = self.dynamics.mass_and_bias(y.q, y.dq)
         load = self.dynamics.load(y.q) if laws.needs_load else None
-        torques = laws.torques(y.q, y.dq, y.speed, self.u, self.enabled, load)
+        torques = laws.torques(y.q, y.dq, y.speed, self.u, self.enabled, load, self.memory)
         linked = (self.gap == 0) | (phase.engaged != 0)
         driving = np.where(linked, torques.motor, 0.0) + torques.joint
         factor = Factor(mass, np.where(linked, laws.rotor_inertia, 0.0), y.q.shape)
@@ -126,7 +127,8 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
     y = _Motion(q, dq, offset, speed)
     for _ in range(count):
         u, memory = laws.command(inputs, memory, h)
-        y = _step(_System(laws, dynamics, u, enabled), y, h)
+        y = _step(_System(laws, dynamics, u, enabled, memory), y, h)
+        memory = laws.remember(y.q, y.dq, memory, h)
     if laws.gap is not None:
         memory = {**memory, DRIVE: np.stack([y.offset, y.speed])}
     return y.q, y.dq, memory
