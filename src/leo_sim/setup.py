@@ -39,7 +39,7 @@ setup(
     entry_points={
         'console_scripts': [f'{n} = {t}' for n, t in NODES.items() if UNDER_COLCON],
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
-        'leo.verbs': ['reveal = leo_sim.reveal:main'],
+        'leo.verbs': ['reveal = leo_sim.reveal:main', 'robot = leo_sim.verbs.robot:main'],
         'leo.robots': [
             'pendulum = leo_sim.robots:PENDULUM',
             'torque_pendulum = leo_sim.robots:TORQUE_PENDULUM',

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Constants of a robot: every number of robot.yaml and robot.urdf that a model may override."""
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -42,27 +42,8 @@ def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],
         UserError: A wrong unit, or a motor figure that is missing.
     """
     found = {c.path: c for c in _urdf_constants(links, joints)}
-    given: dict[str, Quantity | None] = {'gravity': file.gravity}
-    if file.ground is not None:
-        given |= {f'ground.{key}': getattr(file.ground, key) for key in GROUND_UNITS}
-    for group in ('actuators', 'links', 'joints'):
-        for name, part in getattr(file, group).items():
-            given |= {f'{group}.{name}.{key}': getattr(part, key)
-                      for key in type(part).model_fields}
-    given |= {f'sensors.{name}.offset': sensor.offset for name, sensor in file.sensors.items()}
-    for path, quantity in given.items():
-        if quantity is None:
-            continue
-        unit = _unit(path, file.input)
-        if quantity.unit != unit:
-            raise UserError(f'{folder / "robot.yaml"}: {path}: the unit is {unit!r}, '
-                            f'found {quantity.unit!r}')
-        if quantity.uncertain and not (
-                quantity.uncertain[0] <= quantity.value <= quantity.uncertain[1]):
-            low, high = quantity.uncertain
-            raise UserError(f'{folder / "robot.yaml"}: {path}: {quantity.value:g} is outside its '
-                            f'uncertain range {low:g} to {high:g} {unit}')
-        found[path] = Constant(path, quantity.value, unit, quantity.uncertain)
+    for path, quantity in _given(file):
+        found[path] = _constant(folder / 'robot.yaml', path, quantity, _unit(path, file.input))
     for name in file.actuators:
         for key in MOTOR_UNITS if file.input == 'voltage' else ():
             if f'actuators.{name}.{key}' not in found:
@@ -70,6 +51,29 @@ def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],
         inertia = f'actuators.{name}.rotor_inertia'
         found.setdefault(inertia, Constant(inertia, 0.0, 'kg m2'))
     return found
+
+
+def _given(file: RobotFile) -> Iterator[tuple[str, Quantity]]:
+    """Paths and quantities that robot.yaml has."""
+    yield 'gravity', file.gravity
+    parts = {f'{group}.{name}': part for group in ('actuators', 'links', 'joints')
+             for name, part in getattr(file, group).items()}
+    parts |= {f'sensors.{name}': sensor for name, sensor in file.sensors.items()}
+    parts |= {} if file.ground is None else {'ground': file.ground}
+    for path, part in parts.items():
+        yield from ((f'{path}.{key}', figure) for key, figure in part
+                    if isinstance(figure, Quantity))
+
+
+def _constant(file: Path, path: str, quantity: Quantity, unit: str) -> Constant:
+    if quantity.unit != unit:
+        raise UserError(f'{file}: {path}: the unit is {unit!r}, found {quantity.unit!r}')
+    if quantity.uncertain and not (
+            quantity.uncertain[0] <= quantity.value <= quantity.uncertain[1]):
+        low, high = quantity.uncertain
+        raise UserError(f'{file}: {path}: {quantity.value:g} is outside its uncertain range '
+                        f'{low:g} to {high:g} {unit}')
+    return Constant(path, quantity.value, unit, quantity.uncertain)
 
 
 def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[Constant]:
