@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The text of a robot.yaml whose comments say what is left to fill in."""
+from collections.abc import Mapping
+import json
+import re
+
+from leo_sim.skeleton.actuators import Guess
+from leo_sim.skeleton.figures import pose_range
+from leo_sim.urdf import Joint
+
+MARK = 'FILL IN'
+HEAD = """\
+# Made by leo robot init from {source}. It loads as it is; the lines marked FILL IN hold guesses.
+name: {name}
+base: fixed
+input: {kind}
+control_period: {period}  # s; FILL IN: how often your controller writes
+integration_step: {step}  # s; {reason}
+state_rate: {rate}  # Hz; FILL IN: how often joint states come
+episode_seconds: 20  # only the simulated robot and leo learn need it
+gravity: {{value: 9.81, unit: m/s2}}
+
+actuators:  # in the order of the command topic; FILL IN: take out joints without a motor
+"""
+TAIL = """
+# What is only roughly known is refitted together with every hypothesis:
+# links:
+#   {link}:
+#     mass: {{value: {mass:.4g}, unit: kg, uncertain: [{low:.4g}, {high:.4g}]}}
+# joints:
+#   {joint}:
+#     damping: {{value: 0.01, unit: N m s/rad, uncertain: [0, 0.1]}}
+
+# One count of the encoder, rad (rate: rad/s), where it is coarser than the noise:
+# sensors:
+#   {joint}: {{angle_resolution: 0.00153, rate_resolution: 0}}
+
+# Only leo learn needs a task; leo_sim/robots/pendulum/robot.yaml shows one:
+# observation: [{{quantity: angle, joint: {joint}}}, {{quantity: rate, joint: {joint}}}]
+# reward: [{{quantity: angle, joint: {joint}, weight: -1, power: 2}}]
+# termination: [{{quantity: angle, joint: {joint}, low: -3, high: 3}}]
+"""
+
+
+def head(source: str, name: str, kind: str, timing: Mapping[str, float], reason: str) -> str:
+    """Everything before the actuators; `timing` has period and step s, and rate Hz."""
+    values = {key: f'{value:g}' for key, value in timing.items()}
+    return HEAD.format(source=quoted(source), name=quoted(name), kind=kind, reason=reason,
+                       **values)
+
+
+def actuator_lines(actuators: Mapping[str, Mapping[str, Guess]]) -> str:
+    """The actuators, a line per figure."""
+    lines = []
+    for joint, figures in actuators.items():
+        lines.append(f'  {quoted(joint)}:')
+        for key, guess in figures.items():
+            comment = f'{MARK}: {guess.source}' if guess.open else guess.source
+            known = f'{key}: {{value: {guess.value:g}, unit: {guess.unit}}}'
+            lines.append(f'    {known}  # {comment}')
+    return '\n'.join(lines) + '\n'
+
+
+def pose_lines(joints: tuple[Joint, ...]) -> str:
+    """A nominal pose, at 0 or in the middle of the limits, and one drawn from the limits."""
+    ranges = {j.name: pose_range(j) for j in joints if j.kind != 'fixed'}
+    middle = ', '.join(f'{quoted(n)}: {start(r):.6g}' for n, r in ranges.items())
+    drawn = ', '.join(f'{quoted(n)}: [{low:.6g}, {high:.6g}]' for n, (low, high) in ranges.items())
+    return ('\nstart_poses:\n'
+            f'  nominal:  # {MARK}: where an episode starts\n    angles: {{{middle}}}\n'
+            f'  random:\n    angles: {{{drawn}}}\n')
+
+
+def start(limits: tuple[float, float]) -> float:
+    """0, or the middle of limits that leave 0 out."""
+    low, high = limits
+    return 0.0 if low <= 0 <= high else (low + high) / 2
+
+
+def tail(joint: Joint, mass: float) -> str:
+    """Examples of what is optional."""
+    return TAIL.format(link=quoted(joint.child), joint=quoted(joint.name), mass=mass,
+                       low=0.8 * mass, high=1.2 * mass)
+
+
+def quoted(text: str) -> str:
+    """A name as YAML takes it: plain where that is safe."""
+    plain = re.fullmatch(r'[A-Za-z_][\w./-]*', text, re.ASCII)
+    words = ('true', 'false', 'yes', 'no', 'on', 'off', 'null', 'y', 'n')
+    return text if plain and text.lower() not in words else json.dumps(text)

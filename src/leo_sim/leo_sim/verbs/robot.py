@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo robot init|list`."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+import shlex
+from typing import TYPE_CHECKING
+
+from leo_msgs_py.verbs import common
+
+if TYPE_CHECKING:
+    from leo_sim.robot import Robot
+    from leo_sim.skeleton.folder import Skeleton
+
+_INIT_EXAMPLES = """\
+  leo robot init arm.urdf -o arm
+  leo robot init arm.urdf -o arm --input voltage   # motors that take volts
+"""
+_LIST_EXAMPLES = '  leo robot list\n'
+
+
+def main(argv: list[str]) -> int:
+    """Run the chosen subcommand and return its exit status."""
+    about = 'Make a robot folder from a URDF; list the robots that have a name.'
+    verbs = {'init': _init, 'list': _list}
+    return common.dispatch('leo robot', about, verbs, argv, _INIT_EXAMPLES + _LIST_EXAMPLES)
+
+
+def _init(argv: list[str]) -> int:
+    parser = common.Parser(
+        'leo robot init', 'Make a robot folder from a URDF and say what is left to fill in.',
+        _INIT_EXAMPLES)
+    parser.add_argument('urdf', type=Path, metavar='URDF')
+    parser.add_argument('-o', '--output', type=Path, required=True, metavar='FOLDER')
+    parser.add_argument('--input', choices=('torque', 'voltage'), default='torque',
+                        help='what the actuators take (default: torque)')
+    parser.add_json()
+    options = parser.parse_args(argv)
+
+    from leo_sim.skeleton.folder import make_folder
+
+    made = make_folder(options.urdf, options.output, options.input)
+    following = f'leo compare BAG --model {shlex.quote(str(options.output))}'
+    if options.json:
+        print(json.dumps({
+            'folder': str(options.output), **_facts(made.robot),
+            'integration_step': made.robot.integration_step, 'left_to_fill_in': made.open,
+            'notes': made.notes, 'next': following}, indent=2))
+    else:
+        print('\n'.join([*_said(made, options.output), f'next: {following}']))
+    return 0
+
+
+def _list(argv: list[str]) -> int:
+    parser = common.Parser('leo robot list', 'The robots that have a name.', _LIST_EXAMPLES)
+    parser.add_json()
+    options = parser.parse_args(argv)
+
+    from leo_sim.robot import load_robot, named_robots
+
+    robots = [load_robot(name) for name in sorted(named_robots())]
+    lines = [f'{r.name}: {", ".join(r.joint_names)} ({r.input}, {r.base} base)' for r in robots]
+    common.show(options, [_facts(robot) for robot in robots], lines)
+    return 0
+
+
+def _facts(robot: Robot) -> dict[str, object]:
+    limits = {a.joint: a.limit for a in robot.actuators}
+    return {'name': robot.name, 'joints': list(robot.joint_names), 'input': robot.input,
+            'limits': limits}
+
+
+def _said(made: Skeleton, folder: Path) -> list[str]:
+    robot, unit = made.robot, 'V' if made.robot.input == 'voltage' else 'N m'
+    limits = {joint.name: joint.limits for joint in robot.joints}
+    start = robot.start_poses['nominal'].angles
+    lines = [f'wrote {folder}/robot.urdf and {folder}/robot.yaml: {robot.name}, '
+             f'{len(robot.joint_names)} joints']
+    for a in robot.actuators:
+        low, high = limits[a.joint]
+        lines.append(f'  {a.joint}: from {low:.4g} to {high:.4g}, starts at '
+                     f'{start[a.joint]:.4g}, takes up to {a.limit:g} {unit}')
+    lines.append(f'integration step {robot.integration_step:g} s')
+    lines += [f'note: {note}' for note in made.notes]
+    lines.append(f'left to fill in (FILL IN in {folder}/robot.yaml):')
+    return [*lines, *(f'  - {sentence}' for sentence in made.open)]
