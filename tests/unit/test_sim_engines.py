@@ -18,7 +18,8 @@ from leo_sim.model import Model, State
 from leo_sim.robot import load_robot
 from leo_sim.urdf import parse
 
-ROBOTS = {name: load_robot(name) for name in ('pendulum', 'torque_pendulum')}
+ROBOTS = {name: load_robot(name) for name in (
+    'pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')}
 PLACES = [(robot, effect) for robot, effect in product(ROBOTS, EFFECTS)
           if EFFECTS[effect].applies(ROBOTS[robot])]
 
@@ -128,14 +129,15 @@ def test_pybullet_and_batched_rollouts_agree_with_every_effect(robot, effect):
     placed, robot = drawn(robot, effect), ROBOTS[robot]
     model = Model(robot, [placed])
     rng = np.random.default_rng(5)
-    inputs = rng.uniform(-0.8, 0.8, (15, 1)) * robot.limits
-    enabled = rng.uniform(size=(15, 1)) > 0.2
-    state = model.state_from([2.9], [1.0])
+    inputs = rng.uniform(-0.8, 0.8, (15, len(robot.limits))) * robot.limits
+    enabled = rng.uniform(size=inputs.shape) > 0.2
+    start = ([2.9, 0.5][:len(robot.limits)], [1.0, -2.0][:len(robot.limits)])
+    state = model.state_from(*start)
     track = [model.sense(state)]
     for u, on in zip(inputs, enabled, strict=True):
         state = model.step(state, u, 0.011, enabled=on)
         track.append(model.sense(state))
-    q, dq = rollout(model, [[2.9]], [[1.0]], inputs[None], 0.011, enabled[None])
+    q, dq = rollout(model, *np.array(start)[:, None], inputs[None], 0.011, enabled[None])
     assert q[0] == pytest.approx(np.array([t[0] for t in track]), abs=1e-8)
     assert dq[0] == pytest.approx(np.array([t[1] for t in track]), abs=1e-7)
 
@@ -148,8 +150,9 @@ def test_runge_kutta_with_events_agrees_with_every_effect(robot, effect):
     ours = Model(robot, [placed], engine='rigid', integration_step=fine)
     other = Model(robot, [placed], engine='rk4', integration_step=fine)
     rng = np.random.default_rng(6)
-    state, differences = ours.state_from([2.9], [1.0]), []
-    for u in rng.uniform(-0.8, 0.8, (15, 1)) * robot.limits:
+    inputs = rng.uniform(-0.8, 0.8, (15, len(robot.limits))) * robot.limits
+    state, differences = ours.state_from(2.9 + 0 * robot.limits, 1.0 + 0 * robot.limits), []
+    for u in inputs:
         after, same = (m.step(state, u, robot.control_period) for m in (ours, other))
         moved = abs(after.dq - state.dq).max() + abs(after.q - state.q).max()
         differences.append(abs(after.dq - same.dq).max() / moved)
