@@ -5,19 +5,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+import time
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.provenance import provenance
-from leo_diffmodel.compare.torque import missing_torque, MissingTorque, where
+from leo_diffmodel.compare.torque import missing_torque, MissingTorque
+from leo_diffmodel.compare.where import where
 from leo_diffmodel.compare.windows import Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
-HORIZON_SECONDS = 1.0
-WORST_ROWS = 40
+HORIZON_SECONDS = 2.0
 
 
 @dataclass(frozen=True)
@@ -27,12 +28,12 @@ class Comparison:
     Attributes:
         data: the contents of compare.json.
         missing: the torque the model lacks, window by window.
-        sigma: noise of each recording and channel, angles then rates, shape (R, 2J).
+        prediction: the windows behind the errors, as predicted.
     """
 
     data: dict
     missing: MissingTorque = field(repr=False)
-    sigma: np.ndarray = field(repr=False)
+    prediction: errors.Prediction = field(repr=False)
 
 
 def compare(
@@ -48,6 +49,7 @@ def compare(
     Raises:
         UserError: the recordings are too short for a single window, or a step out of reach.
     """
+    began = time.monotonic()
     step = errors.step_seconds(recordings, step)
     try:
         windows = _windows(recordings, model, step)
@@ -56,6 +58,7 @@ def compare(
         raise UserError(f'{recordings[0].path}: {error}; record at least 2 s') from error
     prediction = errors.predict_windows(model, windows, sigma)
     missing = missing_torque(recordings, model, sigma)
+    places = where(missing, model)
     one = errors.one_step(prediction, step)
     floor = one.pop('noise_floor')
     horizon = errors.horizon_table(prediction, step)
@@ -71,11 +74,14 @@ def compare(
             'horizon': [_floor_row(r) for r in horizon],
         },
         'noise': sigma.tolist(),
-        'where': where(missing, model)[:WORST_ROWS],
+        'joints': places.joints,
+        'where': places.rows,
+        'noise_only': places.noise_only,
         'budget': _budget(prediction),
+        'seconds': time.monotonic() - began,
         'provenance': provenance(recordings, model),
     }
-    return Comparison(data, missing, sigma)
+    return Comparison(data, missing, prediction)
 
 
 def _windows(recordings: Sequence[Recording], model: Model, step: float) -> Windows:

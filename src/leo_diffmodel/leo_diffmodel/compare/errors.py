@@ -20,6 +20,8 @@ Array = np.ndarray
 HORIZONS = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 STATE_STEP = 1e-4
 LONGEST_STEP = 1.0
+REACHED = 0.5
+"""Share of the windows that must be long enough for an error that far ahead."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +45,16 @@ class Prediction:
 
 
 def predict_windows(model: Model, windows: Windows, sigma: Array) -> Prediction:
-    """Predict every window from its measured start and propagate the noise (R, 2J) through it."""
+    """Predict every window from its measured start, and from starts moved by the noise (R, 2J).
+
+    What a start moved by one standard deviation changes is the floor; moves of that size keep it
+    finite where the motion is chaotic.
+    """
     joints = windows.q.shape[-1]
+    noise = per_window(sigma, windows)
     start = windows.measured[:, 0]
-    moves = np.concatenate([np.zeros((1, 2 * joints)), STATE_STEP * np.eye(2 * joints)])
-    starts = start + moves[:, None, :]
+    moves = np.eye(2 * joints)[:, None] * noise[:, 0]
+    starts = np.concatenate([start[None], start + moves])
     q, dq = rollout(
         model,
         starts[..., :joints],
@@ -58,9 +65,7 @@ def predict_windows(model: Model, windows: Windows, sigma: Array) -> Prediction:
         history=windows.history,
     )
     y = np.concatenate([q, dq], axis=-1)
-    slope = (y[1:] - y[0]) / STATE_STEP
-    noise = per_window(sigma, windows)
-    floor = (slope**2 * np.moveaxis(noise, -1, 0)[..., None] ** 2).sum(axis=0) + noise**2
+    floor = ((y[1:] - y[0]) ** 2).sum(axis=0) + noise**2
     return Prediction(windows, y[0], floor)
 
 
@@ -96,16 +101,22 @@ def _checked(step: float, least: float) -> float:
 
 
 def has_memory(model: Model) -> bool:
-    """Whether predictions need the samples before a window: delay, lag or play."""
-    return bool(model.laws.dynamic) or model.laws.gap is not None
+    """Whether predictions need the samples before a window: delay, lag, play, a memory."""
+    laws = model.laws
+    return bool(laws.dynamic or laws.remembers) or laws.gap is not None
 
 
 def horizon_windows(
     recordings: Sequence[Recording], model: Model, seconds: float, most: int = 400
 ) -> Windows:
-    """Overlapping windows of `seconds`, at most `most` of them, evenly spread."""
+    """Overlapping windows of `seconds`, at most `most` of them, evenly spread.
+
+    Windows count samples: where bags differ in rate, those of the fastest last `seconds`.
+    """
     total = sum(e.t[-1] - e.t[0] for r in recordings for e in r.episodes if len(e.t) > 1)
-    stride = max(sample_period(recordings), total / most)
+    period = sample_period(recordings)
+    stride = max(period, total / most)
+    seconds *= period / min(sample_period([r]) for r in recordings)
     history = HISTORY if has_memory(model) else 0.0
     return cut(recordings, seconds, stride=stride, history=history)
 
@@ -113,18 +124,17 @@ def horizon_windows(
 def horizon_table(before: Prediction, step: float) -> list[dict]:
     """Errors against horizon: rows {steps, seconds, rmse, mean, noise_floor}."""
     rows = []
-    elapsed = np.cumsum(before.windows.dt, axis=1).mean(axis=0)
     for steps in HORIZONS:
-        at = int(np.argmin(np.abs(elapsed - steps * step)))
-        if abs(elapsed[at] - steps * step) > 0.5 * step:
+        at = _reached(before, steps * step, step)
+        if at is None:
             continue
         rows.append(
             {
                 'steps': steps,
-                'seconds': float(elapsed[at]),
-                'rmse': _rms(before.error[:, at + 1]),
-                'mean': _mean(_rms(before.error[:, at + 1])),
-                'noise_floor': _root_mean(before.floor[:, at + 1]),
+                'seconds': at.seconds,
+                'rmse': _rms(at.of(before.error)),
+                'mean': _mean(_rms(at.of(before.error))),
+                'noise_floor': _root_mean(at.of(before.floor)),
             }
         )
     return rows
@@ -132,8 +142,8 @@ def horizon_table(before: Prediction, step: float) -> list[dict]:
 
 def one_step(prediction: Prediction, step: float) -> dict:
     """Mean squared and root mean squared error one control step ahead, with its noise floor."""
-    at = _index(prediction, step)
-    error, floor = prediction.error[:, at], prediction.floor[:, at]
+    at = _at(prediction, step)
+    error, floor = at.of(prediction.error), at.of(prediction.floor)
     return {
         'mse': (error**2).mean(axis=0).tolist(),
         'rmse': _rms(error),
@@ -150,8 +160,8 @@ def one_step(prediction: Prediction, step: float) -> dict:
 
 def observation_mse(model: Model, prediction: Prediction, step: float) -> float:
     """Mean squared one-step error over the robot's observation (thesis Table 7)."""
-    at, joints = _index(prediction, step), prediction.windows.q.shape[-1]
-    seen, expected = prediction.windows.measured[:, at], prediction.predicted[:, at]
+    at, joints = _at(prediction, step), prediction.windows.q.shape[-1]
+    seen, expected = at.of(prediction.windows.measured), at.of(prediction.predicted)
     measured = observation(model.robot, seen[:, :joints], seen[:, joints:])
     predicted = observation(model.robot, expected[:, :joints], expected[:, joints:])
     return float(((measured - predicted) ** 2).mean())
@@ -159,8 +169,8 @@ def observation_mse(model: Model, prediction: Prediction, step: float) -> float:
 
 def observation_floor(model: Model, prediction: Prediction, step: float) -> float:
     """Mean squared one-step error over the observation that noise alone causes."""
-    at, joints = _index(prediction, step), prediction.windows.q.shape[-1]
-    expected, variance = prediction.predicted[:, at], prediction.floor[:, at]
+    at, joints = _at(prediction, step), prediction.windows.q.shape[-1]
+    expected, variance = at.of(prediction.predicted), at.of(prediction.floor)
     moves = np.concatenate([np.zeros((1, 2 * joints)), STATE_STEP * np.eye(2 * joints)])
     states = expected + moves[:, None, :]
     seen = observation(model.robot, states[..., :joints], states[..., joints:])
@@ -170,22 +180,54 @@ def observation_floor(model: Model, prediction: Prediction, step: float) -> floa
 
 def ahead(prediction: Prediction, seconds: float) -> list[float]:
     """Rms error of each state `seconds` ahead."""
-    return _rms(prediction.error[:, _index(prediction, seconds)])
+    return _rms(_at(prediction, seconds).of(prediction.error))
 
 
 def median_ahead(prediction: Prediction, seconds: float) -> list[float]:
     """Median absolute error of each state `seconds` ahead, which a few hand pushes do not move."""
-    return np.median(np.abs(prediction.error[:, _index(prediction, seconds)]), axis=0).tolist()
+    return np.median(np.abs(_at(prediction, seconds).of(prediction.error)), axis=0).tolist()
 
 
 def floor_ahead(prediction: Prediction, seconds: float) -> list[float]:
     """The rms error a perfect model would make of each state `seconds` ahead."""
-    return _root_mean(prediction.floor[:, _index(prediction, seconds)])
+    return _root_mean(_at(prediction, seconds).of(prediction.floor))
 
 
-def _index(prediction: Prediction, step: float) -> int:
-    elapsed = np.cumsum(prediction.windows.dt, axis=1).mean(axis=0)
-    return 1 + int(np.argmin(np.abs(elapsed - step)))
+@dataclass(frozen=True)
+class _Instant:
+    """The sample of each window nearest to one time ahead; samples may be uneven.
+
+    Attributes:
+        windows: windows that reach it, shape (N,).
+        sample: the sample there, shape (N,).
+        seconds: how far ahead those are, on average [s].
+    """
+
+    windows: Array
+    sample: Array
+    seconds: float
+
+    def of(self, states: Array) -> Array:
+        """The states (W, K+1, 2J) at this instant, shape (N, 2J)."""
+        return states[self.windows, self.sample]
+
+
+def _at(prediction: Prediction, seconds: float) -> _Instant:
+    """The instant `seconds` ahead, in every window, or as near as the windows get to it."""
+    elapsed = np.cumsum(prediction.windows.dt, axis=1)
+    nearest = np.argmin(np.abs(elapsed - seconds), axis=1)
+    every = np.arange(len(elapsed))
+    return _Instant(every, 1 + nearest, float(elapsed[every, nearest].mean()))
+
+
+def _reached(prediction: Prediction, seconds: float, step: float) -> _Instant | None:
+    """The same in windows that come within half a step of it; None where most do not."""
+    at = _at(prediction, seconds)
+    elapsed = np.cumsum(prediction.windows.dt, axis=1)[at.windows, at.sample - 1]
+    near = np.abs(elapsed - seconds) <= 0.5 * step
+    if near.mean() < REACHED:
+        return None
+    return _Instant(at.windows[near], at.sample[near], float(elapsed[near].mean()))
 
 
 def _rms(error: Array) -> list[float]:

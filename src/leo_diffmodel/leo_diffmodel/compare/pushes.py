@@ -41,6 +41,7 @@ def respond(model: Model, windows: Windows, start: Array, pushes: Array) -> tupl
         enabled=windows.enabled,
         history=windows.history,
         push=torque,
+        start=windows.start,
     )
     y = np.concatenate([q, dq], axis=-1)
     columns = y[1:] - y[0]

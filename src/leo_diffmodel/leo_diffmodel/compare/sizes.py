@@ -22,6 +22,11 @@ def in_volts(robot: Robot, joint: str, torque: float) -> float | None:
     return torque / _torque_per_input(actuator)
 
 
+def is_slide(robot: Robot, joint: str) -> bool:
+    """Whether a joint slides (m, N) rather than turns (rad, N m)."""
+    return next(j.kind for j in robot.joints if j.name == joint) == 'prismatic'
+
+
 def torque_scale(robot: Robot) -> float:
     """The largest motor torque, or else the largest of gravity about a link's joint [N m]."""
     torques = [stall_torque(robot, a.joint) or 0.0 for a in robot.actuators]

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The torque the model lacks at each joint and instant, and where it is lacking most."""
+"""The torque the model lacks at each joint and instant."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-import itertools
 
 import numpy as np
 
@@ -13,14 +12,12 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.errors import has_memory
 from leo_diffmodel.compare.noise import HISTORY, per_window
 from leo_diffmodel.compare.pushes import respond
-from leo_diffmodel.compare.sizes import in_volts, stall_torque, torque_scale
+from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_sim.model import Model
 
 Array = np.ndarray
 INTERVALS = 5
-BINS = 8
-WORST_WINDOWS = 5
 WEAK = 1e-6
 """Weight of the assumption that what is missing is no larger than the robot's own torque."""
 
@@ -94,53 +91,3 @@ def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
         windows=windows,
     )
 
-
-def where(missing: MissingTorque, model: Model) -> list[dict]:
-    """Share of the missing torque's square by joint, variable and bin, worst first."""
-    rows = []
-    excess = (missing.torque**2 - missing.spread**2).sum()
-    total = max(float(excess), float((missing.spread**2).sum()) / np.sqrt(len(missing.time)))
-    for j, joint in enumerate(model.robot.joint_names):
-        for name, values in _variables(missing, j).items():
-            edges = np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)))
-            for low, high in itertools.pairwise(edges):
-                inside = (values >= low) & (values <= high)
-                rows.append(_row(missing, model, j, joint, name, (low, high), inside, total))
-    return sorted(rows, key=lambda r: -r['share'])
-
-
-def _variables(missing: MissingTorque, j: int) -> dict[str, Array]:
-    values = {'angle': missing.q[:, j], 'rate': missing.dq[:, j], 'time': missing.time}
-    if j < missing.inputs.shape[1]:
-        values['input'] = missing.inputs[:, j]
-    return values
-
-
-def _row(
-    missing: MissingTorque,
-    model: Model,
-    j: int,
-    joint: str,
-    name: str,
-    limits: tuple[float, float],
-    inside: Array,
-    total: float,
-) -> dict:
-    torque = missing.torque[inside, j]
-    square = float((torque**2 - missing.spread[inside, j] ** 2).sum())
-    typical = float(np.sqrt(max(square / len(torque), 0.0)))
-    worst = np.flatnonzero(inside)[np.argsort(-np.abs(torque))[:WORST_WINDOWS]]
-    stall = stall_torque(model.robot, joint)
-    begin, length = missing.windows.start, missing.windows.dt.sum(axis=1)
-    return {
-        'joint': joint,
-        'variable': name,
-        'bin': [float(limits[0]), float(limits[1])],
-        'share': min(max(0.0, square / total), 1.0),
-        'torque_nm': float(torque.mean()),
-        'torque_rms_nm': typical,
-        'volts': in_volts(model.robot, joint, typical),
-        'stall_percent': None if stall is None else 100 * typical / stall,
-        'windows': [[float(begin[w]), float(begin[w] + length[w])] for w in worst],
-        'bags': [int(missing.windows.source[w]) for w in worst],
-    }

@@ -5,17 +5,23 @@ from __future__ import annotations
 
 import argparse
 import json
+from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
-from leo_diffmodel.compare.comparison import compare, Comparison
+from leo_diffmodel.compare.comparison import compare
+from leo_diffmodel.compare.where import against_motion, bin_in_words, worst_places
+from leo_diffmodel.report.text import percent
 from leo_diffmodel.verbs import common
 
 EXAMPLES = (
     'leo compare bags/run1 --model pendulum',
     'leo compare bags/run1 bags/run2 --model repaired.yaml -o out/compare',
 )
+SHOWN = 10
+WINDOWS = 3
+BARS = '▁▂▃▄▅▆▇█'
 
 
 def main(argv: list[str]) -> int:
@@ -34,7 +40,7 @@ def main(argv: list[str]) -> int:
     if arguments.json:
         print(json.dumps(result.data))
         return 0
-    _print(result)
+    _print(result.data)
     if folder:
         print(f'wrote {folder}/compare.json and report.html')
     print(f'next: leo explain {" ".join(arguments.bags)} --model {arguments.model} -o out/explain')
@@ -48,22 +54,87 @@ def _parser() -> argparse.ArgumentParser:
     return arguments
 
 
-def _print(result: Comparison) -> None:
-    data = result.data
-    names = [f'{s["name"]} [{s["unit"]}]' for s in data['states']]
+def _print(data: dict) -> None:
+    console = Console(highlight=False)
+    console.print(_horizons(data))
+    if data['noise_only']:
+        console.print('It fails nowhere: the torque it lacks stays within the noise.')
+        return
+    console.print(_joints(data['joints']))
+    worst = worst_places(data['where'])
+    if worst:
+        console.print(_places(data['where'], worst))
+        console.print(f'fails most: {_sentence(data, worst[0])}', soft_wrap=True)
+    else:
+        console.print('It fails about as much at every speed, load, angle and time of this data.')
+    for joint, forward, backward in against_motion(data['where']):
+        lacks = f'{forward:+.2g} N m moving forward, {backward:+.2g} N m moving backward'
+        console.print(f'{joint} lacks {lacks} (means)')
+
+
+def _horizons(data: dict) -> Table:
     table = Table(title='rms error ahead of the measured start / noise floor')
-    table.add_column('ahead [s]', justify='right')
-    for name in names:
-        table.add_column(name, justify='right')
+    table.add_column('ahead [s]', justify='right', no_wrap=True)
+    for state in data['states']:
+        table.add_column(f'{state["name"]} [{state["unit"]}]', justify='right')
     for row, floor in zip(data['horizon'], data['noise_floor']['horizon'], strict=True):
-        cells = [f'{e:.4g} / {f:.2g}' for e, f in zip(row['rmse'], floor['rmse'], strict=True)]
+        cells = [f'{e:.2g} / {f:.2g}' for e, f in zip(row['rmse'], floor['rmse'], strict=True)]
         table.add_row(f'{row["seconds"]:.3g}', *cells)
-    console = Console()
-    console.print(table)
-    for worst in data['where'][:3]:
-        low, high = worst['bin']
-        console.print(
-            f'worst: {worst["joint"]} with {worst["variable"]} in {low:.3g} … {high:.3g}: '
-            f'{100 * worst["share"]:.0f} % of the missing torque, '
-            f'{worst["torque_rms_nm"]:.3g} N m rms = {worst["stall_percent"]:.1f} % of stall'
-        )
+    return table
+
+
+def _joints(rows: list[dict]) -> Table:
+    table = Table(title='torque the model lacks, rms beyond noise')
+    table.add_column('joint')
+    for column in ('share', 'N m', 'as V', 'of stall', 'noise [N m]'):
+        table.add_column(column, justify='right')
+    for row in sorted(rows, key=lambda r: -r['share']):
+        stall = _or_dash(row['stall_percent'], ' %')
+        sizes = f'{row["torque_nm"]:.2g}', _or_dash(row['volts']), stall
+        table.add_row(row['joint'], percent(row['share']), *sizes, f'{row["noise_nm"]:.2g}')
+    return table
+
+
+def _places(rows: list[dict], worst: list[dict]) -> Table:
+    """One line for each joint and variable: how the torque goes with it, and where it is worst."""
+    table = Table(title='where it fails, worst first')
+    for column in ('joint', 'variable', 'low to high', 'worst at'):
+        table.add_column(column)
+    for column in ('of error', 'of time', 'N m'):
+        table.add_column(column, justify='right')
+    for row in worst[:SHOWN]:
+        shares = percent(row['share']), percent(row['data_share'])
+        torque = f'{row["torque_nm"]:.2g}'
+        table.add_row(row['joint'], row['variable'], _bars(rows, row), bin_in_words(row),
+                      *shares, torque)  # fmt: skip
+    return table
+
+
+def _bars(rows: list[dict], of: dict) -> str:
+    """A bar for each bin of a joint and variable: the torque there over the joint's largest."""
+    mine = [r for r in rows if r['joint'] == of['joint']]
+    highest = max(r['torque_nm'] for r in mine)
+    strip = [r for r in mine if r['variable'] == of['variable']]
+    strip.sort(key=lambda r: (r['bag'] or 0, r['bin']))
+    heights = [r['torque_nm'] / max(highest, 1e-300) for r in strip]
+    return ''.join(BARS[round(h * (len(BARS) - 1))] for h in heights)
+
+
+def _sentence(data: dict, row: dict) -> str:
+    size = f'{row["torque_nm"]:.2g} N m'
+    if row['volts'] is not None:
+        size += f' = {row["volts"]:.2g} V'
+    if row['stall_percent'] is not None:
+        size += f' = {row["stall_percent"]:.2g} % of stall'
+    bags = [Path(b['path']).name for b in data['provenance']['bags']]
+    times = zip(row['windows'][:WINDOWS], row['bags'], strict=False)
+    at = ', '.join(f'{bags[bag]} {begin:.2f} s' for (begin, _), bag in times)
+    return (
+        f'{row["joint"]}, {row["variable"]} {bin_in_words(row)}: {size} '
+        f'(noise {row["noise_nm"]:.2g} N m), {percent(row["share"])} of the error in '
+        f'{percent(row["data_share"])} of the time; look at {at}'
+    )
+
+
+def _or_dash(value: float | None, unit: str = '') -> str:
+    return '-' if value is None else f'{value:.2g}{unit}'

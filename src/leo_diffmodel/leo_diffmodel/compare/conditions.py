@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Conditions a joint was in: speed band, direction, load, angle, input, on or free, time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+import itertools
+
+import numpy as np
+
+from leo_diffmodel.compare.sizes import is_slide
+from leo_diffmodel.compare.torque import MissingTorque
+from leo_sim.model import Model
+
+Array = np.ndarray
+MOST_BINS = 8
+FEWEST = 8
+TURN = 2 * np.pi
+FORWARD, BACKWARD, TURNING = 'forward', 'backward', 'still or turning'
+ON, FREE = 'on', 'free'
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Windows in which one joint was in one condition.
+
+    Attributes:
+        joint: index of the joint.
+        variable: speed, direction, load, angle (of a slide: position), turned (the angle with
+            its whole turns, where the joint went around), input, motor or time.
+        unit: of the bin's ends; empty where the bin is a word.
+        bin: lowest and highest value, or a word.
+        inside: which windows, shape (W,).
+        bag: the recording that a time bin lies in.
+    """
+
+    joint: int
+    variable: str
+    unit: str
+    bin: tuple[float, float] | str
+    inside: Array
+    bag: int | None = None
+
+
+def conditions(missing: MissingTorque, model: Model) -> list[Condition]:
+    """Every condition that at least eight windows were in, each window once per variable."""
+    load = carried(missing, model)
+    found: list[Condition] = []
+    for j in range(len(model.robot.joint_names)):
+        for name, unit, values in _ranges(missing, model, load, j):
+            found += [Condition(j, name, unit, *b) for b in bands(values)]
+        found += [Condition(j, 'direction', '', *c) for c in _classes(_direction(missing, j))]
+        found += [Condition(j, 'motor', '', *c) for c in _classes(_motor(missing, model, j))]
+        found += _time(missing, j)
+    return [c for c in found if c.inside.sum() >= FEWEST]
+
+
+def carried(missing: MissingTorque, model: Model) -> Array:
+    """Size of the torque that each joint's gear transmits, by the model [N m], shape (W, J).
+
+    Motor torque less that of gravity, as in the law of load-dependent friction (design.md 6).
+    """
+    laws, windows = model.laws, missing.windows
+    q, dq = laws.true_state(windows.q[:, :-1], windows.dq[:, :-1])
+    load = np.asarray(model.rigid.load(q))
+    torques = laws.torques(q, dq, dq, windows.inputs, windows.enabled > 0.5, load)
+    return np.abs(np.asarray(torques.motor) - load).mean(axis=1)
+
+
+def bands(values: Array) -> list[tuple[tuple[float, float], Array]]:
+    """Ranges that hold about equally many values, eight at most, and which values are in each."""
+    count = int(np.clip(len(values) // FEWEST, 1, MOST_BINS))
+    edges = np.unique(np.quantile(values, np.linspace(0, 1, count + 1)))
+    if len(edges) < 3:
+        edges = np.linspace(values.min(), values.max(), 3)
+    index = np.clip(np.searchsorted(edges, values, side='right') - 1, 0, len(edges) - 2)
+    return [
+        ((float(low), float(high)), index == b)
+        for b, (low, high) in enumerate(itertools.pairwise(edges))
+    ]
+
+
+def _ranges(
+    missing: MissingTorque, model: Model, load: Array, j: int
+) -> Iterator[tuple[str, str, Array]]:
+    robot = model.robot
+    slide = is_slide(robot, robot.joint_names[j])
+    yield 'speed', 'm/s' if slide else 'rad/s', np.abs(missing.dq[:, j])
+    yield 'load', 'N' if slide else 'N m', load[:, j]
+    q = missing.q[:, j]
+    if slide:
+        yield 'position', 'm', q
+    else:
+        yield 'angle', 'rad', folded(q)
+        if np.ptp(q) > TURN:
+            yield 'turned', 'rad', q
+    if j in robot.actuated:
+        values = missing.inputs[:, robot.actuated.index(j)]
+        if np.ptp(values) > 0:
+            yield 'input', 'V' if robot.input == 'voltage' else 'N m', values
+
+
+def folded(angle: Array) -> Array:
+    """Angles as they are, or within (-pi, pi] where the joint went around [rad]."""
+    if np.ptp(angle) <= TURN:
+        return angle
+    return (angle + np.pi) % TURN - np.pi
+
+
+def _direction(missing: MissingTorque, j: int) -> Array:
+    """Forward or backward where every rate of a window has one sign, shape (W,) of words."""
+    rates = missing.windows.dq[..., j]
+    forward, backward = (rates > 0).all(axis=1), (rates < 0).all(axis=1)
+    return np.select([forward, backward], [FORWARD, BACKWARD], TURNING)
+
+
+def _motor(missing: MissingTorque, model: Model, j: int) -> Array:
+    """On or free, shape (W,) of words; empty for a joint without a motor."""
+    if j not in model.robot.actuated:
+        return np.zeros(0, dtype=str)
+    on = missing.windows.enabled[..., model.robot.actuated.index(j)].mean(axis=1) > 0.5
+    return np.where(on, ON, FREE)
+
+
+def _classes(words: Array) -> list[tuple[str, Array]]:
+    """Each word and where it stands; nothing where one word says it all."""
+    different = np.unique(words)
+    return [(str(w), words == w) for w in different] if len(different) > 1 else []
+
+
+def _time(missing: MissingTorque, j: int) -> list[Condition]:
+    """Stretches of equally many windows, eight in all; no stretch joins two bags."""
+    source = missing.windows.source
+    bags = np.unique(source)
+    each = max(1, MOST_BINS // len(bags))
+    found = []
+    for bag in bags:
+        here = np.flatnonzero(source == bag)
+        for part in np.array_split(here, min(each, len(here))):
+            inside = np.isin(np.arange(len(source)), part)
+            ends = float(missing.time[part].min()), float(missing.time[part].max())
+            found.append(Condition(j, 'time', 's', ends, inside, int(bag)))
+    return found

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where a model fails: the missing torque by joint and condition, worst first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.compare.conditions import BACKWARD, Condition, conditions, FORWARD
+from leo_diffmodel.compare.sizes import in_volts, stall_torque
+from leo_diffmodel.compare.torque import MissingTorque
+from leo_sim.model import Model
+from leo_sim.robot import Robot
+
+Array = np.ndarray
+WORST_WINDOWS = 5
+STANDARD_ERRORS = 4.0
+CHANCE = 3.0
+
+
+@dataclass(frozen=True)
+class Where:
+    """Shares of the missing torque's square beyond noise.
+
+    Torques of different joints are compared in units of their joint's own noise, which is how
+    far they move the joint.
+
+    Attributes:
+        joints: rows {joint, share, torque_nm, noise_nm, volts, stall_percent, mean_nm,
+            mean_error_nm}.
+        rows: rows of `where` in compare.json.
+        noise_only: all of it is within four standard errors of what noise gives.
+    """
+
+    joints: list[dict]
+    rows: list[dict]
+    noise_only: bool
+
+
+def where(missing: MissingTorque, model: Model) -> Where:
+    """Share of the missing torque by joint, variable and bin.
+
+    Worst first: by how much more than its part of the joint's time a bin has of the error.
+    """
+    excess = _excess(missing)
+    total = max(float(excess.sum()), np.sqrt(excess.size))
+    joints = [
+        _part(missing, model.robot, excess, total, j, np.full(len(missing.time), True))
+        for j in range(len(model.robot.joint_names))
+    ]
+    rows = [
+        _row(missing, model.robot, excess, total, condition)
+        for condition in conditions(missing, model)
+    ]
+    share = {row['joint']: row['share'] for row in joints}
+    rows = [{**row, 'joint_share': share[row['joint']]} for row in rows]
+    rows.sort(key=lambda r: r['data_share'] * r['joint_share'] - r['share'])
+    return Where(joints, rows, noise_only(missing))
+
+
+def worst_places(rows: Sequence[dict]) -> list[dict]:
+    """The worst bin of each joint and variable, where it stands out from chance."""
+    first: dict[tuple[str, str], dict] = {}
+    for row in rows:
+        ahead = row['share'] - row['data_share'] * row['joint_share']
+        if ahead > CHANCE * row['share_error']:
+            first.setdefault((row['joint'], row['variable']), row)
+    return list(first.values())
+
+
+def against_motion(rows: Sequence[dict]) -> list[tuple[str, float, float]]:
+    """Joints whose mean missing torque differs with direction: name, forward, backward [N m]."""
+    by = {(r['joint'], r['bin']): r for r in rows if r['variable'] == 'direction'}
+    found = []
+    for (joint, word), row in by.items():
+        other = by.get((joint, BACKWARD))
+        if word != FORWARD or other is None:
+            continue
+        error = np.hypot(row['mean_error_nm'], other['mean_error_nm'])
+        if abs(row['mean_nm'] - other['mean_nm']) > CHANCE * error:
+            found.append((joint, row['mean_nm'], other['mean_nm']))
+    return found
+
+
+def bin_in_words(row: dict) -> str:
+    """The bin of a row: `7.6 to 17 rad/s`, `forward`."""
+    if isinstance(row['bin'], str):
+        return row['bin']
+    low, high = row['bin']
+    return f'{low:.2g} to {high:.2g} {row["unit"]}'
+
+
+def noise_only(missing: MissingTorque) -> bool:
+    """Whether the torques are no larger than their own noise, at four standard errors."""
+    square = (missing.torque / missing.spread) ** 2
+    return bool(square.mean() < 1.0 + STANDARD_ERRORS * np.sqrt(2.0 / square.size))
+
+
+def _excess(missing: MissingTorque) -> Array:
+    """Squared torque beyond noise, in units of the joint's typical noise, shape (W, J)."""
+    typical = np.median(missing.spread, axis=0)
+    return (missing.torque**2 - missing.spread**2) / typical**2
+
+
+def _row(
+    missing: MissingTorque, robot: Robot, excess: Array, total: float, condition: Condition
+) -> dict:
+    j, inside = condition.joint, condition.inside
+    windows = missing.windows
+    worst = np.flatnonzero(inside)[np.argsort(-np.abs(missing.torque[inside, j]))][:WORST_WINDOWS]
+    length = windows.dt.sum(axis=1)
+    scatter = float(np.sqrt(inside.sum()) * excess[inside, j].std()) / total
+    return {
+        **_part(missing, robot, excess, total, j, inside),
+        'variable': condition.variable,
+        'bin': condition.bin if isinstance(condition.bin, str) else list(condition.bin),
+        'unit': condition.unit,
+        'bag': condition.bag,
+        'share_error': scatter,
+        'data_share': float(inside.mean()),
+        'windows': [[float(windows.start[w]), float(windows.start[w] + length[w])] for w in worst],
+        'bags': [int(windows.source[w]) for w in worst],
+    }
+
+
+def _part(
+    missing: MissingTorque, robot: Robot, excess: Array, total: float, j: int, inside: Array
+) -> dict:
+    """Share, and size beyond noise in three units, of some windows at one joint."""
+    joint = robot.joint_names[j]
+    torque, spread = missing.torque[inside, j], missing.spread[inside, j]
+    typical = float(np.sqrt(max(float((torque**2 - spread**2).mean()), 0.0)))
+    stall = stall_torque(robot, joint)
+    return {
+        'joint': joint,
+        'share': min(max(0.0, float(excess[inside, j].sum()) / total), 1.0),
+        'torque_nm': typical,
+        'noise_nm': float(np.sqrt((spread**2).mean())),
+        'volts': in_volts(robot, joint, typical),
+        'stall_percent': None if not stall else 100 * typical / stall,
+        'mean_nm': float(torque.mean()),
+        'mean_error_nm': float(torque.std() / np.sqrt(len(torque))),
+    }
