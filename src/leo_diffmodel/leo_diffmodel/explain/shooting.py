@@ -51,6 +51,7 @@ def predict(model: Model, windows: Windows, start: Array) -> Array:
         windows.dt,
         enabled=windows.enabled,
         history=windows.history,
+        start=windows.start,
     )
     return np.concatenate([q, dq], axis=-1)
 
