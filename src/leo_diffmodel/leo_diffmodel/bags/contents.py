@@ -12,6 +12,8 @@ from mcap.records import Channel, Message, Metadata, Schema
 
 from .mcap_file import find_files, McapFile
 
+_LATEST = 2**63 - 1
+
 
 class Logged(NamedTuple):
     """One message: when it was logged [ns] and its CDR bytes."""
@@ -41,6 +43,7 @@ class BagContents:
         topics: by name.
         metadata: metadata records by name; `leo` is ours.
         finished: whether every file has its footer.
+        damaged: records that do not read, and chunks that are not what was written.
     """
 
     path: Path
@@ -48,6 +51,7 @@ class BagContents:
     topics: Mapping[str, TopicLog]
     metadata: Mapping[str, Mapping[str, str]]
     finished: bool
+    damaged: int
 
     @property
     def message_count(self) -> int:
@@ -68,20 +72,24 @@ def load(path: Path) -> BagContents:
     files = find_files(path)
     topics: dict[str, TopicLog] = {}
     metadata: dict[str, Mapping[str, str]] = {}
-    finished = [_load_file(McapFile(file), topics, metadata) for file in files]
+    read = [_load_file(McapFile(file), topics, metadata) for file in files]
     for topic in topics.values():
         topic.messages.sort(key=lambda message: message.log_ns)
-    return BagContents(path, files, topics, metadata, all(finished))
+    return BagContents(path, files, topics, metadata, all(file.finished for file in read),
+                       sum(file.damaged for file in read))
 
 
 def _load_file(
     file: McapFile, topics: dict[str, TopicLog], metadata: dict[str, Mapping[str, str]],
-) -> bool:
+) -> McapFile:
     schemas: dict[int, str] = {}
     channels: dict[int, list[Logged]] = {}
     for record in file.records():
-        if isinstance(record, Message) and record.channel_id in channels:
-            channels[record.channel_id].append(Logged(record.log_time, record.data))
+        if isinstance(record, Message):
+            if record.channel_id in channels and record.log_time <= _LATEST:
+                channels[record.channel_id].append(Logged(record.log_time, record.data))
+            else:
+                file.damaged += 1
         elif isinstance(record, Schema):
             schemas[record.id] = record.name
         elif isinstance(record, Channel):
@@ -89,7 +97,7 @@ def _load_file(
             channels[record.id] = log.messages
         elif isinstance(record, Metadata):
             metadata[record.name] = record.metadata
-    return file.finished
+    return file
 
 
 def _topic(channel: Channel, schemas: Mapping[int, str]) -> TopicLog:

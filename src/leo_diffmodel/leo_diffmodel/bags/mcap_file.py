@@ -1,91 +1,120 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One MCAP file as a stream of records, up to its end or to where it was cut."""
+"""One MCAP file as a stream of records, around what is damaged, up to its end or a cut."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import hashlib
 from io import BytesIO
+import os
 from pathlib import Path
 import struct
+from typing import IO
 
 import lz4.frame  # type: ignore[import-untyped]
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import InvalidMagic, McapError
-from mcap.records import Chunk, Footer, McapRecord
-from mcap.stream_reader import breakup_chunk, CRCValidationError, StreamReader
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, Footer, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import breakup_chunk, CRCValidationError
+from mcap.writer import MCAP0_MAGIC
 import zstandard
 
 from leo_msgs_py.errors import UserError
 
 _DAMAGE = (
     McapError, CRCValidationError, struct.error, zstandard.ZstdError, RuntimeError,
-    UnicodeDecodeError, OverflowError,
+    UnicodeDecodeError, OverflowError, MemoryError,
 )
-_CHUNK = 0x06
-_CHUNK_FIXED = 8 + 8 + 8 + 4
+_FRAME = struct.Struct('<BQ')
+_MESSAGE_HEAD = 22
+_READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
+    Opcode.SCHEMA: Schema.read, Opcode.CHANNEL: Channel.read, Opcode.CHUNK: Chunk.read,
+    Opcode.METADATA: Metadata.read, Opcode.FOOTER: Footer.read,
+}
 
 
 class McapFile:
     """The records of one file, finished or not.
 
     Attributes:
-        finished: whether the footer was reached (known once `records` is exhausted).
-        end: byte offset behind the last whole top-level record.
+        finished: whether the file ends as a whole one does (known once `records` is exhausted).
+        damaged: records that do not read, and chunks that are not what was written.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.finished = False
-        self.end = 0
+        self.damaged = 0
 
     def records(self) -> Iterator[McapRecord]:
         """Yield schemas, channels, messages and metadata in file order.
 
-        A cut or damaged file ends quietly at the cut, with `finished` left False; of a cut
-        chunk the part that is there still counts.
+        What is damaged is counted and left out, what is around it still counts: a damaged record
+        costs itself, a damaged chunk what does not read in it, a cut what comes behind it.
 
         Raises:
             UserError: not an MCAP file.
         """
         with self.path.open('rb') as stream:
-            try:
-                for record in StreamReader(stream, emit_chunks=True).records:
-                    inner = breakup_chunk(record, True) if isinstance(record, Chunk) else [record]
-                    self.end = stream.tell()
-                    yield from inner
-                    self.finished = isinstance(record, Footer)
-            except InvalidMagic:
-                if self.end == 0:
-                    raise UserError(
-                        f'{self.path} is not an MCAP file; give a rosbag2 folder or its .mcap'
-                    ) from None
-            except _DAMAGE:
-                stream.seek(self.end)
-                yield from _cut_chunk(stream.read())
+            if not MCAP0_MAGIC.startswith(stream.read(len(MCAP0_MAGIC))):
+                raise UserError(
+                    f'{self.path} is not an MCAP file; give a rosbag2 folder or its .mcap'
+                )
+            last: McapRecord | None = None
+            for last in self._framed(stream):
+                yield from self._opened(last) if isinstance(last, Chunk) else [last]
+            self.finished = isinstance(last, Footer) and _ends_in_magic(stream)
+
+    def _framed(self, stream: IO[bytes]) -> Iterator[McapRecord]:
+        """Yield the records that need no other to be read, the first part of a cut chunk too."""
+        start = stream.tell()
+        size = stream.seek(0, os.SEEK_END)
+        stream.seek(start)
+        while len(head := stream.read(_FRAME.size)) == _FRAME.size:
+            opcode, length = _FRAME.unpack(head)
+            if opcode == 0:
+                self.damaged += 1
+                return
+            content = stream.read(min(length, size))
+            if len(content) == length or opcode == Opcode.CHUNK:
+                yield from self._read(opcode, content)
+
+    def _read(self, opcode: int, content: bytes) -> Iterator[McapRecord]:
+        """Yield one record, nothing where no reader wants it or it does not read."""
+        stream = ReadDataStream(BytesIO(content))
+        try:
+            if opcode == Opcode.MESSAGE and len(content) >= _MESSAGE_HEAD:
+                yield Message.read(stream, len(content))
+            elif opcode in _READERS:
+                yield _READERS[opcode](stream)
+        except _DAMAGE:
+            self.damaged += 1
+
+    def _opened(self, chunk: Chunk) -> Iterator[McapRecord]:
+        """Yield the records of a chunk; of a damaged one those that read."""
+        try:
+            yield from breakup_chunk(chunk, validate_crc=True)
+        except _DAMAGE:
+            self.damaged += 1
+            yield from self._framed(BytesIO(_decompressed(chunk)))
 
 
-def _cut_chunk(tail: bytes) -> Iterator[McapRecord]:
-    """Yield the whole records at the start of a chunk that was cut."""
-    if len(tail) < 9 + _CHUNK_FIXED + 4 or tail[0] != _CHUNK:
-        return
-    stream = ReadDataStream(BytesIO(tail[9 + _CHUNK_FIXED:]))
-    try:
-        compression = stream.read_prefixed_string()
-        stream.read8()
-        data = _decompress(stream.read(len(tail)), compression)
-        yield from StreamReader(BytesIO(data), skip_magic=True).records
-    except _DAMAGE:
-        return
+def _ends_in_magic(stream: IO[bytes]) -> bool:
+    stream.seek(-len(MCAP0_MAGIC), os.SEEK_END)
+    return stream.read() == MCAP0_MAGIC
 
 
-def _decompress(data: bytes, compression: str) -> bytes:
+def _decompressed(chunk: Chunk) -> bytes:
     """Return what can be had from the start of a compressed stream."""
-    if compression == 'zstd':
-        return zstandard.ZstdDecompressor().decompressobj().decompress(data)
-    if compression == 'lz4':
-        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data))
-    return data
+    try:
+        if chunk.compression == 'zstd':
+            return zstandard.ZstdDecompressor().decompressobj().decompress(chunk.data)
+        if chunk.compression == 'lz4':
+            return bytes(lz4.frame.LZ4FrameDecompressor().decompress(chunk.data))
+    except _DAMAGE:
+        return b''
+    return chunk.data
 
 
 def find_files(path: Path) -> tuple[Path, ...]:

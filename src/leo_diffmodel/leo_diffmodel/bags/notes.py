@@ -36,6 +36,7 @@ def reading_notes(
     gaps, jumps = segments.breaks.get('gap', 0), segments.breaks.get('jump', 0)
     told = [
         (not contents.finished, _unfinished(contents)),
+        (contents.damaged, f'damaged in {contents.damaged} places; the rest was read'),
         (broken, f'{broken} messages could not be decoded; left out'),
         (states.dropped, f'{states.dropped} samples with NaN left out'),
         (not states.stamped, 'joint states carry no stamps; log times taken instead'),
