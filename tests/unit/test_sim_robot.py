@@ -9,7 +9,7 @@ import pytest
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model, State
 from leo_sim.robot import load_robot
-from leo_sim.task import observation, reward, terminated, wrapped
+from leo_sim.task import Memory, observation, Task, wrapped
 
 PENDULUM = load_robot('pendulum')
 
@@ -55,24 +55,26 @@ def test_task_of_the_pendulum():
     seen = observation(PENDULUM, q, dq)
     assert seen == pytest.approx(np.array([[np.cos(0.5), np.sin(0.5), 2.0],
                                            [np.cos(7.0), -np.sin(7.0), -3.0]]))
-    paid = reward(PENDULUM, State(q, dq), np.array([[1.0], [3.0]]), State(q, dq))
+    task = Task(PENDULUM)
+    paid, _ = task.reward(Memory(), State(q, dq), np.array([[1.0], [3.0]]), State(q, dq))
     error = 2 * np.pi - 7.0
     assert paid == pytest.approx([-5 * 0.25 - 0.4 - 0.01, -5 * error ** 2 - 0.9 - 0.09])
-    assert terminated(PENDULUM, State(q, dq)).tolist() == [False, False]
+    assert task.terminated(State(q, dq)).tolist() == [False, False]
 
 
 def test_reward_is_highest_upright():
     for name, upright in (('pendulum', 0.0), ('torque_pendulum', np.pi)):
         robot = load_robot(name)
         state = State(np.array([upright]), np.array([0.0]))
-        assert reward(robot, state, np.zeros(1), state) == pytest.approx(0.0)
+        paid, _ = Task(robot).reward(Memory(), state, np.zeros(1), state)
+        assert paid == pytest.approx(0.0)
 
 
 def test_termination(tmp_path):
     rule = 'termination:\n  - {quantity: rate, joint: pivot, high: 20}\nobservation:'
     robot = load_robot(changed(tmp_path, 'observation:', rule))
     fast = State(np.zeros((2, 1)), np.array([[19.0], [21.0]]))
-    assert terminated(robot, fast).tolist() == [False, True]
+    assert Task(robot).terminated(fast).tolist() == [False, True]
 
 
 @pytest.mark.parametrize(('angle', 'expected'), [

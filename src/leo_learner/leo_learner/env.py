@@ -11,9 +11,9 @@ import numpy as np
 
 from leo_diffmodel.difference.network import DifferenceModel, from_bytes
 from leo_msgs_py.errors import UserError
-from leo_sim import task
 from leo_sim.model import Model, State
 from leo_sim.robot import Robot
+from leo_sim.task import Memory, Task
 
 Step = tuple[np.ndarray, float, bool, bool, dict[str, Any]]
 
@@ -30,15 +30,20 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
         size = len(robot.observation) or 2 * len(robot.joint_names)
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float64)
         self.action_space = gymnasium.spaces.Box(-robot.limits, robot.limits, dtype=np.float64)
-        self._steps = 0
+        self._task = Task(robot)
+        self._begin()
+
+    def _begin(self) -> None:
+        self._steps, self._memory = 0, Memory()
 
     def _outcome(self, before: State, inputs: np.ndarray, after: State) -> Step:
         """Observation, reward and end of the step from one sensed state to the next."""
         self._steps += 1
+        reward, self._memory = self._task.reward(self._memory, before, inputs, after)
         return (
-            task.observation(self.robot, after.q, after.dq),
-            float(task.reward(self.robot, before, inputs, after)),
-            bool(task.terminated(self.robot, after)),
+            self._task.observation(after.q, after.dq),
+            float(reward),
+            bool(self._task.terminated(after)),
             self._steps >= self.episode_steps,
             {},
         )
@@ -65,8 +70,9 @@ class ModelEnv(RobotSpaces):
         """Start an episode; `options={'pose': ...}` names a start pose, `random` without it."""
         super().reset(seed=seed)
         pose = (options or {}).get('pose', 'random')
-        self.state, self._steps = self.model.start(pose, self.np_random), 0
-        return task.observation(self.robot, *self.model.sense(self.state)), {}
+        self.state = self.model.start(pose, self.np_random)
+        self._begin()
+        return self._task.observation(*self.model.sense(self.state)), {}
 
     def step(self, action: np.ndarray) -> Step:
         """Hold `action` [V or N m] for one control period."""

@@ -13,7 +13,6 @@ from leo_learner.env import RobotSpaces, Step
 from leo_msgs_py import topics
 from leo_msgs_py.node import api
 from leo_msgs_py.values import Command, JointStates
-from leo_sim import task
 from leo_sim.model import State
 from leo_sim.robot import Robot
 
@@ -65,9 +64,9 @@ class RobotEnv(RobotSpaces):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Ask the robot to its start pose and wait for its first state there."""
         super().reset(seed=seed)
-        self._steps = 0
+        self._begin()
         self._state = self._at_start()
-        return task.observation(self.robot, self._state.position, self._state.velocity), {}
+        return self._task.observation(self._state.position, self._state.velocity), {}
 
     def step(self, action: np.ndarray) -> Step:
         """Command `action` [V or N m] and wait for the state one control period later."""
@@ -76,7 +75,7 @@ class RobotEnv(RobotSpaces):
         inputs = np.clip(np.asarray(action, float), -self.robot.limits, self.robot.limits)
         after = self._follow(before, inputs, episode)
         if after is None:
-            observation = task.observation(self.robot, before.position, before.velocity)
+            observation = self._task.observation(before.position, before.velocity)
             return observation, 0.0, False, True, {'lost': True}
         self._state = after
         return self._outcome(_state(before), inputs, _state(after))
