@@ -24,6 +24,7 @@ TOLERANCE = 0.15
 SIZES = (1.0, 30.0)
 POSITION_NOISE = (0.5e-3, 3e-3)
 RATE_NOISE = (0.02, 0.1)
+FASTEST, GENTLER = 30.0, 0.7
 LEVELS = {'voltage': (0.4, 1.0), 'torque': (0.1, 0.4)}
 ENGINES = (('pybullet', 0.0), ('rk4', 0.0019))
 EFFECT_NAMES = (
@@ -113,7 +114,19 @@ def excitation(robot: Robot, rng: np.random.Generator) -> Array:
     level = rng.uniform(*LEVELS[robot.input])
     signals = [_signal(rng, time, str(rng.choice(['steps', 'sines', 'chirp', 'binary'])))
                for _ in limits]  # fmt: skip
-    return level * limits * np.stack(signals, axis=-1)
+    inputs = level * limits * np.stack(signals, axis=-1)
+    while _fastest(robot, inputs) > FASTEST:
+        inputs = GENTLER * inputs
+    return inputs
+
+
+def _fastest(robot: Robot, inputs: Array) -> float:
+    """The largest joint rate of the ideal robot [rad/s], each quarter of the run from its start."""
+    model, parts = Model(robot), 4
+    start = model.start('nominal')
+    split = inputs[: len(inputs) // parts * parts].reshape(parts, -1, inputs.shape[-1])
+    q, dq = (np.repeat(x[None], parts, axis=0) for x in (start.q, start.dq))
+    return float(np.abs(rollout(model, q, dq, split, robot.control_period)[1]).max())
 
 
 def _signal(rng: np.random.Generator, time: Array, kind: str) -> Array:
