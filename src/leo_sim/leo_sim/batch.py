@@ -54,24 +54,28 @@ def rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any 
 
 def _rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any,
              history: Any, push: Any, start: Any) -> tuple[Any, Any]:
-    laws, dynamics = model.laws, model.rigid
+    laws, dynamics = model.laws if history is None else model.reading_laws, model.rigid
     inputs = np.asarray(inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(dt, dtype=float), inputs.shape[-3:-1])
-    q, dq = laws.true_state(np.asarray(q0, dtype=float), np.asarray(dq0, dtype=float))
+    q0, dq0 = np.asarray(q0, dtype=float), np.asarray(dq0, dtype=float)
     memory: Memory = {TIME: np.asarray(start, dtype=float)[..., None]}
+    past: list[tuple[Any, Any]] = []
     if history is not None:
-        memory = warmed(model, History(*history), dq, memory)
-    measured = [laws.sense(q, dq, memory, 0.0)[:2]]
+        memory, past = warmed(model, History(*history), laws.true_state(q0, dq0)[1], memory)
+    q, dq, settled = laws.sensors.true_state(q0, dq0, past)
+    memory = {**memory, **settled}
+    measured = [laws.sense(q, dq, memory)]
     for k in range(inputs.shape[-2]):
         h, count = _substep(periods[:, k], model.integration_step)
         q, dq, memory = integrate(laws, dynamics, q, dq, memory, inputs[..., k, :],
                                   _on(enabled, k), h, count,
                                   0.0 if push is None else push[..., k, :])
-        measured.append(laws.sense(q, dq, memory, 0.0)[:2])
+        measured.append(laws.sense(q, dq, memory))
     return _stacked([m[0] for m in measured]), _stacked([m[1] for m in measured])
 
 
-def warmed(model: Model, history: History, dq: Any, memory: Memory) -> Memory:
+def warmed(model: Model, history: History, dq: Any, memory: Memory
+           ) -> tuple[Memory, list[tuple[Any, Any]]]:
     """What the effects remember after the history, with the joints held to its states.
 
     Args:
@@ -79,33 +83,51 @@ def warmed(model: Model, history: History, dq: Any, memory: Memory) -> Memory:
         history: The samples before the windows.
         dq: True rates at the start of the windows, (..., W, J).
         memory: Where nothing went before; in it the time at the start of the windows.
+
+    Returns:
+        The memory, and accelerations and durations where a sensor needs them.
     """
-    laws = model.laws
+    laws = model.reading_laws
+    past: list[tuple[Any, Any]] = []
     if not (laws.dynamic or laws.remembers) and laws.gap is None:
-        return memory
+        return memory, past
     inputs = np.asarray(history.inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(history.dt, dtype=float), inputs.shape[-3:-1])
-    past = [laws.true_state(np.asarray(history.q, dtype=float)[..., k, :],
-                            np.asarray(history.dq, dtype=float)[..., k, :])
-            for k in range(inputs.shape[-2])]
-    rates = [rate for _, rate in past] + [dq]
-    memory = rested(laws, rates[0], {TIME: memory[TIME] - periods.sum(axis=-1)[:, None]})
-    for k in range(inputs.shape[-2]):
+    states = [(np.asarray(history.q, dtype=float)[..., k, :],
+               np.asarray(history.dq, dtype=float)[..., k, :]) for k in range(inputs.shape[-2])]
+    rates = [laws.true_state(*state)[1] for state in states] + [dq]
+    memory = rested(laws, laws.true_state(*states[0])[0], rates[0],
+                    {TIME: memory[TIME] - periods.sum(axis=-1)[:, None]})
+    for k, state in enumerate(states):
         h, count = _substep(periods[:, k], model.integration_step)
+        held = inputs[..., k, :], _on(history.enabled, k), h
+        if laws.sensors.dynamic:
+            past.append(_faster(model, state, past, memory, held, count))
+        q = laws.true_state(*state)[0]
         for i in range(count):
             if i == 0 or laws.dynamic:
-                u, memory = laws.command(inputs[..., k, :], memory, h)
+                u, on, memory = laws.command(*held[:2], memory, h)
             share = (i + 1) / count
             rate = (1 - share) * rates[k] + share * rates[k + 1]
-            memory = laws.remember(past[k][0], rate, memory, h)
+            if laws.remembers:
+                memory = laws.remember(q, rate, memory, h)
             if laws.gap is not None:
-                memory = _play(model, memory, past[k][0], rate, u, _on(history.enabled, k), h)
-    return memory
+                memory = _play(model, memory, q, rate, u, on, h)
+    return memory, past
+
+
+def _faster(model: Model, state: tuple[Any, Any], past: list[tuple[Any, Any]], memory: Memory,
+            held: tuple[Any, Any, Any], count: int) -> tuple[Any, Any]:
+    """Mean acceleration of the joints over one interval from a reading, and its length."""
+    laws, (inputs, enabled, h) = model.reading_laws, held
+    q, dq, _ = laws.sensors.true_state(*state, past)
+    after = integrate(laws, model.rigid, q, dq, memory, inputs, enabled, h, count)[1]
+    return (after - dq) / np.maximum(h * count, 1e-12), h * count
 
 
 def _play(model: Model, memory: Memory, q: Any, dq: Any, u: Any, enabled: Any, h: Any) -> Memory:
     """The motor sides after h s while the joints move at given rates."""
-    laws = model.laws
+    laws = model.reading_laws
     offset, speed = memory[DRIVE]
     drag = slowing(laws, model.rigid, q, dq, memory, u, enabled)
     load = model.rigid.load(q) if laws.needs_load else None

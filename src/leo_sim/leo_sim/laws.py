@@ -11,11 +11,12 @@ import numpy as np
 
 from leo_sim.constants import bodies
 from leo_sim.effects.base import Body, Drive, Placed
+from leo_sim.late import act_late
 from leo_sim.motor import Motor, torque_source, voltage_motor
+from leo_sim.places import added, Index, index_of, put, Use
 from leo_sim.robot import Robot
+from leo_sim.sensors import Memory, Sensors
 
-Memory = Mapping[str, Any]
-Index = slice | list[int]
 TIME = 'time'
 NOTHING: Memory = {}
 
@@ -34,15 +35,6 @@ class Torques(NamedTuple):
     level: Any
 
 
-class _Use(NamedTuple):
-    """A placed effect, ready to run: its memory key and where it acts."""
-
-    key: str
-    effect: Any
-    values: Mapping[str, Any]
-    at: Index
-
-
 class Laws:
     """The laws of one model.
 
@@ -53,55 +45,82 @@ class Laws:
         gap: Backlash rad, (..., J); None without backlash.
         stops: Joint limits rad (low, high), (J,); None where all are infinite.
         dynamic: The command at the motors changes while the input is held (delay, lag).
+        sensors: What the encoders read.
         dry: Some joint has dry friction.
         needs_load: A law uses the load torque.
-        remembers: A torque law has a memory.
+        remembers: A torque or sensor law has a memory.
+
+    Args:
+        robot: The robot.
+        effects: Placed on it.
+        values: Its constants by path.
+        of_readings: The states are those that a late sensor shows, not those of the joints.
     """
 
-    def __init__(self, robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]):
+    def __init__(self, robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any],
+                 of_readings: bool = False):
         self.joints, self.input = robot.joint_names, robot.input
-        self.actuated = _index(robot.actuated, len(self.joints))
+        self.actuated = index_of(robot.actuated, len(self.joints))
         self._all_actuated = robot.actuated == tuple(range(len(self.joints)))
         uses = [self._use(robot, i, placed) for i, placed in enumerate(effects)]
         by_hook = {hook: sorted((u for u in uses if u.effect.hook == hook),
                                 key=lambda u: u.effect.rank)
                    for hook in ('command', 'torque', 'sensor', 'drive')}
-        self._commands, self._sensors = by_hook['command'], by_hook['sensor']
+        self._commands = by_hook['command']
+        self._late = [u for u in by_hook['sensor'] if u.effect.late and of_readings]
+        sensors = [u for u in by_hook['sensor'] if u not in self._late]
         self._motor_side = [u for u in by_hook['torque'] if u.effect.motor_side]
         self._smooth = [u for u in by_hook['torque']
                         if not (u.effect.motor_side or u.effect.dry)]
         self._dry = [u for u in by_hook['torque'] if u.effect.dry]
-        self.dynamic = any(u.effect.dynamic for u in self._commands)
+        self.dynamic = any(u.effect.dynamic for u in (*self._commands, *self._late))
         self._remembering = [u for u in by_hook['torque'] if u.effect.remembers]
-        self.remembers = bool(self._remembering)
         self.needs_load = any(u.effect.uses_load for u in by_hook['torque'])
         self.gravity = _squeezed(values['gravity'])
         self.bodies = _bodies(robot, effects, values)
         self._constants(robot, values)
         self.dry = bool(self._dry) or self._friction is not None
         self._drives(by_hook['drive'])
+        self.sensors = Sensors(sensors, self._offset)
+        self.remembers = bool(self._remembering) or self.sensors.dynamic
 
-    def command(self, u: Any, memory: Memory, h: Any) -> tuple[Any, Memory]:
-        """What reaches the motors over the next h s of a held input, and the new memory."""
-        if not self._commands:
-            return u, memory
+    def command(self, u: Any, enabled: Any, memory: Memory, h: Any) -> tuple[Any, Any, Memory]:
+        """What reaches the motors over the next h s of a held input, and the new memory.
+
+        Args:
+            u: Inputs, (..., A).
+            enabled: Booleans (..., A) or None for all; shares of h where sensors are late.
+            memory: What the effects remember.
+            h: s.
+        """
+        if not (self._commands or self._late):
+            return u, enabled, memory
         changed = dict(memory)
+        for use in self._late:
+            u, enabled, changed[use.key] = act_late(use, u, enabled, memory.get(use.key), h)
         for use in self._commands:
             part, kept = use.effect.command(use.values, u[..., use.at],
                                             memory.get(use.key), h)
-            u = _put(u, use.at, part)
+            u = put(u, use.at, part)
             if kept is not None:
                 changed[use.key] = kept
-        return u, changed
+        return u, enabled, changed
 
     def remember(self, q: Any, dq: Any, memory: Memory, h: Any) -> Memory:
-        """The memory of the torque laws after h s at the rates dq."""
-        if not self.remembers:
-            return memory
+        """The memory of the torque and sensor laws after h s, at the rates dq."""
         kept = {use.key: use.effect.remember(use.values, q[..., use.at], dq[..., use.at],
                                              _recalled(use, memory), h)
                 for use in self._remembering}
-        return {**memory, **kept}
+        memory = {**memory, **kept}
+        return self.sensors.sense(q, dq, memory, h)[2] if self.sensors.dynamic else memory
+
+    def sense(self, q: Any, dq: Any, memory: Memory) -> tuple[Any, Any]:
+        """Measured angles and rates of true ones."""
+        return self.sensors.sense(q, dq, memory, 0.0)[:2]
+
+    def true_state(self, q: Any, dq: Any) -> tuple[Any, Any]:
+        """True angles and rates of measured ones, with sensors that had settled."""
+        return self.sensors.true_state(q, dq)[:2]
 
     def torques(self, q: Any, dq: Any, motor_speed: Any, u: Any, enabled: Any,
                 load: Any, memory: Memory = NOTHING) -> Torques:
@@ -120,7 +139,7 @@ class Laws:
         for use in self._motor_side:
             extra = use.effect.torque(use.values, q[..., use.at], motor_speed[..., use.at],
                                       self._part(motor, use.at), None, *_told(use, memory))
-            motor = motor._replace(torque=_add(motor.torque, use.at, extra))
+            motor = motor._replace(torque=added(motor.torque, use.at, extra))
         joint: Any = 0.0
         if self.damping is not None:
             joint = -self.damping * dq
@@ -131,37 +150,14 @@ class Laws:
             level = self._added(0.0 if level is None else level, use, q, dq, motor, load, memory)
         return Torques(motor.torque, joint, None if level is None else np.abs(level))
 
-    def sense(self, q: Any, dq: Any, memory: Memory, dt: Any) -> tuple[Any, Any, Memory]:
-        """Measured angles and rates of true ones."""
-        if self._offset is not None:
-            q = q + self._offset
-        if not self._sensors:
-            return q, dq, memory
-        changed = dict(memory)
-        for use in self._sensors:
-            angle, rate, kept = use.effect.sensor(
-                use.values, q[..., use.at], dq[..., use.at], memory.get(use.key), dt)
-            q, dq = _put(q, use.at, angle), _put(dq, use.at, rate)
-            if kept is not None:
-                changed[use.key] = kept
-        return q, dq, changed
-
-    def true_state(self, q: Any, dq: Any) -> tuple[Any, Any]:
-        """True angles and rates of measured ones; sensors at rest are linear in each."""
-        if not self._sensors:
-            return (q, dq) if self._offset is None else (q - self._offset, dq)
-        zero_q, zero_dq, _ = self.sense(np.zeros_like(q), np.zeros_like(dq), {}, 0.0)
-        one_q, one_dq, _ = self.sense(np.ones_like(q), np.ones_like(dq), {}, 0.0)
-        return (q - zero_q) / (one_q - zero_q), (dq - zero_dq) / (one_dq - zero_dq)
-
-    def _use(self, robot: Robot, number: int, placed: Placed) -> _Use:
+    def _use(self, robot: Robot, number: int, placed: Placed) -> Use:
         names = robot.joint_names
         if placed.effect.hook == 'command':
             names = tuple(a.joint for a in robot.actuators)
         if placed.effect.hook == 'body':
             names = robot.moving_links
-        index = _index(tuple(names.index(w) for w in placed.where), len(names))
-        return _Use(f'{number}:{placed.effect.name}', placed.effect, placed.parameters, index)
+        index = index_of(tuple(names.index(w) for w in placed.where), len(names))
+        return Use(f'{number}:{placed.effect.name}', placed.effect, placed.parameters, index)
 
     def _constants(self, robot: Robot, values: Mapping[str, Any]) -> None:
         joints = [f'actuators.{a.joint}.' for a in robot.actuators]
@@ -181,11 +177,11 @@ class Laws:
         limits = np.array([j.limits for j in robot.joints if j.kind != 'fixed'])
         self.stops = (limits[:, 0], limits[:, 1]) if np.isfinite(limits).any() else None
 
-    def _drives(self, uses: Sequence[_Use]) -> None:
+    def _drives(self, uses: Sequence[Use]) -> None:
         drive = Drive(self.rotor_inertia, np.zeros(len(self.joints)))
         for use in uses:
             part = use.effect.drive(use.values, self._part(drive, use.at))
-            drive = Drive(*(_put(old, use.at, new)
+            drive = Drive(*(put(old, use.at, new)
                             for old, new in zip(drive, part, strict=True)))
         self.rotor_inertia = drive.rotor_inertia
         self.gap = drive.gap if np.any(drive.gap) else None
@@ -208,7 +204,7 @@ class Laws:
         result[..., self.actuated] = figures
         return result
 
-    def _added(self, total: Any, use: _Use, q: Any, dq: Any, motor: Motor, load: Any,
+    def _added(self, total: Any, use: Use, q: Any, dq: Any, motor: Motor, load: Any,
                memory: Memory) -> Any:
         index = use.at
         part = use.effect.torque(use.values, q[..., index], dq[..., index],
@@ -217,7 +213,7 @@ class Laws:
                                  *_told(use, memory))
         if isinstance(total, float):
             total = np.zeros(len(self.joints))
-        return _add(total, index, part)
+        return added(total, index, part)
 
     @staticmethod
     def _part(figures: Any, index: Index) -> Any:
@@ -225,12 +221,12 @@ class Laws:
         return type(figures)(*(f[..., index] if np.ndim(f) else f for f in figures))
 
 
-def _recalled(use: _Use, memory: Memory) -> Any:
+def _recalled(use: Use, memory: Memory) -> Any:
     """What an effect remembers; at the start of a run None, or the time."""
     return memory.get(use.key, memory.get(TIME, 0.0) if use.effect.timed else None)
 
 
-def _told(use: _Use, memory: Memory) -> tuple[Any, ...]:
+def _told(use: Use, memory: Memory) -> tuple[Any, ...]:
     """The memory as a further argument, for a torque law that takes it."""
     return (_recalled(use, memory),) if use.effect.remembers else ()
 
@@ -248,15 +244,6 @@ def _bodies(robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]
     return links
 
 
-def _index(places: tuple[int, ...], count: int) -> Index:
-    """A slice where possible: it costs no copy."""
-    if places == tuple(range(count)):
-        return slice(None)
-    if places == tuple(range(places[0], places[0] + len(places))):
-        return slice(places[0], places[0] + len(places))
-    return list(places)
-
-
 def _squeezed(value: Any) -> Any:
     """A float, or an array (S, 1, 1) without its last axis, to match single components."""
     return np.asarray(value)[..., 0] if np.ndim(value) else float(value)
@@ -266,21 +253,3 @@ def _stack(figures: Sequence[Any]) -> Any:
     """Floats or arrays (S, 1, 1) side by side along the last axis."""
     return np.concatenate(np.broadcast_arrays(
         *(np.asarray(f, dtype=float).reshape(np.shape(f) or (1,)) for f in figures)), axis=-1)
-
-
-def _put(whole: Any, index: Index, part: Any) -> Any:
-    """A copy of `whole` with `part` in place; `part` may have more leading axes."""
-    if isinstance(index, slice) and index == slice(None):
-        return part
-    shape = (*np.broadcast_shapes(np.shape(whole)[:-1], np.shape(part)[:-1]),
-             np.shape(whole)[-1])
-    result = np.array(np.broadcast_to(whole, shape))
-    result[..., index] = part
-    return result
-
-
-def _add(whole: Any, index: Index, part: Any) -> Any:
-    """`whole` with `part` added at `index`."""
-    if isinstance(index, slice) and index == slice(None):
-        return whole + part
-    return _put(whole, index, whole[..., index] + part)

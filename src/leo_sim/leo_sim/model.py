@@ -16,6 +16,8 @@ from leo_sim.engines.rigid import Rigid
 from leo_sim.laws import Laws
 from leo_sim.names import nearest
 from leo_sim.robot import load_robot, Robot
+from leo_sim.starts import Starts
+from leo_sim.state_check import check_possible, check_sizes
 from leo_sim.substep import integrate, substeps
 
 ENGINES = ('pybullet', 'rigid', 'rk4')
@@ -65,6 +67,8 @@ class Model:
             raise UserError(f'no engine {engine!r}{nearest(engine, ENGINES)}')
         self.engine = engine
         self.integration_step = integration_step or self.robot.integration_step
+        joints = (len(self.robot.joint_names),)
+        self._shapes = joints, joints, (len(self.robot.actuators),)
         self.history, self.difference_model = tuple(history), difference_model
         self.laws = Laws(self.robot, self.effects, self.constants)
 
@@ -85,18 +89,19 @@ class Model:
         Raises:
             UserError: Unknown pose.
         """
-        poses = self.robot.start_poses
-        if pose not in poses:
-            raise UserError(f'{self.robot.name} has no start pose {pose!r}{nearest(pose, poses)}')
-        rng = rng or np.random.default_rng()
-        q, dq = (np.array([_drawn(values.get(j, 0.0), rng) for j in self.robot.joint_names])
-                 for values in (poses[pose].angles, poses[pose].rates))
+        q, dq = Starts(self.robot).draw(pose, rng or np.random.default_rng())
         return State(q, dq)
 
     def state_from(self, q: Any, dq: Any) -> State:
-        """The state at rest whose measured angles and rates are q and dq, (J,)."""
-        return State(*self.laws.true_state(np.asarray(q, dtype=float),
-                                           np.asarray(dq, dtype=float)))
+        """The state at rest whose measured angles and rates are q and dq, (J,).
+
+        Raises:
+            UserError: Wrong sizes, numbers that are not finite, or angles outside the stops.
+        """
+        q, dq = np.asarray(q, dtype=float), np.asarray(dq, dtype=float)
+        check_sizes(self.robot, q, dq, self.robot.limits)
+        check_possible(self.robot, q, dq)
+        return State(*self.laws.true_state(q, dq))
 
     def step(self, state: State, inputs: Any, dt: float, enabled: Any = None) -> State:
         """The state after dt s with the inputs held; a pure function, to the bit.
@@ -106,9 +111,14 @@ class Model:
             inputs: V or N m per actuator, (A,), acting after the driver's clip.
             dt: s, > 0.
             enabled: Booleans (A,); None = all motors on.
+
+        Raises:
+            UserError: A state or input of the wrong size.
         """
         count = substeps(dt, self.integration_step)
         u = np.asarray(inputs, dtype=float)
+        if (state.q.shape, state.dq.shape, u.shape) != self._shapes:
+            check_sizes(self.robot, state.q, state.dq, u)
         on = None if enabled is None or np.all(enabled) else np.asarray(enabled, dtype=bool)
         q, dq, memory = self._integrate(self.laws, self._dynamics, state.q, state.dq,
                                         state.memory, u, on, dt / count, count)
@@ -116,8 +126,14 @@ class Model:
 
     def sense(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Measured angles and rates (J,), without noise."""
-        q, dq, _ = self.laws.sense(state.q, state.dq, state.memory, 0.0)
-        return q, dq
+        return self.laws.sense(state.q, state.dq, state.memory)
+
+    @cached_property
+    def reading_laws(self) -> Laws:
+        """The laws for states that are readings: a late sensor makes the inputs act late."""
+        if not any(placed.effect.late for placed in self.effects):
+            return self.laws
+        return Laws(self.robot, self.effects, self.constants, of_readings=True)
 
     @cached_property
     def rigid(self) -> Rigid:
@@ -149,7 +165,3 @@ def _all_constants(robot: Robot, changed: Mapping[str, Any]) -> dict[str, Any]:
             raise UserError(f'{robot.name} has no constant {path!r}'
                             f'{nearest(path, robot.constants)}')
     return {path: c.value for path, c in robot.constants.items()} | dict(changed)
-
-
-def _drawn(value: Any, rng: np.random.Generator) -> float:
-    return float(rng.uniform(*value)) if isinstance(value, tuple) else float(value)

@@ -2,8 +2,6 @@
 """The motor law: a DC motor on a voltage, or a torque source (data sheet section 4)."""
 from typing import Any, NamedTuple
 
-import numpy as np
-
 
 class Motor(NamedTuple):
     """What the motors do at the joints, N m, positive along +q.
@@ -28,17 +26,16 @@ def voltage_motor(voltage: Any, speed: Any, constant: Any, resistance: Any,
         speed: Motor speed at the joint side of the gear, rad/s.
         constant: k, torque and back-EMF constant at the joint, N m/A = V s/rad.
         resistance: R of the winding, ohm.
-        enabled: Booleans, or None for all enabled.
+        enabled: Booleans, or shares of the time; None for all enabled.
     """
     gain = constant / resistance
     back_emf = -(gain * constant) * speed
     torque = gain * voltage + back_emf
     if enabled is None:
         return Motor(torque, back_emf)
-    return Motor(np.where(enabled, torque, 0.0), np.where(enabled, back_emf, 0.0))
+    return Motor(torque * enabled, back_emf * enabled)
 
 
 def torque_source(command: Any, enabled: Any | None = None) -> Motor:
     """Torque of an actuator that follows its torque command, N m."""
-    torque = command if enabled is None else np.where(enabled, command, 0.0)
-    return Motor(torque, 0.0)
+    return Motor(command if enabled is None else command * enabled, 0.0)

@@ -98,16 +98,18 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
         count: Number of substeps.
         push: Extra torque on the links, N m, (..., J).
     """
-    memory = rested(laws, dq, memory)
-    drag = slowing(laws, dynamics, q, dq, memory, inputs, enabled)
+    memory = rested(laws, q, dq, memory)
+    u, on, memory = laws.command(inputs, enabled, memory, h)
+    drag = slowing(laws, dynamics, q, dq, memory, u, on)
     q = q + 0.5 * h * dq
     dynamics.begin(q, dq, h)
     for i in range(count):
-        if i == 0 or laws.dynamic:
-            u, memory = laws.command(inputs, memory, h)
-        faster, memory = kick(laws, dynamics, q, dq, memory, u, enabled, h, drag, push)
+        if i and laws.dynamic:
+            u, on, memory = laws.command(inputs, enabled, memory, h)
+        faster, memory = kick(laws, dynamics, q, dq, memory, u, on, h, drag, push)
         q, dq = dynamics.move(q, dq, faster, h)
-        memory = laws.remember(q, dq, memory, h)
+        if laws.remembers:
+            memory = laws.remember(q - 0.5 * h * dq, dq, memory, h)
     return q - 0.5 * h * dq, dq, memory
 
 
@@ -116,8 +118,12 @@ def _less(torques: Any, bias: Any) -> list[Any]:
     return [torques[..., j] - b for j, b in enumerate(bias)]
 
 
-def rested(laws: Laws, dq: Any, memory: Memory) -> Memory:
-    """The memory, with motors in the middle of their play where it says nothing of them."""
+def rested(laws: Laws, q: Any, dq: Any, memory: Memory) -> Memory:
+    """The memory, with motors in the middle of their play and sensors that had settled where it
+    says nothing of them.
+    """
+    if laws.sensors.dynamic:
+        memory = laws.sensors.sense(q, dq, memory, 0.0)[2]
     if laws.gap is None or DRIVE in memory:
         return memory
     return {**memory, DRIVE: np.stack([np.zeros_like(dq), dq])}

@@ -17,17 +17,20 @@ from leo_sim.effects.bias_torque import BiasTorque
 from leo_sim.effects.command_delay import CommandDelay
 from leo_sim.effects.coulomb_friction import CoulombFriction
 from leo_sim.effects.encoder_offset import EncoderOffset
+from leo_sim.effects.encoder_scale import EncoderScale
 from leo_sim.effects.external_force import ExternalForce
 from leo_sim.effects.joint_spring import JointSpring
 from leo_sim.effects.link_com import LinkCom
 from leo_sim.effects.link_inertia import LinkInertia
 from leo_sim.effects.link_mass import LinkMass
 from leo_sim.effects.load_dependent_friction import LoadDependentFriction
+from leo_sim.effects.measurement_delay import MeasurementDelay
 from leo_sim.effects.quadratic_drag import QuadraticDrag
 from leo_sim.effects.stribeck_friction import StribeckFriction
 from leo_sim.effects.torque_ripple import TorqueRipple
 from leo_sim.effects.torque_scale import TorqueScale
 from leo_sim.effects.user_file import read_effect
+from leo_sim.effects.velocity_lag import VelocityLag
 from leo_sim.effects.viscous_friction import ViscousFriction
 from leo_sim.effects.voltage_deadband import VoltageDeadband
 from leo_sim.effects.voltage_limit import VoltageLimit
@@ -48,7 +51,7 @@ EFFECTS: dict[str, Effect] = {effect.name: effect for effect in (
     LoadDependentFriction(), QuadraticDrag(), BiasTorque(), JointSpring(), Backlash(),
     Armature(), TorqueRipple(),
     LinkMass(), LinkCom(), LinkInertia(), ExternalForce(),
-    EncoderOffset(),
+    EncoderOffset(), EncoderScale(), VelocityLag(), MeasurementDelay(),
 )}
 
 
@@ -95,6 +98,8 @@ def place(robot: Robot, name: str | Effect, where: str | list[str] | tuple[str, 
         if place_name not in possible:
             raise UserError(f'{effect.name} cannot act at {place_name!r} of {robot.name}; '
                             f'possible: {", ".join(possible)}')
+    if effect.late and set(names) != set(possible):
+        raise UserError(f'{effect.name} acts on the whole joint state: place it at all')
     declared = effect.parameters_for(robot, names)
     known = {p.name: p.neutral for p in declared}
     for parameter in parameters:

@@ -2,9 +2,11 @@
 """What an effect is: a law with named parameters, placed at joints or links of a robot."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple, TYPE_CHECKING
+
+import numpy as np
 
 if TYPE_CHECKING:
     from leo_sim.motor import Motor
@@ -61,7 +63,9 @@ class Effect:
             it to what stops the joint, so that it can hold still.
         motor_side: The torque hook changes the motor's own torque (later effects see it), and
             is placed at actuated joints only.
-        dynamic: The command hook changes its result while the input is held.
+        dynamic: The command hook changes its result while the input is held; the sensor hook
+            has a memory.
+        late: The sensor hook shows the state of all joints as it was `delay` s ago.
         uses_load: The torque hook looks at `load`, which costs time to compute.
         remembers: The torque hook takes `memory` as a last argument; `remember` moves it on.
         timed: Its memory starts as the time s since the run began, not as None.
@@ -79,6 +83,7 @@ class Effect:
     dry: ClassVar[bool] = False
     motor_side: ClassVar[bool] = False
     dynamic: ClassVar[bool] = False
+    late: ClassVar[bool] = False
     uses_load: ClassVar[bool] = False
     remembers: ClassVar[bool] = False
     timed: ClassVar[bool] = False
@@ -130,8 +135,32 @@ class Effect:
         raise NotImplementedError
 
     def sensor(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> tuple[Any, Any, Any]:
-        """Measured angles and rates of true ones, and the memory."""
+        """Measured angles and rates of true ones, and the memory.
+
+        Args:
+            p: Parameter values.
+            q: True joint angles rad.
+            dq: True joint rates rad/s.
+            memory: What this method returned dt s before; None where the sensor had settled.
+            dt: s, a float or an array that broadcasts with q; 0 reads once more.
+        """
         raise NotImplementedError
+
+    def unsensed(self, p: Values, q: Any, dq: Any, past: Sequence[tuple[Any, Any]]
+                 ) -> tuple[Any, Any, Any]:
+        """True angles and rates of measured ones, and the memory of the sensor hook with them.
+
+        This one serves every sensor without memory that is linear in angle and in rate.
+
+        Args:
+            p: Parameter values.
+            q: Measured joint angles rad.
+            dq: Measured joint rates rad/s.
+            past: True accelerations of the joints and how long each held, s, up to now.
+        """
+        zero_q, zero_dq, _ = self.sensor(p, np.zeros_like(q), np.zeros_like(dq), None, 0.0)
+        one_q, one_dq, _ = self.sensor(p, np.ones_like(q), np.ones_like(dq), None, 0.0)
+        return (q - zero_q) / (one_q - zero_q), (dq - zero_dq) / (one_dq - zero_dq), None
 
     def applies(self, robot: Robot) -> bool:
         """Whether the effect can act anywhere on this robot."""

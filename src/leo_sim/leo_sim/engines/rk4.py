@@ -122,13 +122,14 @@ class _System:
 def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, inputs: Any,
               enabled: Any, h: float, count: int) -> tuple[Any, Any, Memory]:
     """The state after `count` steps of h s with the inputs held; see `leo_sim.substep`."""
-    memory = rested(laws, dq, memory)
+    memory = rested(laws, q, dq, memory)
     offset, speed = memory[DRIVE] if laws.gap is not None else (np.zeros_like(q), dq)
     y = _Motion(q, dq, offset, speed)
     for _ in range(count):
-        u, memory = laws.command(inputs, memory, h)
-        y = _step(_System(laws, dynamics, u, enabled, memory), y, h)
-        memory = laws.remember(y.q, y.dq, memory, h)
+        u, on, memory = laws.command(inputs, enabled, memory, h)
+        y = _step(_System(laws, dynamics, u, on, memory), y, h)
+        if laws.remembers:
+            memory = laws.remember(y.q, y.dq, memory, h)
     if laws.gap is not None:
         memory = {**memory, DRIVE: np.stack([y.offset, y.speed])}
     return y.q, y.dq, memory
