@@ -29,6 +29,8 @@ def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, .
 
 def _places(effect: Effect, model: Model) -> list[str]:
     places = list(effect.places(model.robot))
+    if effect.late:
+        return places if len(places) == 1 else ['all']
     return [*places, 'all'] if len(places) > 1 and effect.hook != 'body' else places
 
 

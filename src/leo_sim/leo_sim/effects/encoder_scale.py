@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The measured angle and rate are the true ones x k."""
+from typing import Any
+
+from leo_sim.effects.base import Effect, Parameter, Values
+
+
+class EncoderScale(Effect):
+    """The measured angle and rate are the true ones x k."""
+
+    name = 'encoder_scale'
+    family = 'sensor'
+    hook = 'sensor'
+    parameters = (Parameter('k', '', neutral=1.0, low=0.1, high=10.0),)
+    looks_like = 'Gravity repeats not once per measured turn; swings seem wider or narrower.'
+    confused_with = 'link_mass, link_inertia and torque_scale together, over narrow angles.'
+    reveal = 'Slow motion over a full turn or more.'
+    rank = 20
+
+    def sensor(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> tuple[Any, Any, Any]:
+        """What the encoder reads."""
+        return q * p['k'], dq * p['k'], memory

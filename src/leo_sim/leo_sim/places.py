@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where an effect acts: some columns of arrays with the joints (or actuators) as last axis."""
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+Index = slice | list[int]
+
+
+class Use(NamedTuple):
+    """A placed effect, ready to run: its memory key and where it acts."""
+
+    key: str
+    effect: Any
+    values: Mapping[str, Any]
+    at: Index
+
+
+def index_of(places: tuple[int, ...], count: int) -> Index:
+    """A slice where possible: it costs no copy."""
+    if places == tuple(range(count)):
+        return slice(None)
+    if places == tuple(range(places[0], places[0] + len(places))):
+        return slice(places[0], places[0] + len(places))
+    return list(places)
+
+
+def put(whole: Any, index: Index, part: Any) -> Any:
+    """A copy of `whole` with `part` in place; `part` may have more leading axes."""
+    if isinstance(index, slice) and index == slice(None):
+        return part
+    shape = (*np.broadcast_shapes(np.shape(whole)[:-1], np.shape(part)[:-1]),
+             np.shape(whole)[-1])
+    result = np.array(np.broadcast_to(whole, shape))
+    result[..., index] = part
+    return result
+
+
+def added(whole: Any, index: Index, part: Any) -> Any:
+    """`whole` with `part` added at `index`."""
+    if isinstance(index, slice) and index == slice(None):
+        return whole + part
+    return put(whole, index, whole[..., index] + part)
