@@ -2,13 +2,14 @@
 """Batched rollouts: scans, uneven times, histories, constants."""
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from leo_sim.batch import rollout
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.robot import load_robot
 
-ROBOT = load_robot('pendulum')
+ROBOT, ARM = load_robot('pendulum'), load_robot('double_pendulum')
 RNG = np.random.default_rng(0)
 Q0, DQ0 = RNG.uniform(-3, 3, (4, 1)), RNG.uniform(-5, 5, (4, 1))
 INPUTS = RNG.uniform(-3, 3, (4, 6, 1))
@@ -28,6 +29,9 @@ def scanned(*values):
     ('link_mass', 'bob', 'm', (0.0, 0.01, 0.04)),
     ('external_force', 'bob', 'x', (0.0, -0.1, 0.2)),
     ('encoder_offset', 'pivot', 'o', (0.0, -0.1, 0.2)),
+    ('encoder_scale', 'pivot', 'k', (1.0, 0.9, 1.2)),
+    ('velocity_lag', 'pivot', 'tau', (0.0, 0.004, 0.05)),
+    ('measurement_delay', 'pivot', 'delay', (0.0, 0.004, 0.03)),
 ])
 def test_a_scan_equals_its_single_runs(effect, where, name, values):
     scan = Model(ROBOT, [place(ROBOT, effect, where, **{name: scanned(*values)})])
@@ -52,27 +56,56 @@ def test_constants_can_be_scanned(path):
 
 
 def test_measured_start_is_returned_unchanged():
-    effects = [place(ROBOT, 'encoder_offset', 'pivot', o=0.2)]
-    q, dq = rollout(Model(ROBOT, effects), Q0, DQ0, INPUTS, DT)
-    assert q[:, 0] == pytest.approx(Q0, abs=1e-12)
-    assert dq[:, 0] == pytest.approx(DQ0, abs=1e-12)
+    effects = [place(ROBOT, 'encoder_offset', 'pivot', o=0.2),
+               place(ROBOT, 'encoder_scale', 'pivot', k=1.1),
+               place(ROBOT, 'velocity_lag', 'pivot', tau=0.02)]
+    model = Model(ROBOT, effects, constants={'gravity': 9.7})
+    past = (Q0[:, None], DQ0[:, None], INPUTS[:, :1], None, np.full((4, 1), 0.01))
+    for history in (None, past):
+        q, dq = rollout(model, Q0, DQ0, INPUTS, DT, history=history)
+        assert q[:, 0] == pytest.approx(Q0, abs=1e-12)
+        assert dq[:, 0] == pytest.approx(DQ0, abs=1e-12)
 
 
-@pytest.mark.parametrize(('effect', 'values'), [
-    ('command_delay', {'delay': 0.013}), ('actuator_lag', {'tau': 0.02}),
-    ('backlash', {'gap': 0.1})])
-def test_history_warms_up_what_effects_remember(effect, values):
+def test_a_late_state_is_the_one_before():
+    late = Model(ROBOT, [place(ROBOT, 'measurement_delay', 'pivot', delay=0.02)])
+    q, dq = rollout(Model(ROBOT), [[2.0]], [[3.0]], INPUTS[:1], 0.01)
+    read_q, read_dq = rollout(late, [[2.0]], [[3.0]], INPUTS[:1], 0.01)
+    assert read_q[:, 2:] == pytest.approx(q[:, :-2], abs=1e-12)
+    assert read_dq[:, 2:] == pytest.approx(dq[:, :-2], abs=1e-12)
+    assert np.ptp(read_q[:, :3]) == 0
+
+
+def test_a_lagging_rate_is_a_filtered_one():
+    tau, h = 0.03, 1e-3
+    lag = Model(ROBOT, [place(ROBOT, 'velocity_lag', 'pivot', tau=tau)])
+    inputs = np.repeat(INPUTS[:1], 20, axis=1)
+    true, read = (rollout(m, [[2.0]], [[3.0]], inputs, h)[1][0, :, 0]
+                  for m in (Model(ROBOT), lag))
+    expected = lfilter([1 - np.exp(-h / tau)], [1, -np.exp(-h / tau)], true - true[0]) + true[0]
+    assert read == pytest.approx(expected, abs=2e-2 * np.ptp(true))
+    assert np.ptp(read - true) > 0.1
+
+
+@pytest.mark.parametrize(('effect', 'values', 'exact'), [
+    ('command_delay', {'delay': 0.013}, 1e-9), ('actuator_lag', {'tau': 0.02}, 1e-9),
+    ('backlash', {'gap': 0.1}, 0.2), ('velocity_lag', {'tau': 0.02}, 0.02),
+    ('measurement_delay', {'delay': 0.013}, 0.1)])
+@pytest.mark.parametrize('robot', [ROBOT, ARM], ids=['pendulum', 'double_pendulum'])
+def test_history_warms_up_what_effects_remember(effect, values, exact, robot):
     """A window with the samples before it goes on like the run it was cut from."""
-    model = Model(ROBOT, [place(ROBOT, effect, 'pivot', **values)])
-    inputs = RNG.uniform(-3, 3, (1, 60, 1))
-    q, dq = rollout(model, [[2.0]], [[0.0]], inputs, 0.01)
-    cut = 40
-    past = (q[:, :cut], dq[:, :cut], inputs[:, :cut], None, np.full((1, cut), 0.01))
-    warm, _ = rollout(model, q[:, cut], dq[:, cut], inputs[:, cut:], 0.01, history=past)
-    cold, _ = rollout(model, q[:, cut], dq[:, cut], inputs[:, cut:], 0.01)
-    lost = abs(cold - q[:, cut:]).max()
-    assert lost > 1e-5
-    assert abs(warm - q[:, cut:]).max() < (0.2 * lost if effect == 'backlash' else 1e-9)
+    model = Model(robot, [place(robot, effect, 'all', **values)])
+    joints, cut = len(robot.joint_names), 40
+    inputs = 0.5 * RNG.uniform(-1, 1, (1, 60, joints)) * robot.limits
+    enabled = RNG.uniform(size=inputs.shape) > 0.1
+    q, dq = rollout(model, [[2.0] * joints], [[0.0] * joints], inputs, 0.01, enabled)
+    past = (q[:, :cut], dq[:, :cut], inputs[:, :cut], enabled[:, :cut], np.full((1, cut), 0.01))
+    rest = inputs[:, cut:], 0.01, enabled[:, cut:]
+    _, warm = rollout(model, q[:, cut], dq[:, cut], *rest, history=past)
+    _, cold = rollout(model, q[:, cut], dq[:, cut], *rest)
+    lost = abs(cold - dq[:, cut:]).max()
+    assert lost > 1e-3
+    assert abs(warm - dq[:, cut:]).max() < exact * lost
 
 
 def test_delay_is_continuous():
