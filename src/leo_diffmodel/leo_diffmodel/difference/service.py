@@ -124,12 +124,12 @@ class DifferenceService:
     def _on_query(self, message: Any) -> None:
         try:
             q, dq, inputs = read_query(message, self._model)
+            dq_wanted, q_wanted = np.zeros_like(dq), np.zeros_like(q)
+            if self._difference is not None:
+                q_wanted, dq_wanted = correction(self._model, self._difference, q, dq, inputs)
         except UserError as error:
             self._node.get_logger().error(str(error), throttle_duration_sec=1.0)
             return
-        dq_wanted, q_wanted = np.zeros_like(dq), np.zeros_like(q)
-        if self._difference is not None:
-            q_wanted, dq_wanted = correction(self._model, self._difference, q, dq, inputs)
         self._corrections.publish(
             JointState(
                 header=message.header,
