@@ -56,6 +56,8 @@ setup(
             'add = leo_diffmodel.verbs.add:main',
             'repair = leo_diffmodel.verbs.repair:main',
             'blind = leo_diffmodel.verbs.blind:main',
+            'check = leo_diffmodel.verbs.check:main',
+            'next = leo_diffmodel.verbs.next:main',
         ],
     },
     zip_safe=False,

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Check recordings: what is wrong with them, and what they could tell about which effect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.check.amplitudes import Reach, reaches
+from leo_diffmodel.check.disturbances import disturbances
+from leo_diffmodel.check.excitation import Excitation, excitation, judge
+from leo_diffmodel.check.finding import ERROR, Finding, OK, WARNING
+from leo_diffmodel.check.hold import hold, lag
+from leo_diffmodel.check.noise_level import noise_level
+from leo_diffmodel.check.pairs import alike, Pair
+from leo_diffmodel.check.rates import rates
+from leo_diffmodel.check.shift import shifted
+from leo_diffmodel.check.stuck import stuck
+from leo_diffmodel.check.timing import reading, timing
+from leo_diffmodel.check.traces import traces_of
+from leo_diffmodel.compare import noise
+from leo_diffmodel.compare.provenance import provenance
+from leo_diffmodel.explain.classes import Facts
+from leo_sim.effects import Effect
+from leo_sim.model import Model
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Bag:
+    """A bag to check.
+
+    Attributes:
+        recording: as read.
+        other: read with the inputs held the other way; None leaves that question out.
+        hold: how `recording` was read, 'next' or 'previous'.
+    """
+
+    recording: Recording
+    other: Recording | None = None
+    hold: str = 'next'
+
+
+@dataclass(frozen=True)
+class Check:
+    """What `leo check` says.
+
+    Attributes:
+        findings: of every check, per bag, errors first.
+        excitation: what each joint was put through.
+        reaches: what can be said about each effect.
+        pairs: effects that look alike in this data.
+        threshold: gain that noise alone can give [nats]; None where nothing could be scanned.
+        seconds: how much data there is.
+        provenance: bags, hashes, model, versions.
+    """
+
+    findings: tuple[Finding, ...]
+    excitation: tuple[Excitation, ...]
+    reaches: tuple[Reach, ...]
+    pairs: tuple[Pair, ...]
+    threshold: float | None
+    seconds: float
+    provenance: dict
+
+    @property
+    def is_good(self) -> bool:
+        """Whether nothing limits what can be learned."""
+        return all(f.severity == OK for f in self.findings)
+
+    def to_json(self) -> dict:
+        """The contents of check.json."""
+        return {
+            'good': self.is_good,
+            'findings': [f.to_json() for f in self.findings],
+            'excitation': [e.to_json() for e in self.excitation],
+            'effects': [asdict(r) for r in self.reaches],
+            'pairs': [p.to_json() for p in self.pairs],
+            'threshold_nats': self.threshold,
+            'seconds': self.seconds,
+            'provenance': self.provenance,
+        }
+
+
+def check(
+    bags: Sequence[Bag],
+    model: Model,
+    extra: Sequence[Effect] = (),
+    progress: Callable[[str], None] = lambda _: None,
+) -> Check:
+    """Look at the bags one by one, then at what they can tell together.
+
+    Args:
+        bags: of one robot.
+        model: its model, as it stands.
+        extra: a user's own effects.
+        progress: told what is being looked at.
+    """
+    recordings = [bag.recording for bag in bags]
+    try:
+        sigma = noise.estimate(model, noise.short_windows(recordings))
+    except ValueError as error:
+        return _too_short(bags, model, str(error))
+    findings = [f for bag, s in zip(bags, sigma, strict=True) for f in _of_bag(bag, model, s)]
+    progress('timing and sensors')
+    ranges = excitation(recordings, sigma)
+    findings += judge(ranges)
+    free = any(bool((~e.enabled).any()) for r in recordings for e in r.episodes)
+    try:
+        data = traces_of(recordings, model, extra, progress)
+    except ValueError as error:
+        return _too_short(bags, model, str(error))
+    rows, apart = reaches(data, Facts(model.robot, free))
+    pairs = alike(rows, apart, data.seconds)
+    findings += [_hidden(rows, data.seconds)]
+    return Check(
+        _sorted(findings), tuple(ranges), tuple(rows), tuple(pairs), data.threshold,
+        data.seconds, provenance(recordings, model),
+    )  # fmt: skip
+
+
+def _of_bag(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
+    recording = bag.recording
+    held = hold(recording, bag.other, bag.hold, model, sigma)
+    found = [
+        *timing(recording),
+        *reading(recording),
+        *held,
+        *rates(recording),
+        *stuck(recording),
+        *noise_level(recording, sigma),
+        *disturbances(_on_time(bag, held, model, sigma), model, sigma[None]),
+    ]
+    return [replace(f, bag=str(recording.path)) for f in found]
+
+
+def _on_time(bag: Bag, held: Sequence[Finding], model: Model, sigma: Array) -> Recording:
+    """The recording with its inputs acting when the data say they do."""
+    if bag.other is not None and any(f.code == 'hold' and f.severity == ERROR for f in held):
+        return bag.other
+    late = lag(bag.recording, model, sigma) if bag.recording.actuators else None
+    return shifted(bag.recording, late.seconds) if late and late.is_sure else bag.recording
+
+
+def _hidden(rows: Sequence[Reach], seconds: float) -> Finding:
+    """Which effects could hide in this data, however large."""
+    blind = [r.label for r in rows if r.detectable is None]
+    twins = [r.label for r in rows if r.detectable is not None and r.nameable is None]
+    if blind:
+        what = f'effects that would not show, however large: {", ".join(blind)}'
+        return Finding('untestable', WARNING, what, (), 'leo next proposes a run that shows them')
+    if twins:
+        what = f'effects that would show but could not be named: {", ".join(twins)}'
+        return Finding('twins', WARNING, what, (), 'leo next proposes a run that parts them')
+    what = f'{len(rows)} effects can be found and named in these {seconds:.0f} s (table)'
+    return Finding('effects', OK, what)
+
+
+def _sorted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    order = {ERROR: 0, WARNING: 1, OK: 2}
+    return tuple(sorted(findings, key=lambda f: order[f.severity]))
+
+
+def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
+    recordings = [bag.recording for bag in bags]
+    seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
+    short = Finding('short', ERROR, why, (), 'record 20 s or more with a changing input')
+    found = [replace(f, bag=str(r.path)) for r in recordings for f in (*timing(r), *reading(r))]
+    return Check(
+        _sorted([short, *found]), (), (), (), None, seconds, provenance(recordings, model)
+    )

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What each joint was put through: its ranges, its inputs, and how long it moved or was free."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.check.finding import Finding, OK, WARNING
+
+Array = np.ndarray
+MOVING_SIGMAS = 5.0
+LEAST_MOVING = 0.2
+ONE_WAY = 0.02
+FEWEST_LEVELS = 3
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """Ranges of one joint over all bags.
+
+    Attributes:
+        joint: its name.
+        angle: lowest and highest [rad].
+        rate: lowest and highest [rad/s].
+        input: lowest and highest applied [V or N m]; None without a motor.
+        levels: number of different inputs, 0 without a motor.
+        moving: share of the time in which the rate stands out of its noise.
+        forward: share of the moving time in which the angle grows.
+        free: time with its motor off [s].
+    """
+
+    joint: str
+    angle: tuple[float, float]
+    rate: tuple[float, float]
+    input: tuple[float, float] | None
+    levels: int
+    moving: float
+    forward: float
+    free: float
+
+    def to_json(self) -> dict:
+        """Plain lists and numbers."""
+        return asdict(self)
+
+
+def excitation(recordings: list[Recording], sigma: Array) -> list[Excitation]:
+    """One row per joint.
+
+    Args:
+        recordings: of one robot.
+        sigma: noise of each recording and channel, shape (R, 2J).
+    """
+    return [_joint(recordings, sigma, j) for j in range(len(recordings[0].joints))]
+
+
+def judge(rows: list[Excitation]) -> list[Finding]:
+    """What the excitation lacks; one finding per joint."""
+    return [_judged(row) for row in rows]
+
+
+def _joint(recordings: list[Recording], sigma: Array, j: int) -> Excitation:
+    name, episodes = recordings[0].joints[j], [e for r in recordings for e in r.episodes]
+    joints = len(recordings[0].joints)
+    q, dq = (np.concatenate([getattr(e, n)[:, j] for e in episodes]) for n in ('q', 'dq'))
+    moving = np.concatenate([
+        np.abs(e.dq[:, j]) > MOVING_SIGMAS * s[joints + j]
+        for r, s in zip(recordings, sigma, strict=True) for e in r.episodes
+    ])  # fmt: skip
+    u, free = _input(recordings, name)
+    return Excitation(
+        joint=name,
+        angle=(float(q.min()), float(q.max())),
+        rate=(float(dq.min()), float(dq.max())),
+        input=(float(u.min()), float(u.max())) if u.size else None,
+        levels=len(np.unique(np.round(u, 6))),
+        moving=float(moving.mean()),
+        forward=float((dq[moving] > 0).mean()) if moving.any() else 0.0,
+        free=free,
+    )
+
+
+def _input(recordings: list[Recording], joint: str) -> tuple[Array, float]:
+    """Inputs of a joint's motor over all bags, and the time it was free [s]."""
+    if joint not in recordings[0].actuators:
+        return np.zeros(0), 0.0
+    a = recordings[0].actuators.index(joint)
+    episodes = [e for r in recordings for e in r.episodes]
+    free = sum(float(np.diff(e.t)[~e.enabled[:-1, a]].sum()) for e in episodes)
+    return np.concatenate([e.inputs[:, a] for e in episodes]), free
+
+
+def _judged(row: Excitation) -> Finding:
+    if row.moving < LEAST_MOVING:
+        what = f'{row.joint} moves in {100 * row.moving:.0f} % of the time only'
+        todo = 'record 20 s with an input that swings it, such as steps of random size'
+        return Finding('still', WARNING, what, (), todo)
+    if min(row.forward, 1 - row.forward) < ONE_WAY:
+        what = f'{row.joint} turns one way only: friction and a constant torque look alike'
+        return Finding('one_way', WARNING, what, (), 'let it turn both ways')
+    if row.input and row.levels < FEWEST_LEVELS and not row.free:
+        what = f'the input of {row.joint} has {row.levels} levels: its motor law hardly shows'
+        return Finding('few_levels', WARNING, what, (), 'vary the size of the input')
+    return Finding('excitation', OK, f'{row.joint} moves in {100 * row.moving:.0f} % of the time')

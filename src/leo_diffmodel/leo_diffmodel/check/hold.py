@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""When does an input act: from its stamp on, or over the period before it? And how late?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.check.finding import ERROR, Finding, OK, WARNING
+from leo_diffmodel.check.shift import INTERVALS, misfit, shifted
+from leo_diffmodel.compare.windows import sample_period
+from leo_sim.model import Model
+
+Array = np.ndarray
+DECISIVE_NATS = 10.0
+SURE = 5.0
+LATEST = 0.06
+LEAST_LAG = 0.001
+OTHER = {'next': 'previous', 'previous': 'next'}
+MEANING = {
+    'next': 'from its stamp on',
+    'previous': 'over the period before its stamp',
+}
+
+
+@dataclass(frozen=True)
+class Lag:
+    """By how much the input acts after its stamp [s], and its standard deviation."""
+
+    seconds: float
+    spread: float
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether it stands out of its own uncertainty, and of what never matters."""
+        return abs(self.seconds) > max(SURE * self.spread, LEAST_LAG)
+
+
+def hold(
+    recording: Recording, other: Recording | None, hold_now: str, model: Model, sigma: Array
+) -> list[Finding]:
+    """Which way of holding the inputs the data support, and how late the inputs act.
+
+    Args:
+        recording: the bag as read.
+        other: the same bag read the other way; None leaves that question out.
+        hold_now: 'next' or 'previous', how `recording` was read.
+        model: the model.
+        sigma: noise, shape (2J,).
+    """
+    if recording.input == 'none' or not recording.actuators:
+        return []
+    late = lag(recording, model, sigma)
+    found = [] if late is None else [_lag(late, 0.25 * sample_period([recording]))]
+    if other is None:
+        return found
+    ahead = preference(recording, other, model, sigma)
+    if ahead < -DECISIVE_NATS and _agrees(late, hold_now):
+        return [_wrong_way(hold_now, -ahead)]
+    return [_right_way(hold_now, ahead), *found]
+
+
+def _agrees(late: Lag | None, hold_now: str) -> bool:
+    """Whether the delay found, too, says that the bag was read the wrong way."""
+    return late is not None and (late.seconds < 0) == (hold_now == 'next')
+
+
+def preference(recording: Recording, other: Recording, model: Model, sigma: Array) -> float:
+    """Nats by which the bag as read beats the bag read the other way, on the same windows."""
+    (t, loss), (t_other, loss_other) = (misfit(r, model, sigma) for r in (recording, other))
+    both, mine, theirs = np.intersect1d(np.round(t, 6), np.round(t_other, 6), return_indices=True)
+    if not len(both):
+        return 0.0
+    difference = loss_other[theirs] - loss[mine]
+    return float(difference.sum()) / _excess(np.minimum(loss[mine], loss_other[theirs]), model)
+
+
+def lag(recording: Recording, model: Model, sigma: Array) -> Lag | None:
+    """The delay of the inputs that fits best; None where the inputs hardly change.
+
+    A grid of one state period from one and a half commands early to as much late (60 ms or
+    more); a parabola through the best point and its neighbours gives the rest.
+    """
+    step = sample_period([recording])
+    reach = 1.5 * recording.command_period
+    early, late = round(-reach / step), round(max(reach, LATEST) / step)
+    grid = step * np.arange(early, late + 1)
+    losses = np.stack([misfit(shifted(recording, s), model, sigma)[1] for s in grid])
+    total = losses.sum(axis=1) / _excess(losses.min(axis=0), model)
+    best = int(np.argmin(total[1:-1])) + 1
+    left, middle, right = total[best - 1 : best + 2]
+    bend = left - 2 * middle + right
+    if bend < 1.0:
+        return None
+    offset = float(np.clip(0.5 * (left - right) / bend, -1, 1))
+    return Lag(float(grid[best]) + step * offset, float(step / np.sqrt(bend)))
+
+
+def _excess(loss: Array, model: Model) -> float:
+    """How many times the loss exceeds that of white noise, so that nats stay odds; 1 or more."""
+    joints = len(model.robot.joint_names)
+    channels = 2 * joints * (INTERVALS + 1)
+    free = 2 * joints + 2 * joints + len(model.robot.actuators)
+    return max(1.0, float(np.median(loss)) / (0.5 * (channels - free)))
+
+
+def _wrong_way(hold_now: str, nats: float) -> Finding:
+    right = OTHER[hold_now]
+    what = (
+        f'an input acts {MEANING[right]}, not {MEANING[hold_now]}: '
+        f'that fits better by {nats:.0f} nats'
+    )
+    todo = f'put "hold: {right}" into the topic map (--topic-map MAP.yaml)'
+    return Finding('hold', ERROR, what, (), todo)
+
+
+def _right_way(hold_now: str, nats: float) -> Finding:
+    if nats > DECISIVE_NATS:
+        what = f'an input acts {MEANING[hold_now]}, as read: that fits better by {nats:.0f} nats'
+    else:
+        what = (
+            f'whether an input acts {MEANING["next"]} or {MEANING["previous"]} makes no '
+            f'difference that shows here ({nats:.0f} nats)'
+        )
+    return Finding('hold', OK, what)
+
+
+def _lag(late: Lag, sharp: float) -> Finding:
+    seconds, sure = late.seconds, late.is_sure and late.spread < sharp
+    size = f'{1e3 * abs(seconds):.1f} ± {2e3 * late.spread:.1f} ms'
+    if not sure:
+        told = max(abs(seconds), 2 * late.spread)
+        return Finding('lag', OK, f'inputs act at their stamps, to {1e3 * told:.1f} ms')
+    if seconds < 0:
+        what = f'inputs act {size} before their stamps, which no robot does'
+        todo = 'two clocks, or stamps set late: stamp inputs where they are sent'
+        return Finding('lag', ERROR, what, (), todo)
+    what = f'inputs act {size} after their stamps'
+    if seconds > LATEST:
+        todo = 'longer than any delay that explain tries: look for a queue or a slow bus'
+        return Finding('lag', WARNING, what, (), todo)
+    todo = 'nothing: explain tries command_delay, actuator_lag and others that could be the cause'
+    return Finding('lag', OK, what, (), todo)

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What every effect would leave in this data, at several sizes, before anything is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.explain.candidates import candidates
+from leo_diffmodel.explain.engine import scales_of, uncertain
+from leo_diffmodel.explain.fit import fit, Problem
+from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.pose import pose
+from leo_diffmodel.explain.scan import Scan, Scanner
+from leo_diffmodel.explain.threshold import threshold
+from leo_sim.effects import Effect
+from leo_sim.model import Model
+
+Array = np.ndarray
+MOST_WINDOWS = 120
+
+
+@dataclass(frozen=True)
+class Trace:
+    """The traces of one effect at one place.
+
+    Attributes:
+        candidate: the effect and its place.
+        sizes: amplitude of each point tried, as change from neutral, shape (S,).
+        nats: evidence of each in the whole data, 0.5 |signature|^2, shape (S,).
+        signatures: unit change of the whitened prediction, nuisances out, shape (S, M).
+    """
+
+    candidate: Candidate
+    sizes: Array
+    nats: Array
+    signatures: Array
+
+
+@dataclass(frozen=True)
+class Traces:
+    """All effects of a robot in one data set.
+
+    Attributes:
+        traces: one per effect and place.
+        threshold: gain that noise alone can give [nats].
+        seconds: how much data there is.
+        price: nats that each parameter of an effect must earn.
+    """
+
+    traces: tuple[Trace, ...]
+    threshold: float
+    seconds: float
+    price: float
+
+
+def traces_of(
+    recordings: Sequence[Recording],
+    model: Model,
+    extra: Sequence[Effect] = (),
+    progress: Callable[[str], None] = lambda _: None,
+) -> Traces:
+    """Change every effect on top of the model and see what it does to the data.
+
+    Nothing is named: the model is taken as it stands, with its uncertain constants refitted.
+    Some hundred windows stand for all of them, since evidence adds up over time.
+
+    Raises:
+        ValueError: no window fits.
+    """
+    whole = pose(recordings, (), model).problem
+    problem = fewer(whole)
+    share = problem.windows.count * float(problem.windows.dt[0].sum())
+    seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
+    scans = scan_all(problem, model, candidates(model, extra), progress)
+    traces = tuple(_trace(s, max(seconds / share, 1.0)) for s in scans)
+    price = 0.5 * float(np.log(whole.windows.measured.size))
+    return Traces(traces, threshold(scans), seconds, price)
+
+
+def fewer(problem: Problem) -> Problem:
+    """The problem on fewer windows, evenly chosen, all of them open to the scan."""
+    count = problem.windows.count
+    kept = np.unique(np.linspace(0, count - 1, min(count, MOST_WINDOWS)).astype(int))
+    windows = problem.windows.take(kept)
+    return replace(problem, windows=windows, train=np.ones(len(kept), dtype=bool))
+
+
+def scan_all(
+    problem: Problem,
+    model: Model,
+    wanted: Sequence[Candidate],
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[Scan]:
+    """Scan candidates on top of the model, its uncertain constants refitted first."""
+    null = fit(problem, Hypothesis(constants=uncertain(model)))
+    scanner = Scanner(problem, null, scales_of(model, problem.windows))
+    scans = []
+    for candidate in wanted:
+        scans.append(scanner.scan(candidate))
+        progress(candidate.label)
+    return scans
+
+
+def size_of(candidate: Candidate, points: Array) -> Array:
+    """Amplitude of each point: the largest change of the parameters that scale the effect."""
+    parameters = candidate.parameters
+    scaling = [i for i, p in enumerate(parameters) if p.unit == parameters[0].unit]
+    neutral = np.array([parameters[i].neutral for i in scaling])
+    return np.asarray(np.abs(points[:, scaling] - neutral).max(axis=1))
+
+
+def _trace(scan: Scan, factor: float) -> Trace:
+    sizes = size_of(scan.candidate, scan.points)
+    return Trace(scan.candidate, sizes, factor * scan.nats, scan.signatures)
