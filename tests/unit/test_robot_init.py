@@ -89,7 +89,7 @@ def test_what_no_model_uses_is_left_out_and_said(tmp_path):
     ([('<parent link="world"/>', '<parent link="floor"/>')], 'joint .*bolts.* names no link'),
     ([('<link name="world"/>', '<link name="world"/><link name="spare"/>')], '2 root links'),
     ([('<robot name="arm3">', '<robot name="${prefix}arm">')], 'xacro'),
-    ([('<inertial>', '<i>'), ('</inertial>', '</i>')], "nothing that joint 'joint1' moves"),
+    ([('<inertial>', '<i>'), ('</inertial>', '</i>')], "which joint 'joint1' moves, has no mass"),
     ([('<mass value="0.0984"/>', '<mass value="heavy"/>')], "link2.*'heavy'"),
     ([('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>')], 'joint1.*direction'),
     ([('link name="link3"', 'link name="link2"')], "two links are named 'link2'"),

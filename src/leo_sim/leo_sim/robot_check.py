@@ -21,6 +21,7 @@ def check(folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence
     _known(path, _named_links(file), [link.name for link in links], 'link')
     if 'nominal' not in file.start_poses:
         raise UserError(f'{path}: start_poses: the pose nominal is missing')
+    _check_masses(folder, file, links, joints)
     _check_base(path, file, joints)
     _check_task(path, file)
     _check_ground(path, file)
@@ -46,6 +47,21 @@ def _known(path: Path, named: Iterable[tuple[str, str]], known: list[str], what:
         if name not in known:
             raise UserError(f'{path}: {key}: robot.urdf has no {what} {name!r}'
                             f'{nearest(name, known)}')
+
+
+def _check_masses(folder: Path, file: RobotFile, links: Sequence[Link],
+                  joints: Sequence[Joint]) -> None:
+    """A link behind a moving joint weighs something, or what is fixed to it does."""
+    heavy = {link.name for link in links if link.body.mass}
+    heavy |= {name for name, link in file.links.items() if link.mass is not None}
+    for joint in reversed(joints):
+        if joint.kind == 'fixed' and joint.child in heavy:
+            heavy.add(joint.parent)
+    for joint in joints:
+        if joint.kind != 'fixed' and joint.child not in heavy:
+            raise UserError(f'{folder / "robot.urdf"}: link {joint.child!r}, which joint '
+                            f'{joint.name!r} moves, has no mass; give it an <inertial>, or a '
+                            'mass under links in robot.yaml')
 
 
 def _check_base(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
