@@ -12,6 +12,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.provenance import provenance
+from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import evidence, rows, verdict
 from leo_diffmodel.explain.candidates import candidates
@@ -93,6 +94,8 @@ def explain(
     """
     began = time.monotonic()
     origin = provenance([*recordings, *hold_out], model)
+    thinned = thin([*recordings, *hold_out])
+    recordings, hold_out = thinned[: len(recordings)], thinned[len(recordings) :]
     reason = _untestable(recordings, hold_out, model)
     if reason:
         untold = [_untold(c, reason) for c in candidates(model, extra)]
