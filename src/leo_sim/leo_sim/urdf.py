@@ -135,19 +135,20 @@ def _rotation(rpy: Vector) -> np.ndarray:
                      [-sp, cp * sr, cp * cr]])
 
 
-def _origin(element: ElementTree.Element) -> tuple[Vector, np.ndarray]:
-    origin = element.find('origin')
-    if origin is None:
+def origin(element: ElementTree.Element) -> tuple[Vector, np.ndarray]:
+    """Translation m and rotation matrix of the <origin> of an element."""
+    found = element.find('origin')
+    if found is None:
         return (0.0, 0.0, 0.0), np.eye(3)
-    rpy = _vector(origin.get('rpy'))
-    return _vector(origin.get('xyz')), _rotation(rpy) if any(rpy) else np.eye(3)
+    rpy = _vector(found.get('rpy'))
+    return _vector(found.get('xyz')), _rotation(rpy) if any(rpy) else np.eye(3)
 
 
 def _body(link: ElementTree.Element) -> Body:
     inertial = link.find('inertial')
     if inertial is None:
         return Body(0.0, (0.0, 0.0, 0.0), (0.0,) * 6)
-    com, rotation = _origin(inertial)
+    com, rotation = origin(inertial)
     mass, tensor = inertial.find('mass'), inertial.find('inertia')
     m = _number(mass.get('value')) if mass is not None else 0.0
     if m < 0:
@@ -169,7 +170,7 @@ def _joint(element: ElementTree.Element) -> Joint:
                          'make it fixed, or take it out with its links')
     ends = [element.find(tag) for tag in ('parent', 'child')]
     parent, child = (e.get('link', '') if e is not None else '' for e in ends)
-    translation, rotation = _origin(element)
+    translation, rotation = origin(element)
     axis = np.array(_vector(_attribute(element, 'axis', 'xyz'), '1 0 0'))
     if kind != 'fixed':
         if not 1e-6 < np.linalg.norm(axis) < 1e6:
