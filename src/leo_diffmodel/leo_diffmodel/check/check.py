@@ -105,7 +105,7 @@ def check(
         sigma = noise.estimate(model, noise.short_windows(recordings))
     except ValueError as error:
         return _too_short(bags, model, str(error))
-    findings = [f for bag, s in zip(bags, sigma, strict=True) for f in _of_bag(bag, model, s)]
+    findings = [f for bag, s in zip(bags, sigma, strict=True) for f in look_at(bag, model, s)]
     progress('timing and sensors')
     ranges = excitation(recordings, sigma)
     findings += judge(ranges)
@@ -123,7 +123,8 @@ def check(
     )  # fmt: skip
 
 
-def _of_bag(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
+def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
+    """What is wrong, or right, with one bag; `sigma` is its noise, shape (2J,)."""
     recording = bag.recording
     held = hold(recording, bag.other, bag.hold, model, sigma)
     found = [

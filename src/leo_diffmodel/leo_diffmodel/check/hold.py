@@ -80,13 +80,12 @@ def preference(recording: Recording, other: Recording, model: Model, sigma: Arra
 def lag(recording: Recording, model: Model, sigma: Array) -> Lag | None:
     """The delay of the inputs that fits best; None where the inputs hardly change.
 
-    A grid of one state period from one and a half commands early to as much late (60 ms or
-    more); a parabola through the best point and its neighbours gives the rest.
+    A grid of one state period from one and a half commands (60 ms or more) early to as much
+    late; a parabola through the best point and its neighbours gives the rest.
     """
     step = sample_period([recording])
-    reach = 1.5 * recording.command_period
-    early, late = round(-reach / step), round(max(reach, LATEST) / step)
-    grid = step * np.arange(early, late + 1)
+    reach = round(max(1.5 * recording.command_period, LATEST) / step) + 1
+    grid = step * np.arange(-reach, reach + 1)
     losses = np.stack([misfit(shifted(recording, s), model, sigma)[1] for s in grid])
     total = losses.sum(axis=1) / _excess(losses.min(axis=0), model)
     best = int(np.argmin(total[1:-1])) + 1

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: Apache-2.0
+"""leo check finds what was spoilt on purpose, and nothing in clean bags."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.simulate import DT, PENDULUM, record, steps, TORQUE
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.check.amplitudes import needed, reaches
+from leo_diffmodel.check.check import Bag, check, look_at
+from leo_diffmodel.check.excitation import excitation, judge
+from leo_diffmodel.check.finding import merged
+from leo_diffmodel.check.pairs import alike
+from leo_diffmodel.check.shift import shifted
+from leo_diffmodel.check.traces import scan_all, traces_of
+from leo_diffmodel.compare.noise import estimate, short_windows
+from leo_diffmodel.explain.candidates import candidates
+from leo_diffmodel.explain.classes import Facts
+from leo_diffmodel.explain.pose import pose
+from leo_sim.effects import place
+from leo_sim.model import Model
+
+SECONDS = 12.0
+SPOILT = {'error', 'warning'}
+
+
+def spoil(recording: Recording, **changes: np.ndarray) -> Recording:
+    """The recording with other arrays in its only episode."""
+    (episode,) = recording.episodes
+    return replace(recording, episodes=(replace(episode, **changes),))
+
+
+def only(recording: Recording) -> Episode:
+    return recording.episodes[0]
+
+
+def complaints(recording: Recording, other: Recording | None = None) -> dict[str, object]:
+    """Findings that are not ok, by code."""
+    model = Model(PENDULUM if recording.input == 'voltage' else TORQUE)
+    sigma = estimate(model, short_windows([recording]))
+    found = look_at(Bag(recording, other), model, sigma[0])
+    found += judge(excitation([recording], sigma))
+    return {f.code: f for f in found if f.severity in SPOILT}
+
+
+@pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
+@pytest.mark.parametrize('seed', range(4))
+def test_clean_bags_give_no_false_alarm(robot, seed):
+    clean = record(robot, seconds=SECONDS, seed=seed)
+    assert complaints(clean, shifted(clean, -0.05)) == {}
+
+
+@pytest.mark.parametrize('name', ['coulomb_friction', 'command_delay', 'backlash', 'armature'])
+def test_an_effect_is_not_taken_for_a_defect(name):
+    sizes = {'coulomb_friction': {'c': 1e-3}, 'command_delay': {'delay': 0.013},
+             'backlash': {'gap': 0.2}, 'armature': {'J': 3e-5}}  # fmt: skip
+    bag = record(PENDULUM, place(PENDULUM, name, 'pivot', **sizes[name]), seconds=SECONDS)
+    assert complaints(bag, shifted(bag, -0.05)) == {}
+
+
+def test_a_rescaled_speed_is_found():
+    clean = record(PENDULUM, seconds=SECONDS)
+    found = complaints(spoil(clean, dq=only(clean).dq / 1.1))
+    assert '1.10' in found['rate_scale'].what
+
+
+def test_a_late_speed_is_found():
+    clean = record(PENDULUM, seconds=SECONDS)
+    found = complaints(spoil(clean, dq=np.roll(only(clean).dq, 2, axis=0)))
+    assert ' 20.' in found['rate_lag'].what and 'late' in found['rate_lag'].what
+
+
+@pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
+def test_inputs_held_the_wrong_way_are_found(robot):
+    clean = record(robot, seconds=SECONDS)
+    found = complaints(shifted(clean, 0.05), clean)
+    assert 'hold: previous' in found['hold'].todo
+
+
+def test_inputs_stamped_late_are_found_without_the_other_reading():
+    found = complaints(shifted(record(PENDULUM, seconds=SECONDS), 0.012))
+    assert 'before their stamps' in found['lag'].what and ' 11.' in found['lag'].what
+
+
+@pytest.mark.parametrize(('sensor', 'word'), [('q', 'angle'), ('dq', 'speed')])
+def test_a_stuck_sensor_is_found_where_it_is(sensor, word):
+    clean = record(PENDULUM, seconds=SECONDS)
+    values = getattr(only(clean), sensor).copy()
+    moving = np.abs(only(clean).dq[:, 0]) > 1
+    first = next(k for k in range(300, 1100) if moving[k : k + 25].all())
+    values[first : first + 25] = values[first]
+    (where,) = complaints(spoil(clean, **{sensor: values}))['stuck'].where
+    assert word in complaints(spoil(clean, **{sensor: values}))['stuck'].what
+    assert where == pytest.approx((DT * first, DT * (first + 24)), abs=3 * DT)
+
+
+def test_a_push_is_found_where_it_is():
+    push = np.zeros((round(SECONDS / DT), 1))
+    push[500:530] = 0.012
+    found = complaints(record(PENDULUM, seconds=SECONDS, push=push))
+    (where,) = found['push'].where
+    assert where == pytest.approx((5.0, 5.3), abs=0.12)
+
+
+def test_a_gap_and_a_lame_run_are_found():
+    clean = record(PENDULUM, seconds=SECONDS)
+    e = only(clean)
+    parts = [Episode(*(getattr(e, n)[s] for n in ('t', 'q', 'dq', 'inputs', 'enabled')))
+             for s in (slice(0, 600), slice(640, None))]  # fmt: skip
+    gappy = replace(clean, episodes=tuple(parts), warnings=('x: 1 gaps; split there',))
+    assert complaints(gappy)['gaps'].where == ((5.99, 6.4),)
+    still = record(PENDULUM, inputs=np.zeros((1200, 1)))
+    assert 'swings it' in complaints(still)['still'].todo
+
+
+def test_a_rich_bag_is_good_for_every_effect():
+    bag = record(PENDULUM, seconds=20, seed=2)
+    result = check([Bag(bag, shifted(bag, -0.05))], Model(PENDULUM))
+    assert result.is_good, [f.what for f in result.findings]
+    assert all(r.detectable and r.nameable and r.nameable >= r.detectable for r in result.reaches)
+
+
+def test_too_short_a_bag_is_an_error_and_no_crash():
+    result = check([Bag(record(PENDULUM, seconds=0.1))], Model(PENDULUM))
+    assert not result.is_good and result.findings[0].code == 'short'
+
+
+@pytest.mark.parametrize(('name', 'parameter'), [('viscous_friction', 'b'), ('armature', 'J')])
+def test_evidence_is_what_a_bag_with_the_effect_then_gives(name, parameter):
+    model, inputs = Model(PENDULUM), steps(PENDULUM, 20, 1)
+    data = traces_of([record(PENDULUM, inputs=inputs)], model)
+    rows, _ = reaches(data, Facts(PENDULUM, False))
+    row = next(r for r in rows if r.name == name)
+    size = 2 * row.detectable
+    expected = needed(data.threshold) * 4
+    truth = place(PENDULUM, name, 'pivot', **{parameter: size})
+    problem = pose([record(PENDULUM, truth, inputs=inputs)], (), model).problem
+    (candidate,) = [c for c in candidates(model) if c.effect.name == name]
+    (scan,) = scan_all(replace(problem, train=np.ones_like(problem.train)), model, [candidate])
+    assert scan.gain == pytest.approx(float(expected), rel=0.5)
+
+
+def test_a_two_level_input_cannot_tell_a_dead_band_from_a_scale():
+    inputs = 1.2 * np.sign(steps(PENDULUM, SECONDS, 3))
+    data = traces_of([record(PENDULUM, inputs=inputs)], Model(PENDULUM))
+    rows, apart = reaches(data, Facts(PENDULUM, False))
+    close = {p.a.split(':')[0] + ' ' + p.b.split(':')[0]: p
+             for p in alike(rows, apart, data.seconds)}  # fmt: skip
+    assert close['voltage_scale voltage_deadband'].separable_nats < 2
+    assert close['viscous_friction back_emf_scale'].same_thing if (
+        'viscous_friction back_emf_scale' in close
+    ) else close['back_emf_scale viscous_friction'].same_thing
+
+
+def test_nineteen_runs_of_twenty_pass():
+    rng, limit = np.random.default_rng(0), 10.0
+    mean = float(needed(limit))
+    gains = mean + np.sqrt(2 * mean) * rng.standard_normal(20000)
+    assert (gains > limit).mean() == pytest.approx(0.95, abs=0.005)
+    assert needed(-5.0) == 0
+
+
+def test_stretches_close_to_each_other_become_one():
+    assert merged([(3.0, 3.1), (1.0, 1.2), (1.25, 1.4)], 0.1) == ((1.0, 1.4), (3.0, 3.1))
