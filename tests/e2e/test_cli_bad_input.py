@@ -30,7 +30,7 @@ MODELS = {
     'bad_range.yaml': ['bad_range.yaml', 'gravity', 'uncertain'],
     'bad_law.yaml': ['broken_law.py', 'no wind today'],
     'broken.yaml': ['broken.yaml', 'not a YAML file'],
-    'binary.yaml': ['binary.yaml', 'not a YAML file'],
+    'binary.yaml': ['binary.yaml', 'not a text file'],
     'half_robot': ['half_robot', 'robot.yaml'],
     'no_mcap': ['no_mcap is no robot folder', 'robot name'],
 }

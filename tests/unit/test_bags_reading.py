@@ -264,7 +264,7 @@ def test_no_bag_no_mcap_and_no_mcap_file(tmp_path):
         ('topics: {joint_states: /arm}\n', 'no topic /arm; it has /joint_states'),
         ('input: commands\n', 'no input on commands'),
         ('- a\n', 'expected a mapping'),
-        ('{', 'is not YAML'),
+        ('{', 'not a YAML file'),
     ],
 )
 def test_wrong_topic_maps_are_refused(tmp_path, text, message):

@@ -26,6 +26,7 @@ verbs:
 """
 _BAD_INPUT = 2
 _INTERRUPTED = 130
+_LONGEST = 1500
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -59,7 +60,7 @@ def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
         status = run(words)
         sys.stdout.flush()
     except UserError as error:
-        print(f'leo: error: {" ".join(str(error).split())}', file=sys.stderr)
+        print(f'leo: error: {_one_line(str(error))}', file=sys.stderr)
         return _BAD_INPUT
     except KeyboardInterrupt:
         return _INTERRUPTED
@@ -68,6 +69,12 @@ def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     return status
+
+
+def _one_line(text: str) -> str:
+    """A message on one line, its middle left out where it is very long."""
+    line = ' '.join(text.split())
+    return line if len(line) <= _LONGEST else f'{line[: _LONGEST // 2]} … {line[-200:]}'
 
 
 def _dispatch(words: list[str]) -> int:

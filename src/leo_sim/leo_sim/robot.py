@@ -23,7 +23,7 @@ from leo_sim.robot_file import (
     TerminationFile,
 )
 from leo_sim.urdf import Joint, Link
-from leo_sim.yaml_file import read
+from leo_sim.yaml_file import read, read_text
 
 __all__ = ['Actuator', 'Constant', 'Robot', 'load_robot', 'named_robots']
 
@@ -154,7 +154,7 @@ def load_robot(ref: str | Path) -> Robot:
     path = folder / 'robot.urdf'
     if not path.is_file():
         raise UserError(f'{folder} has no robot.urdf')
-    text = path.read_text(encoding='utf-8')
+    text = read_text(path)
     links, joints = urdf.parse(text, str(path))
     return _robot(folder, file, text, links, joints)
 

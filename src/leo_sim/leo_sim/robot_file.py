@@ -7,6 +7,7 @@ from pydantic import Field
 from leo_sim.yaml_file import Finite, Positive, Quantity, Schema
 
 Drawn = Finite | tuple[Finite, Finite]
+Seconds = Annotated[float, Field(ge=1e-6, le=1e3)]
 
 
 class ActuatorFile(Schema):
@@ -119,8 +120,8 @@ class RobotFile(Schema):
     name: str
     base: Literal['fixed', 'planar'] = 'fixed'
     input: Literal['voltage', 'torque']
-    control_period: Positive
-    integration_step: Positive
+    control_period: Seconds
+    integration_step: Seconds
     state_rate: Positive
     episode_seconds: Positive
     gravity: Quantity = Quantity(value=9.81, unit='m/s2')

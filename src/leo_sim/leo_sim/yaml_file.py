@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """YAML files read through pydantic schemas, with one-line errors."""
 from pathlib import Path
+import reprlib
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -35,15 +36,39 @@ def read(path: Path, schema: type[S]) -> S:
     Raises:
         UserError: No such file, no YAML, or a wrong, missing or unknown key: file, where, what.
     """
-    try:
-        data = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except OSError as error:
-        raise UserError(f'cannot read {path}: {error.strerror}') from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise UserError(f'{path}: not a YAML file: {" ".join(str(error).split())}') from error
+    data = parsed(path)
     if not isinstance(data, dict):
         raise UserError(f'{path}: expected keys and values, found {type(data).__name__}')
     return check(data, schema, path)
+
+
+def parsed(path: Path) -> Any:
+    """What a YAML file says.
+
+    Raises:
+        UserError: No such file, or no YAML.
+    """
+    text = read_text(path)
+    try:
+        return yaml.safe_load(text)
+    except RecursionError as error:
+        raise UserError(f'{path}: not a YAML file: it is nested too deeply') from error
+    except (yaml.YAMLError, ValueError) as error:  # ValueError: a date or number that is none
+        raise UserError(f'{path}: not a YAML file: {" ".join(str(error).split())}') from error
+
+
+def read_text(path: Path) -> str:
+    """The text of a file.
+
+    Raises:
+        UserError: It cannot be read, or is not text.
+    """
+    try:
+        return path.read_text(encoding='utf-8')
+    except OSError as error:
+        raise UserError(f'cannot read {path}: {error.strerror}') from error
+    except UnicodeDecodeError as error:
+        raise UserError(f'{path}: not a text file: {error}') from error
 
 
 def check(data: Any, schema: type[S], path: Path) -> S:
@@ -61,4 +86,9 @@ def _sentence(error: Any) -> str:
         return 'unknown key'
     if error['type'] == 'missing':
         return 'is missing'
-    return f'{error["msg"]}, found {error["input"]!r}'
+    return f'{error["msg"]}, found {shown(error["input"])}'
+
+
+def shown(value: Any) -> str:
+    """A value from a file in a few words, however large it is."""
+    return ' '.join(reprlib.repr(value).split())

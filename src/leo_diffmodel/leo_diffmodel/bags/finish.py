@@ -14,7 +14,7 @@ from typing import IO
 from mcap.records import Channel, McapRecord, Message, Metadata, Schema
 from mcap.writer import CompressionType, MCAP0_MAGIC, Writer
 
-from .mcap_file import find_files, McapFile
+from .mcap_file import DAMAGE, find_files, McapFile
 from .metadata import write_metadata
 
 _FOOTER_SIZE = 9 + 20 + 8
@@ -26,14 +26,15 @@ class BagState(Enum):
     FINISHED = 'finished'
     REPAIRED = 'repaired'
     RECORDING = 'recording'
+    DAMAGED = 'damaged'
 
 
 def finish_bag(path: Path) -> BagState:
     """Give an unfinished bag its index and metadata.yaml; leave all others as they are.
 
     Of a single .mcap only the index is made. A bag that another process is writing is left
-    alone. Each file is replaced in one step, by a copy that is already on disk: a kill while
-    finishing loses nothing.
+    alone, and so is one that is damaged. Each file is replaced in one step, by a copy that is
+    already on disk: a kill while finishing loses nothing.
 
     Raises:
         UserError: there is no bag at `path`.
@@ -41,13 +42,22 @@ def finish_bag(path: Path) -> BagState:
     """
     files = find_files(path)
     states = [_finish_file(file) for file in files]
-    if BagState.RECORDING in states:
-        return BagState.RECORDING
+    for state in (BagState.RECORDING, BagState.DAMAGED):
+        if state in states:
+            return state
     repaired = BagState.REPAIRED in states
-    if path.is_dir() and (repaired or not (path / 'metadata.yaml').is_file()):
-        write_metadata(path)
-        return BagState.REPAIRED
+    if path.is_dir() and (repaired or not (path / 'metadata.yaml').exists()):
+        return BagState.REPAIRED if _described(path) else BagState.DAMAGED
     return BagState.REPAIRED if repaired else BagState.FINISHED
+
+
+def _described(folder: Path) -> bool:
+    """Write metadata.yaml; say whether the summaries of the files could be read for it."""
+    try:
+        write_metadata(folder)
+    except DAMAGE:
+        return False
+    return True
 
 
 def is_finished(file: Path) -> bool:
@@ -72,9 +82,11 @@ def _finish_file(file: Path) -> BagState:
         if is_finished(file):
             return BagState.FINISHED
         temporary = file.with_name(f'.{file.name}.finishing')
-        _copy(file, temporary)
-        os.replace(temporary, file)
-        return BagState.REPAIRED
+        if _copy(file, temporary):
+            os.replace(temporary, file)
+            return BagState.REPAIRED
+        temporary.unlink()
+        return BagState.DAMAGED
 
 
 @contextmanager
@@ -89,15 +101,21 @@ def _lock(stream: IO[bytes]) -> Iterator[bool]:
         fcntl.flock(stream, fcntl.LOCK_UN)
 
 
-def _copy(source: Path, target: Path) -> None:
-    """Copy every whole record to a new, indexed file and wait until it is on disk."""
+def _copy(source: Path, target: Path) -> bool:
+    """Copy every whole record to a new, indexed file and wait until it is on disk.
+
+    Returns:
+        Whether all that is there could be read.
+    """
+    file = McapFile(source)
     with target.open('wb') as stream:
         writer = Writer(stream, compression=CompressionType.NONE)
         writer.start(profile='ros2', library='leo_diffmodel')
-        _Copier(writer).copy(McapFile(source).records())
+        _Copier(writer).copy(file.records())
         writer.finish()
         stream.flush()
         os.fsync(stream.fileno())
+    return not file.damaged
 
 
 class _Copier:
@@ -117,7 +135,7 @@ class _Copier:
                 )
             elif isinstance(record, Channel) and record.id not in self._channels:
                 self._channels[record.id] = self._writer.register_channel(
-                    record.topic, record.message_encoding, self._schemas[record.schema_id],
+                    record.topic, record.message_encoding, self._schemas.get(record.schema_id, 0),
                     record.metadata,
                 )
             elif isinstance(record, Schema) and record.id not in self._schemas:

@@ -22,10 +22,11 @@ import zstandard
 
 from leo_msgs_py.errors import UserError
 
-_DAMAGE = (
+DAMAGE = (
     McapError, CRCValidationError, struct.error, zstandard.ZstdError, RuntimeError,
     UnicodeDecodeError, OverflowError, MemoryError,
 )
+"""What readers of MCAP raise where bytes are not what was written."""
 _FRAME = struct.Struct('<BQ')
 _MESSAGE_HEAD = 22
 _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
@@ -39,12 +40,13 @@ class McapFile:
 
     Attributes:
         finished: whether the file ends as a whole one does (known once `records` is exhausted).
+        cut: whether the record at hand is not whole, as the last one of a killed recorder.
         damaged: records that do not read, and chunks that are not what was written.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.finished = False
+        self.finished = self.cut = False
         self.damaged = 0
 
     def records(self) -> Iterator[McapRecord]:
@@ -77,7 +79,8 @@ class McapFile:
                 self.damaged += 1
                 return
             content = stream.read(min(length, size))
-            if len(content) == length or opcode == Opcode.CHUNK:
+            self.cut = len(content) < length
+            if not self.cut or opcode == Opcode.CHUNK:
                 yield from self._read(opcode, content)
 
     def _read(self, opcode: int, content: bytes) -> Iterator[McapRecord]:
@@ -88,15 +91,15 @@ class McapFile:
                 yield Message.read(stream, len(content))
             elif opcode in _READERS:
                 yield _READERS[opcode](stream)
-        except _DAMAGE:
-            self.damaged += 1
+        except DAMAGE:
+            self.damaged += not self.cut
 
     def _opened(self, chunk: Chunk) -> Iterator[McapRecord]:
         """Yield the records of a chunk; of a damaged one those that read."""
         try:
             yield from breakup_chunk(chunk, validate_crc=True)
-        except _DAMAGE:
-            self.damaged += 1
+        except DAMAGE:
+            self.damaged += not self.cut
             yield from self._framed(BytesIO(_decompressed(chunk)))
 
 
@@ -112,7 +115,7 @@ def _decompressed(chunk: Chunk) -> bytes:
             return zstandard.ZstdDecompressor().decompressobj().decompress(chunk.data)
         if chunk.compression == 'lz4':
             return bytes(lz4.frame.LZ4FrameDecompressor().decompress(chunk.data))
-    except _DAMAGE:
+    except DAMAGE:
         return b''
     return chunk.data
 
@@ -124,15 +127,16 @@ def find_files(path: Path) -> tuple[Path, ...]:
         path: a rosbag2 folder or one .mcap file.
 
     Raises:
-        UserError: nothing there, no .mcap in it, or another storage or compression.
+        UserError: nothing there, no .mcap in it, one that cannot be read, or another storage or
+            compression.
     """
     if not path.exists():
         raise UserError(f'no bag at {path}; record one with: leo bag record -o {path}')
     if path.is_file():
-        return (path,)
+        return (_readable(path),)
     files = sorted(path.glob('*.mcap'), key=_number)
     if files:
-        return tuple(files)
+        return tuple(_readable(file) for file in files)
     others = [*path.glob('*.db3'), *path.glob('*.zstd')]
     if others:
         raise UserError(
@@ -140,6 +144,12 @@ def find_files(path: Path) -> tuple[Path, ...]:
             'ros2 bag convert (storage_id: mcap), or rosbags-convert'
         )
     raise UserError(f'no .mcap file in {path}; give a rosbag2 folder or its .mcap')
+
+
+def _readable(file: Path) -> Path:
+    if not file.is_file() or not os.access(file, os.R_OK):
+        raise UserError(f'{file} is no file that can be read; take it out to read the rest')
+    return file
 
 
 def sha256(files: tuple[Path, ...]) -> str:

@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.records import Statistics
 from mcap.summary import Summary
@@ -17,7 +18,11 @@ from .qos_text import profiles
 
 
 def write_metadata(folder: Path) -> Path:
-    """Write metadata.yaml of a bag in one step and return its path."""
+    """Write metadata.yaml of a bag in one step and return its path.
+
+    Raises:
+        McapError, ...: a summary does not read (`mcap_file.DAMAGE`).
+    """
     files = find_files(folder)
     summaries = [_summary(file) for file in files]
     target = folder / 'metadata.yaml'
@@ -31,8 +36,8 @@ def write_metadata(folder: Path) -> Path:
 def _summary(file: Path) -> tuple[Summary, Statistics]:
     with file.open('rb') as stream:
         summary = make_reader(stream).get_summary()
-    assert summary is not None
-    assert summary.statistics is not None
+    if summary is None or summary.statistics is None:
+        raise McapError(f'{file} has no summary')
     return summary, summary.statistics
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
-import yaml
 
 from leo_msgs_py.errors import UserError
+from leo_sim.yaml_file import parsed, shown
 
 Config = TypeVar('Config', bound=BaseModel)
 
@@ -24,10 +24,7 @@ def read_config(path: Path, model: type[Config]) -> Config:
     """
     if not path.is_file():
         raise UserError(f'no file {path}')
-    try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise UserError(f'{path} is not YAML: {" ".join(str(error).split())}') from None
+    content = parsed(path)
     if not isinstance(content, dict):
         raise UserError(f'{path}: expected a mapping of {", ".join(model.model_fields)}')
     return parse_config(content, model, str(path))
@@ -47,7 +44,7 @@ def _first_problem(error: ValidationError, model: type[BaseModel]) -> str:
     place = '.'.join(str(part) for part in problem['loc'])
     if problem['type'] == 'extra_forbidden':
         return f'unknown key {place!r}{nearest(str(problem["loc"][-1]), _keys(model))}'
-    return f'{place}: {problem["msg"]}, found {problem["input"]!r}'
+    return f'{place}: {problem["msg"]}, found {shown(problem["input"])}'
 
 
 def _keys(model: type[BaseModel]) -> list[str]:

@@ -6,6 +6,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
+from leo_sim.yaml_file import read_text
 
 CONTROL = ('gazebo', 'transmission', 'ros2_control')
 SHAPES = ('visual', 'collision')
@@ -37,7 +38,7 @@ def read_description(path: Path) -> Description:
     Raises:
         UserError: No such file, no XML, or xacro.
     """
-    text = _text(path)
+    text = read_text(path)
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
@@ -51,15 +52,6 @@ def read_description(path: Path) -> Description:
     if notes or frictions:
         text = ElementTree.tostring(root, encoding='unicode') + '\n'
     return Description(root.get('name', ''), text, efforts, speeds, frictions, tuple(notes))
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding='utf-8')
-    except OSError as error:
-        raise UserError(f'cannot read {path}: {error.strerror}; give a URDF file') from error
-    except UnicodeDecodeError as error:
-        raise UserError(f'{path}: not a text file; give a URDF file') from error
 
 
 def _is_xacro(root: ElementTree.Element) -> bool:

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What happens to files on their way: cut, flipped, zeroed, swapped, mistyped. By seed."""
+
+from collections.abc import Callable
+import copy
+from dataclasses import dataclass
+from pathlib import Path
+import shutil
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import yaml
+
+Rng = np.random.Generator
+JUNK: tuple[Any, ...] = (
+    None, True, -1, 0, 1e308, -1e308, 1e-320, float('nan'), float('inf'), 10**400, '', ' ', '-',
+    'N m', 'kg', 'pivot', '/', '../..', 'x' * 500, [], {}, [1], [2, 1], [1, 2, 3], {'a': 1},
+    {'value': 1}, {'value': 'two', 'unit': 'V'}, {'value': 1e300, 'unit': 'N m'}, [None], [[[]]],
+)
+TEXTS = (
+    '', ' ', '\n', '---', '[', '{', '- a\n- b\n', ':', '\t', 'a: b: c', '? [a]', '&a [*a]',
+    '!!python/object:os.system x', '2001-99-99', '0b', '!!binary x', '[' * 3000, '{a: ' * 2000,
+    '&a {<<: *a}', 'a: &a [x,x]\nb: &b [*a,*a]\nc: &c [*b,*b]\nd: [*c,*c]', '\ufeff', '%YAML 9.9',
+    "'", '"\\xZZ"', 'robot: ' + '9' * 5000, 'null', '3', 'robot: {robot: {robot: pendulum}}',
+)
+WORDS = ('', 'x', 'nan', 'inf', '-1', '1e308', '0 0', '0 0 0', '1 2 3 4', 'é', '-0', '1e-320')
+
+
+@dataclass(frozen=True)
+class Damage:
+    """What was done to a file.
+
+    Attributes:
+        what: In words.
+        start: Bytes before this one are as they were.
+    """
+
+    what: str
+    start: int
+
+
+def damage_bytes(path: Path, rng: Rng) -> Damage:
+    """Do to a file what disks, cables and people do."""
+    kinds = (_cut, _flip, _zero, _noise, _insert, _remove, _repeat)
+    kind = kinds[rng.integers(len(kinds))]
+    content = path.read_bytes()
+    start = int(rng.integers(len(content))) if content else 0
+    length = int(min(2 ** rng.uniform(0, 16), len(content) - start))
+    path.write_bytes(kind(content, start, length, rng))
+    return Damage(f'{kind.__name__[1:]} {length} bytes at {start} of {path.name}', start)
+
+
+def _cut(content: bytes, start: int, length: int, rng: Rng) -> bytes:
+    return content[:start]
+
+
+def _flip(content: bytes, start: int, length: int, rng: Rng) -> bytes:
+    changed = bytearray(content)
+    changed[start] ^= 1 << int(rng.integers(8))
+    return bytes(changed)
+
+
+def _zero(content: bytes, start: int, length: int, rng: Rng) -> bytes:
+    return content[:start] + bytes(length) + content[start + length :]
+
+
+def _noise(content: bytes, start: int, length: int, rng: Rng) -> bytes:
+    return content[:start] + rng.bytes(length) + content[start + length :]
+
+
+def _insert(content: bytes, start: int, length: int, rng: Rng) -> bytes:
+    return content[:start] + rng.bytes(length) + content[start:]
+
+
+def _remove(content: bytes, start: int, length: int, rng: Rng) -> bytes:
+    return content[:start] + content[start + length :]
+
+
+def _repeat(content: bytes, start: int, length: int, rng: Rng) -> bytes:
+    return content[: start + length] + content[start:]
+
+
+def damage_path(path: Path, rng: Rng) -> Damage:
+    """Put something else where a file was."""
+    kinds: tuple[Callable[[Path], Any], ...] = (
+        Path.unlink, _as_folder, _as_loop, _as_dangling, _as_empty, _as_null, _as_self,
+    )
+    kind = kinds[rng.integers(len(kinds))]
+    kind(path)
+    return Damage(f'{kind.__name__} {path.name}', 0)
+
+
+def _as_folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+def _as_loop(path: Path) -> None:
+    path.unlink()
+    other = path.with_name(f'{path.name}.loop')
+    other.symlink_to(path)
+    path.symlink_to(other)
+
+
+def _as_dangling(path: Path) -> None:
+    path.unlink()
+    path.symlink_to('nowhere')
+
+
+def _as_empty(path: Path) -> None:
+    path.write_bytes(b'')
+
+
+def _as_null(path: Path) -> None:
+    path.unlink()
+    path.symlink_to('/dev/null')
+
+
+def _as_self(path: Path) -> None:
+    """Another file under its name."""
+    path.unlink()
+    shutil.copy(__file__, path)
+
+
+def damage_yaml(path: Path, rng: Rng) -> Damage:
+    """Mistype a YAML file: a wrong value, a missing, unknown or doubled key, or no YAML."""
+    if rng.random() < 0.2:
+        text = TEXTS[rng.integers(len(TEXTS))]
+        path.write_text(text, encoding='utf-8')
+        return Damage(f'{path.name} is {text[:40]!r}', 0)
+    content = yaml.safe_load(path.read_text(encoding='utf-8'))
+    what = _mistyped(content, rng)
+    path.write_text(yaml.safe_dump(content), encoding='utf-8')
+    return Damage(f'{path.name}: {what}', 0)
+
+
+def _mistyped(content: Any, rng: Rng) -> str:
+    """Change one place of nested lists and mappings."""
+    places = list(_places(content))
+    parent, key = places[rng.integers(len(places))]
+    action = rng.integers(4)
+    if action == 0:
+        del parent[key]
+        return f'without {key!r}'
+    if action == 1 and isinstance(parent, dict):
+        parent[f'{key}x'] = parent.pop(key)
+        return f'{key!r} misspelt'
+    if action == 2:
+        other_parent, other = places[rng.integers(len(places))]
+        parent[key] = copy.deepcopy(other_parent[other])
+        return f'{key!r} has what {other!r} has'
+    parent[key] = copy.deepcopy(JUNK[rng.integers(len(JUNK))])
+    return f'{key!r} is {str(parent[key])[:30]!r}'
+
+
+def _places(content: Any) -> Any:
+    """Yield (container, key) of everything inside."""
+    pairs = content.items() if isinstance(content, dict) else enumerate(content)
+    for key, value in list(pairs):
+        yield content, key
+        if isinstance(value, dict | list):
+            yield from _places(value)
+
+
+def damage_xml(path: Path, rng: Rng) -> Damage:
+    """Spoil an attribute or an element of an XML file."""
+    root = ElementTree.fromstring(path.read_text(encoding='utf-8'))
+    elements = [e for e in root.iter() if e.attrib]
+    element = elements[rng.integers(len(elements))]
+    key = sorted(element.attrib)[rng.integers(len(element.attrib))]
+    action = rng.integers(4)
+    if action == 0:
+        del element.attrib[key]
+    elif action == 1:
+        element.set(key, WORDS[rng.integers(len(WORDS))])
+    elif action == 2:
+        parent = next(p for p in (root, *root.iter()) if len(p))
+        parent.append(copy.deepcopy(element))
+    else:
+        for parent in root.iter():
+            if element in list(parent):
+                parent.remove(element)
+    path.write_text(ElementTree.tostring(root, encoding='unicode'), encoding='utf-8')
+    return Damage(f'{path.name}: <{element.tag} {key}> ({action})', 0)

@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Damaged bags, maps, models, robots and logs: read up to the damage, or one clear line.
+
+LEO_DAMAGED=1000 runs all cases (a tenth by default), 50 of them as commands of their own.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+import faulthandler
+import os
+from pathlib import Path
+import shutil
+import sys
+import time
+from typing import Any
+import warnings
+
+from mcap.writer import CompressionType, Writer
+import numpy as np
+import pytest
+from tests import damage
+from tests.damage import Damage, Rng
+
+from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.bags.contents import load
+from leo_diffmodel.bags.importing.convert import import_logs
+from leo_diffmodel.bags.info import bag_info
+from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.types import definition, JOINT_STATE
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.values import JointStates
+from leo_msgs_py.wire.types import serialize
+from leo_sim.batch import rollout
+from leo_sim.model import Model
+from leo_sim.model_file import load_model
+from leo_sim.robot import load_robot
+
+CASES = int(os.environ.get('LEO_DAMAGED', '100'))
+BATCHES = 10
+COMMANDS = 50 if CASES >= 1000 else 5
+HANG = 120.0
+MAGIC = 8
+LONE = 2
+"""States between damage and a break, which make no stretch."""
+LEO = Path(sys.executable).with_name('leo')
+PENDULUM = load_robot('pendulum')
+MAP = """
+topics: {joint_states: /joint_states, dynamic_joint_states: /dynamic_joint_states}
+joints: {pivot: {name: pivot, sign: -1, offset: 0.1}}
+input: auto
+interface: voltage
+command_order: [pivot]
+hold: next
+"""
+MODEL = """
+robot: pendulum
+constants:
+  actuators.pivot.resistance: {value: 9.0, unit: ohm, uncertain: [8, 11]}
+effects:
+- {name: viscous_friction, where: pivot, parameters: {b: {value: 1.0e-5, unit: N m s/rad}}}
+- name: command_delay
+  where: all
+  parameters: {delay: {value: 0.01, unit: s, ci95: [0.005, 0.015]}}
+history: [{added: viscous_friction, by: hand}]
+"""
+COLUMNS = """
+robot: pendulum
+columns: {volts: duty * 12}
+time: {column: t, unit: ms}
+joints: {pivot: {position: {column: angle, unit: deg, sign: -1, offset: 0.1}, velocity: speed}}
+inputs: {pivot: {voltage: {expression: volts * 1}, enabled: on}}
+"""
+
+
+@pytest.fixture(scope='module')
+def shop(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One of each, whole."""
+    root = tmp_path_factory.mktemp('whole')
+    write_runs(root / 'plain', [_swing(), _swing()], {'robot': 'pendulum'})
+    for compression in (CompressionType.ZSTD, CompressionType.LZ4):
+        _chunked(root / compression.name.lower(), compression)
+    (root / 'map.yaml').write_text(MAP)
+    (root / 'model.yaml').write_text(MODEL)
+    (root / 'columns.yaml').write_text(COLUMNS)
+    rows = [f'{10 * k},{k % 90},{k % 7},{0.1 * (k % 5)},1' for k in range(200)]
+    (root / 'log.csv').write_text('t,angle,speed,duty,on\n' + '\n'.join(rows) + '\n')
+    shutil.copytree(PENDULUM.folder, root / 'robot')
+    return root
+
+
+def _swing(count: int = 300) -> Run:
+    t = 0.01 * np.arange(count)
+    inputs = {'pivot': {'voltage': np.sign(np.sin(7 * t)), 'enabled': np.ones(count)}}
+    return Run(t, ['pivot'], np.sin(t)[:, None], np.cos(t)[:, None], inputs=inputs)
+
+
+def _chunked(folder: Path, compression: CompressionType) -> None:
+    """A bag of another writer: small compressed chunks, no metadata.yaml."""
+    folder.mkdir()
+    with (folder / 'bag_0.mcap').open('wb') as stream:
+        writer = Writer(stream, compression=compression, chunk_size=2000)
+        writer.start('ros2')
+        text, _ = definition(JOINT_STATE)
+        schema = writer.register_schema(JOINT_STATE, 'ros2msg', text.encode())
+        channel = writer.register_channel('/joint_states', 'cdr', schema)
+        for k in range(400):
+            q, dq = np.array([np.sin(0.01 * k)]), np.array([np.cos(0.01 * k)])
+            message = JointStates(k * 10**7, ('pivot',), q, dq).to_message()
+            writer.add_message(channel, k * 10**7, serialize(message), k * 10**7)
+        writer.finish()
+
+
+def _bag(root: Path, folder: Path, rng: Rng) -> Damage:
+    """Spoil a bag, read it; everything before the damage must be there."""
+    name = ('plain', 'plain', 'zstd', 'lz4')[rng.integers(4)]
+    bag = Path(shutil.copytree(root / name, folder / name))
+    victims = sorted(bag.iterdir())
+    victim = victims[rng.integers(len(victims))] if rng.random() < 0.2 else next(
+        bag.glob('*.mcap'))
+    before = victim.read_bytes()
+    done = (damage.damage_path if rng.random() < 0.1 else damage.damage_bytes)(victim, rng)
+    _told(lambda: _nothing_lost(bag, victim, before, done))
+    _told(lambda: read_bag(bag, PENDULUM))
+    _told(lambda: bag_info(bag))
+    _told(lambda: read_bag(bag, PENDULUM))
+    return done
+
+
+def _nothing_lost(bag: Path, victim: Path, before: bytes, done: Damage) -> None:
+    """What reads of the bytes before the damage must read of the damaged bag."""
+    if victim.suffix != '.mcap' or not victim.is_file() or done.start < MAGIC:
+        load(bag)
+        return
+    prefix = bag.parent / 'prefix.mcap'
+    prefix.write_bytes(before[: done.start])
+    lost = _messages(prefix) - _messages(bag)
+    assert not lost, f'{lost.total()} messages lost: {done.what}'
+    try:
+        kept = _states(prefix)
+    except UserError:
+        return
+    lost = kept - _states(bag)
+    assert lost.total() <= LONE, f'{lost.total()} of {kept.total()} states lost: {done.what}'
+
+
+def _messages(bag: Path) -> Counter[bytes]:
+    return Counter(m.data for topic in load(bag).topics.values() for m in topic.messages)
+
+
+def _states(bag: Path) -> Counter[float]:
+    return Counter(q for e in read_bag(bag, PENDULUM).episodes for q in e.q[:, 0].tolist())
+
+
+def _map(root: Path, folder: Path, rng: Rng) -> Damage:
+    path = Path(shutil.copy(root / 'map.yaml', folder))
+    done = _spoiled(path, rng)
+    _told(lambda: read_bag(root / 'plain', PENDULUM, path))
+    return done
+
+
+def _model(root: Path, folder: Path, rng: Rng) -> Damage:
+    path = Path(shutil.copy(root / 'model.yaml', folder))
+    done = _spoiled(path, rng)
+    _told(lambda: _moved(load_model(path, engine='rigid')))
+    return done
+
+
+def _robot(root: Path, folder: Path, rng: Rng) -> Damage:
+    robot = Path(shutil.copytree(root / 'robot', folder / 'robot'))
+    if rng.random() < 0.5:
+        done = _spoiled(robot / 'robot.yaml', rng)
+    else:
+        how = (damage.damage_xml, damage.damage_xml, damage.damage_bytes, damage.damage_path)
+        done = how[rng.integers(len(how))](robot / 'robot.urdf', rng)
+    _told(lambda: _moved(Model(load_robot(robot), engine='rigid')))
+    return done
+
+
+def _log(root: Path, folder: Path, rng: Rng) -> Damage:
+    log, columns = (Path(shutil.copy(root / name, folder)) for name in ('log.csv', 'columns.yaml'))
+    if rng.random() < 0.3:
+        done = damage.damage_bytes(log, rng)
+    else:
+        done = _spoiled(columns, rng)
+    _told(lambda: import_logs([log], columns, folder / 'bag'))
+    return done
+
+
+def _spoiled(path: Path, rng: Rng) -> Damage:
+    how = (damage.damage_yaml,) * 6 + (damage.damage_bytes, damage.damage_path)
+    return how[rng.integers(len(how))](path, rng)
+
+
+def _moved(model: Model) -> None:
+    """What loads must also run, whatever comes of absurd numbers."""
+    start = model.start('nominal')
+    inputs = np.zeros((1, 2, len(model.robot.actuators)))
+    with np.errstate(all='ignore'):
+        rollout(model, start.q[None], start.dq[None], inputs, 1e-3)
+
+
+def _told(read: Callable[[], Any]) -> None:
+    """Reading works, or says in one line what is wrong."""
+    said = 'nothing wrong'
+    try:
+        read()
+    except UserError as error:
+        said = str(error)
+    assert '\n' not in said and 0 < len(said) < 3000, said[:3000]
+
+
+KINDS = {'bag': (_bag, 0.5), 'map': (_map, 0.1), 'model': (_model, 0.1), 'robot': (_robot, 0.2),
+         'log': (_log, 0.1)}
+
+
+@pytest.fixture
+def watched() -> Iterator[None]:
+    """A hang ends the process and says where it was."""
+    faulthandler.dump_traceback_later(HANG, exit=True)
+    yield
+    faulthandler.cancel_dump_traceback_later()
+
+
+@pytest.mark.usefixtures('watched')
+@pytest.mark.parametrize('batch', range(BATCHES))
+@pytest.mark.parametrize('kind', KINDS)
+def test_damaged_files_never_trip_the_readers(kind, batch, shop, tmp_path):
+    spoil, share = KINDS[kind]
+    for seed in range(batch, round(CASES * share), BATCHES):
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        rng = np.random.default_rng([seed, list(KINDS).index(kind)])
+        began = time.monotonic()
+        with warnings.catch_warnings():
+            warnings.simplefilter('error')
+            try:
+                done = spoil(shop, folder, rng)
+            except Exception as error:
+                raise AssertionError(f'{kind} {seed} in {folder}: {error!r}') from error
+        assert time.monotonic() - began < HANG / 4, f'{kind} {seed}: {done.what}'
+        shutil.rmtree(folder)
