@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +27,7 @@ VOLTAGE_LEVEL, GRAVITY_LEVEL = 0.6, 0.4
 HOLD = 0.3
 ROUNDS = 3
 AMPLITUDES = np.geomspace(1e-6, 30.0, 30)
-STRONGEST = 2.0
+STRONGEST = {'': 2.0}
 
 
 def _periodic(reach: Array, rng: np.random.Generator) -> Values:
@@ -77,17 +79,29 @@ def draw(
     effect = get_effect(str(Path(kinds.__file__).with_name(f'{kind}.py')))
     where = str(rng.choice(effect.places(robot)))
     inputs = _steps(robot, rng) if inputs is None else inputs
-    shape = SHAPES[kind](_Run(robot, inputs, ()).reach(where), rng)
-    target = float(np.exp(rng.uniform(*np.log(SIZES))))
-    first = effect.parameters[0].name
-    placed: tuple[Placed, ...] = ()
+    reach = _Run(robot, inputs, ()).reach(where)
+    while True:
+        shape = SHAPES[kind](reach, rng)
+        target = float(np.exp(rng.uniform(*np.log(SIZES))))
+        placed = _sized(robot, inputs, place(robot, effect, where, **shape), target)
+        if SIZES[0] / 2 < float(_Run(robot, inputs, (placed,)).size(placed)[0]) < 2 * SIZES[1]:
+            return placed
+
+
+def _sized(robot: Robot, inputs: Array, shape: Placed, target: float) -> Placed:
+    """The law with the wanted size in the run that it itself causes: a few rounds settle both."""
+    first = shape.effect.parameters[0]
+    effects: tuple[Placed, ...] = ()
     for _ in range(ROUNDS):
-        scan = place(robot, effect, where, **{first: AMPLITUDES[:, None, None]}, **shape)
-        amplitude = _amplitude(_Run(robot, inputs, placed).size(scan), target)
-        if effect.parameters[0].unit == '':
-            amplitude = min(amplitude, STRONGEST)
-        placed = (place(robot, effect, where, **{first: amplitude}, **shape),)
-    return placed[0]
+        scan = _stronger(shape, AMPLITUDES[:, None, None])
+        amplitude = _amplitude(_Run(robot, inputs, effects).size(scan), target)
+        effects = (_stronger(shape, min(amplitude, STRONGEST.get(first.unit, np.inf))),)
+    return effects[0]
+
+
+def _stronger(placed: Placed, amplitude: Any) -> Placed:
+    first = placed.effect.parameters[0].name
+    return replace(placed, parameters={**placed.parameters, first: amplitude})
 
 
 def _amplitude(sizes: Array, target: float) -> float:
@@ -137,7 +151,7 @@ class _Run:
         """Rms change over the noise floor for each leading amplitude, shape (S,)."""
         change = self._end((placed,)) - self._ideal
         with np.errstate(all='ignore'):
-            return np.sqrt((change**2).mean(axis=(-2, -1)))
+            return np.atleast_1d(np.sqrt((change**2).mean(axis=(-2, -1))))
 
     def _end(self, effects: tuple[Placed, ...]) -> Array:
         """States after half a second in noise floors, shape (..., W, 2J)."""

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Try a curve in earnest: its law as an effect, fitted together with everything else."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.sizes import in_volts
+from leo_diffmodel.explain.fit import Fit, fit, Problem
+from leo_diffmodel.explain.hypothesis import Candidate
+from leo_diffmodel.explain.scored import dispersion
+from leo_diffmodel.explain.unknown import effect_file
+from leo_diffmodel.explain.unknown.curves import Curve
+from leo_diffmodel.explain.unknown.influence import Influence
+from leo_diffmodel.explain.unknown.law import Law, law_of, table_of
+from leo_diffmodel.explain.unknown.paths import with_past
+
+Array = np.ndarray
+LINEAR_SHARE = 0.5
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A law on top of a fit.
+
+    Attributes:
+        base: the fit without it.
+        law: the law with its fitted values.
+        fit: the joint fit; None for a law that no effect at one joint can hold: it is judged by
+            the linear regression.
+        text: the effect file; '' where none can hold it.
+        gain_train: loss saved on the training windows [nats].
+        gain_held_out: loss saved on the windows no fit saw [nats].
+        covariance: of the law's parameters.
+    """
+
+    base: Fit
+    law: Law
+    fit: Fit | None
+    text: str
+    gain_train: float
+    gain_held_out: float
+    covariance: Array
+
+    @property
+    def dispersion(self) -> float:
+        """How many times what is left exceeds white noise."""
+        return dispersion(self.fit or self.base)
+
+    @property
+    def total(self) -> float:
+        """Gain on all windows [nats]."""
+        return self.gain_train + self.gain_held_out
+
+
+def attempt(
+    recordings: Sequence[Recording], base: Fit, left: Influence, blocks: Array, curve: Curve
+) -> Attempt:
+    """The law of a curve, fitted together with the base's own parameters."""
+    problem = left.problem
+    law = law_of(left, blocks, curve)
+    joint = problem.base.robot.joint_names[curve.joint]
+    if not effect_file.expressible(law, joint):
+        return _linear(base, law)
+    if curve.variable.name == 'path':
+        problem = replace(problem, windows=with_past(recordings, problem.windows))
+    made = _fitted(problem, base, law, joint)
+    promised = LINEAR_SHARE * float(curve.score.gain_train)
+    if curve.variable.name != 'path' and made.gain_train < promised:
+        whole = _fitted(problem, base, table_of(curve), joint)
+        return max(made, whole, key=lambda a: a.gain_train)
+    return made
+
+
+def _linear(base: Fit, law: Law) -> Attempt:
+    score = law.curve.score
+    spread = np.zeros(len(law.values))
+    spread[: len(score.spread)] = score.spread[: len(law.values)]
+    return Attempt(
+        base, law, None, '', float(score.gain_train), float(score.gain_held_out),
+        np.diag(spread**2),
+    )  # fmt: skip
+
+
+def _fitted(problem: Problem, base: Fit, law: Law, joint: str) -> Attempt:
+    text = effect_file.write(law, joint, input_per_torque(problem, joint))
+    candidate = Candidate(effect_file.compiled(text), joint, law.parameters)
+    hypothesis = base.hypothesis.with_candidate(candidate)
+    first, count = hypothesis.offset(len(hypothesis.candidates) - 1), len(law.values)
+    theta = np.concatenate([base.theta[:first], law.values, base.theta[first:]])
+    full = fit(problem, hypothesis, theta, base.start)
+    saved, own = base.loss - full.loss, slice(first, first + count)
+    return Attempt(
+        base,
+        replace(law, values=full.theta[own]),
+        full,
+        text,
+        float(saved[problem.train].sum()),
+        float(saved[~problem.train].sum()),
+        full.covariance[own, own],
+    )
+
+
+def input_per_torque(problem: Problem, joint: str) -> float:
+    """Input that gives 1 N m at a joint: V, or 1 for a torque input."""
+    return in_volts(problem.base.robot, joint, 1.0) or 1.0

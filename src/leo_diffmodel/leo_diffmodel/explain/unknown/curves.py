@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is left as a free function of every variable, at every joint."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.explain.unknown.influence import Influence
+from leo_diffmodel.explain.unknown.regression import Regression, Score
+from leo_diffmodel.explain.unknown.variables import Variable, variables
+
+Array = np.ndarray
+CARRIERS = {
+    'rate': ('torque',),
+    'angle': ('torque', 'friction', 'drive'),
+    'input': ('torque',),
+    'load': ('torque', 'friction'),
+    'time': ('torque', 'friction', 'drive'),
+    'path': ('torque',),
+}
+"""How a torque may depend on each variable: it is the torque, a level of dry friction against
+motion, or a share of the motor's own torque."""
+FASTEST_HZ = 10.0
+PER_PERIOD = 4
+AT_ONCE = 100
+CALM = 0.02
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A torque at one joint as a free function of one variable.
+
+    Attributes:
+        joint: index of the joint it acts at.
+        variable: what it depends on.
+        carrier: 'torque', 'friction' or 'drive'; see `CARRIERS`.
+        hertz: of a torque periodic in time, whose values are those of sine and cosine; else 0.
+        score: coefficients and gains; the coefficients are the values at the knots.
+    """
+
+    joint: int
+    variable: Variable
+    carrier: str
+    hertz: float
+    score: Score
+
+    @property
+    def gain(self) -> float:
+        """On training blocks, each predicted from the others [nats]."""
+        return float(self.score.gain)
+
+    @property
+    def gain_held_out(self) -> float:
+        """On the blocks nothing was fitted to [nats]."""
+        return float(self.score.gain_held_out)
+
+
+def curves(left: Influence, blocks: Array, paths: dict[float, Array]) -> list[Curve]:
+    """The curve of every variable at every joint, best on training blocks first.
+
+    Args:
+        left: what is left.
+        blocks: time block of each window, shape (W,).
+        paths: for each reach [rad], how far each joint is along its hysteresis, (W, G, J).
+    """
+    found = []
+    for joint in range(left.q.shape[-1]):
+        regression = Regression(left, blocks, joint)
+        found += list(_at_joint(left, regression, joint))
+        found += [_along(left, regression, joint, r, z[..., joint]) for r, z in paths.items()]
+    return sorted(found, key=lambda c: -c.gain)
+
+
+def _at_joint(left: Influence, regression: Regression, joint: int) -> Iterator[Curve]:
+    for variable in variables(left, joint):
+        for carrier in CARRIERS[variable.name]:
+            carried = carry(left, carrier, joint)
+            if carried is not None:
+                basis = variable.hats(variable.values) * carried[..., None]
+                score = regression.of(basis[:, :, None])
+                yield Curve(joint, variable, carrier, 0.0, score.at(0))
+        if variable.name == 'time':
+            yield _periodic(left, regression, joint, variable)
+
+
+def _along(left: Influence, regression: Regression, joint: int, reach: float, z: Array) -> Curve:
+    """Friction that follows the direction of motion over a distance."""
+    name = left.model.robot.joint_names[joint]
+    variable = Variable('path', name, '', z, np.array([reach]))
+    return Curve(joint, variable, 'torque', 0.0, regression.of(-z[:, :, None, None]).at(0))
+
+
+def _periodic(left: Influence, regression: Regression, joint: int, variable: Variable) -> Curve:
+    """The best sine in time."""
+    span = float(np.ptp(variable.values))
+    highest = min(FASTEST_HZ, 0.4 / float(np.median(left.problem.windows.dt)))
+    grid = np.arange(1.0 / span, highest, 1.0 / (PER_PERIOD * span))
+    tried = [(f, s) for part in np.array_split(grid, max(1, len(grid) // AT_ONCE))
+             for f, s in _each(part, regression.of(waves(variable.values, part)))]  # fmt: skip
+    best, score = max(tried, key=lambda t: float(t[1].gain))
+    return Curve(joint, variable, 'torque', best, score)
+
+
+def _each(hertz: Array, scores: Score) -> Iterator[tuple[float, Score]]:
+    return ((float(f), scores.at(i)) for i, f in enumerate(hertz))
+
+
+def waves(time: Array, hertz: Array) -> Array:
+    """Sine and cosine of each frequency, shape (..., F, 2)."""
+    phase = 2 * np.pi * time[..., None] * hertz
+    return np.stack([np.sin(phase), np.cos(phase)], axis=-1)
+
+
+def carry(left: Influence, carrier: str, joint: int) -> Array | None:
+    """What the curve is multiplied with, shape (W, G); None where the joint has no such thing."""
+    if carrier == 'torque':
+        return np.ones(left.q.shape[:-1])
+    if carrier == 'friction':
+        rate = left.dq[..., joint]
+        return -np.tanh(rate / (CALM * float(np.sqrt((rate**2).mean())) + 1e-12))
+    if joint not in left.model.robot.actuated:
+        return None
+    return drive(left)[..., joint]
+
+
+def drive(left: Influence) -> Array:
+    """The motors' own torque at each joint [N m], shape (W, G, J)."""
+    windows, laws = left.problem.windows, left.model.laws
+    inputs = left.averaged(windows.inputs)
+    enabled = left.averaged(windows.enabled.astype(float)) > 0.5
+    load = left.model.rigid.load(left.q) if laws.needs_load else None
+    return np.asarray(laws.torques(left.q, left.dq, left.dq, inputs, enabled, load).motor)

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Is something missing that no known effect is? Two ways to see it.
+
+What the named effects leave may follow one variable; or one law may explain by itself, and
+better, what takes several known effects to imitate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.explain.engine import Search
+from leo_diffmodel.explain.fit import Fit, fit, Problem
+from leo_diffmodel.explain.scored import AGREEMENT, dispersion, MARGIN_NATS
+from leo_diffmodel.explain.unknown.attempt import Attempt, attempt
+from leo_diffmodel.explain.unknown.curves import Curve, curves
+from leo_diffmodel.explain.unknown.influence import Influence, influence
+from leo_diffmodel.explain.unknown.paths import paths
+
+Array = np.ndarray
+LEAST_NATS = 15.0
+"""Noise alone gives a curve up to 7 nats over all variables (40 runs without an effect)."""
+LEAST_SHARE = 0.05
+"""Of all that is explained; less is no answer to what is missing."""
+FORM_NATS = 3.0
+TRIED = 2
+
+
+@dataclass(frozen=True)
+class Found:
+    """A law that is no known effect.
+
+    Attributes:
+        attempt: the law and its fit.
+        kept: which of the named effects stay beside it, by index.
+        left: what it was found in.
+        blocks: time block of each window, shape (W,).
+    """
+
+    attempt: Attempt
+    kept: tuple[int, ...]
+    left: Influence
+    blocks: Array
+
+
+def find(recordings: Sequence[Recording], found: Search) -> Found | None:
+    """The law that what is known cannot stand for, if any.
+
+    Args:
+        recordings: what the search was made in, held-out ones last.
+        found: the search; its final hypothesis is what is known.
+    """
+    problem = found.problem
+    blocks = found.posed.blocks.index(problem.windows)
+    alone = _instead(recordings, problem, found, blocks)
+    return alone or _beyond(recordings, problem, found, blocks)
+
+
+def _beyond(
+    recordings: Sequence[Recording], problem: Problem, found: Search, blocks: Array
+) -> Found | None:
+    """A law for what the named effects leave."""
+    left, best = _curves(recordings, problem, found.final, blocks)
+    named = _gain(found.null, found.final, problem.train)
+    if not _counts(best[0], named, 1.0):
+        return None
+    tried = attempt(recordings, found.final, left, blocks, best[0])
+    if not _counts(best[0], named, min(tried.dispersion, dispersion(found.final))):
+        return None
+    kept = _needed(problem, tried)
+    return Found(tried, kept, left, blocks)
+
+
+def _instead(
+    recordings: Sequence[Recording], problem: Problem, found: Search, blocks: Array
+) -> Found | None:
+    """A law that explains more by itself than all named effects together."""
+    if not found.final.hypothesis.candidates:
+        return None
+    left, best = _curves(recordings, problem, found.null, blocks)
+    everything = np.ones(problem.windows.count, dtype=bool)
+    rival = _gain(found.null, found.final, everything)
+    price = _price(problem, len(found.final.theta) - len(found.null.theta))
+    for curve in _distinct(best)[:TRIED]:
+        tried = attempt(recordings, found.null, left, blocks, curve)
+        spread = min(tried.dispersion, dispersion(found.final))
+        own = tried.total / spread - _price(problem, len(tried.law.values)) - FORM_NATS
+        if own > rival / spread - price + MARGIN_NATS:
+            return Found(tried, (), left, blocks)
+    return None
+
+
+def _curves(
+    recordings: Sequence[Recording], problem: Problem, base: Fit, blocks: Array
+) -> tuple[Influence, list[Curve]]:
+    left = influence(problem, base)
+    return left, curves(left, blocks, paths(recordings, left))
+
+
+def _counts(curve: Curve, named: float, spread: float) -> bool:
+    """Whether a curve is more than noise, holds on unseen data, and matters."""
+    trained = float(curve.score.gain_train)
+    return (
+        curve.gain / spread > LEAST_NATS
+        and curve.gain_held_out > AGREEMENT * float(curve.score.expected)
+        and trained > LEAST_SHARE * (trained + named)
+    )
+
+
+def _distinct(best: Sequence[Curve]) -> list[Curve]:
+    """The best curve of each variable and carrier."""
+    first: dict[tuple, Curve] = {}
+    for c in best:
+        first.setdefault((c.joint, c.variable.name, c.carrier, bool(c.hertz)), c)
+    return list(first.values())
+
+
+def _needed(problem: Problem, tried: Attempt) -> tuple[int, ...]:
+    """Which effects of the base still earn their place beside the law."""
+    everything = np.ones(problem.windows.count, dtype=bool)
+    kept, full = list(range(len(tried.base.hypothesis.candidates))), tried.fit
+    while kept and full is not None:
+        smaller = [_without(problem, full, i) for i in range(len(kept))]
+        costs = [_gain(s, full, everything) / dispersion(full) for s in smaller]
+        least = int(np.argmin(costs))
+        if costs[least] > LEAST_NATS:
+            break
+        full = smaller[least]
+        del kept[least]
+    return tuple(kept)
+
+
+def _without(problem: Problem, full: Fit, index: int) -> Fit:
+    hypothesis, first = full.hypothesis, full.hypothesis.offset(index)
+    count = len(hypothesis.candidates[index].parameters)
+    theta = np.delete(full.theta, np.arange(first, first + count))
+    return fit(problem, hypothesis.without(index), theta, full.start)
+
+
+def _gain(null: Fit, other: Fit, chosen: Array) -> float:
+    return float((null.loss - other.loss)[chosen].sum())
+
+
+def _price(problem: Problem, count: int) -> float:
+    """Nats that parameters must earn (Bayesian information criterion)."""
+    samples = problem.windows.count * problem.windows.measured[0].size
+    return 0.5 * count * float(np.log(samples))

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How what a fit leaves unexplained would answer to a torque at each joint and instant.
+
+Linear and computed once: whatever a missing torque may depend on, its trace in the data is then
+one matrix product (gap_engine.md section 1.7).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.compare.pushes import respond
+from leo_diffmodel.compare.sizes import torque_scale
+from leo_diffmodel.explain import shooting
+from leo_diffmodel.explain.fit import Fit, Problem
+from leo_sim.model import Model
+
+Array = np.ndarray
+MOST_STRETCHES = 30
+
+
+@dataclass(frozen=True)
+class Influence:
+    """The whitened residual of a fit and its answer to torques, start states projected out.
+
+    Attributes:
+        residual: (measured - predicted) / sigma, robustly weighted, shape (W, N).
+        answer: change of the prediction per N m of torque at joint j throughout stretch g, in
+            the same units, shape (W, N, G, J).
+        by_theta: change of the prediction per unit of the fit's parameters, shape (W, N, P).
+        stretch: which stretch each interval of a window belongs to, shape (K,).
+        q: predicted angles in the middle of each stretch [rad], shape (W, G, J).
+        dq: predicted rates there [rad/s], shape (W, G, J).
+        model: the fitted model.
+        problem: the data.
+    """
+
+    residual: Array
+    answer: Array
+    by_theta: Array
+    stretch: Array
+    q: Array
+    dq: Array
+    model: Model
+    problem: Problem
+
+    def information(self, joint: int) -> tuple[Array, Array]:
+        """What each window says of a torque in each stretch, and of the fit's parameters.
+
+        Returns:
+            Normal matrix (W, G + P, G + P) and right side (W, G + P) of least squares.
+        """
+        columns = np.concatenate([self.answer[..., joint], self.by_theta], axis=-1)
+        turned = np.swapaxes(columns, -1, -2)
+        return turned @ columns, (turned @ self.residual[..., None])[..., 0]
+
+    @property
+    def time(self) -> Array:
+        """Time since the recording began, in the middle of each stretch [s], shape (W, G)."""
+        windows = self.problem.windows
+        ends = np.cumsum(windows.dt, axis=1)
+        return windows.start[:, None] + self.averaged(ends - 0.5 * windows.dt)
+
+    def averaged(self, held: Array) -> Array:
+        """Mean over each stretch of what is given per interval (W, K, ...), (W, G, ...)."""
+        groups = [held[:, self.stretch == g] for g in range(self.stretch[-1] + 1)]
+        return np.stack([g.mean(axis=1) for g in groups], axis=1)
+
+
+def influence(problem: Problem, fitted: Fit) -> Influence:
+    """Linearise a fitted hypothesis by a torque at every joint in every stretch of time."""
+    windows, joints = problem.windows, problem.windows.q.shape[-1]
+    hypothesis = fitted.hypothesis
+    model = hypothesis.model(problem.base, fitted.theta)
+    linear = shooting.linearise(
+        problem.base, windows, problem.sigma, hypothesis, fitted.theta, fitted.start
+    )
+    stretch = np.arange(windows.steps) * min(windows.steps, MOST_STRETCHES) // windows.steps
+    pushes = _pushes(stretch, windows.dt.shape, joints, 1e-3 * torque_scale(model.robot))
+    predicted, columns = respond(model, windows, fitted.start, pushes)
+    noise = problem.sigma[windows.source][:, None, :, None]
+    answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1)
+    answer = answer / (1e-3 * torque_scale(model.robot))
+    weight = shooting.robust_weight(fitted.residual)
+    everything = np.concatenate([linear.by_theta, -answer], axis=-1)
+    rest, columns, _, _ = shooting.eliminate(
+        shooting.Linear(linear.residual, linear.by_start, everything), weight
+    )
+    split = linear.by_theta.shape[-1]
+    middle = 0.5 * (predicted[:, 1:] + predicted[:, :-1])
+    made = Influence(
+        residual=rest,
+        answer=-columns[..., split:].reshape(*rest.shape, -1, joints),
+        by_theta=-columns[..., :split],
+        stretch=stretch,
+        q=middle[..., :joints],
+        dq=middle[..., joints:],
+        model=model,
+        problem=problem,
+    )
+    return _averaged(made)
+
+
+def _averaged(made: Influence) -> Influence:
+    parts = {name: getattr(made, name) for name in vars(made)}
+    return Influence(**{**parts, 'q': made.averaged(made.q), 'dq': made.averaged(made.dq)})
+
+
+def _pushes(stretch: Array, shape: tuple[int, ...], joints: int, size: float) -> Array:
+    """A torque in one stretch at one joint each, shape (G J, W, K, J)."""
+    inside = stretch[None, :] == np.arange(stretch[-1] + 1)[:, None]
+    torque = np.einsum('gk,ij->gikj', inside.astype(float), size * np.eye(joints))
+    torque = torque.reshape(-1, 1, shape[1], joints)
+    return np.broadcast_to(torque, (len(torque), *shape, joints))

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A readable law for a curve: the form that explains most for the parameters it takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.explain.unknown.curves import carry, Curve
+from leo_diffmodel.explain.unknown.families import families, Family, table
+from leo_diffmodel.explain.unknown.influence import Influence
+from leo_diffmodel.explain.unknown.regression import Regression
+from leo_sim.effects import Parameter
+
+Array = np.ndarray
+READABLE_SHARE = 0.05
+READABLE_NATS = 10.0
+POSITIVE = ('width', 'tau', 'f', 'n', 'reach')
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law of one variable with its parameters.
+
+    Attributes:
+        curve: what it describes.
+        family: its form.
+        parameters: coefficients first; those that shape it are neutral at their fitted value.
+        values: the fitted values, same order.
+        gain: linear gain on the training blocks less the price of the parameters [nats].
+    """
+
+    curve: Curve
+    family: Family
+    parameters: tuple[Parameter, ...]
+    values: Array
+    gain: float
+
+    @property
+    def words(self) -> str:
+        """The formula for people, with the name of the variable."""
+        return self.family.words.format(x=SYMBOLS[self.curve.variable.name])
+
+
+SYMBOLS = {'angle': 'q', 'rate': 'w', 'input': 'u', 'load': 'load', 'time': 't', 'path': 'z'}
+
+
+def law_of(left: Influence, blocks: Array, curve: Curve) -> Law:
+    """The best readable form; the table of the curve where none comes close to it."""
+    regression = Regression(left, blocks, curve.joint)
+    carried = carry(left, curve.carrier, curve.joint)
+    assert carried is not None
+    size = 0.5 * float(np.log(regression.samples))
+    found = []
+    for family in families(curve):
+        basis = family.basis(curve.variable.values) * carried[..., None, None]
+        score = regression.of(basis)
+        best = int(np.argmax(score.gain_train))
+        count = len(family.linear) + len(family.shapes)
+        values = family.values(score.values[best], best)
+        gain = float(score.gain_train[best]) - size * count
+        found.append(Law(curve, family, _parameters(curve, family, values), values, gain))
+    law = max(found, key=lambda f: f.gain)
+    whole = float(curve.score.gain_train) - size * len(curve.score.values)
+    if curve.hertz or law.gain > whole - READABLE_NATS - READABLE_SHARE * abs(whole):
+        return law
+    return table_of(curve, whole)
+
+
+def table_of(curve: Curve, gain: float = 0.0) -> Law:
+    """The curve itself as a law."""
+    variable = curve.variable
+    family = table(variable.knots, curve.score.values, variable.period, variable.hats)
+    values = np.ones(1)
+    return Law(curve, family, (Parameter('k', ''),), values, gain)
+
+
+def _parameters(curve: Curve, family: Family, values: Array) -> tuple[Parameter, ...]:
+    own = '' if curve.carrier == 'drive' else 'N m'
+    made = [Parameter(name, _unit(own, curve.variable.unit, n)) for name, n in family.linear]
+    for (name, n), value in zip(family.shapes, values[len(family.linear) :], strict=True):
+        low = 1e-6 if name in POSITIVE else float('-inf')
+        unit = 'rad' if name in ('phase', 'reach') else _unit('', curve.variable.unit, n)
+        made.append(Parameter(name, unit, float(value), low))
+    return tuple(made)
+
+
+def _unit(own: str, x: str, power: int) -> str:
+    """Unit of a coefficient of x^power."""
+    if not power or not x:
+        return own
+    if power < 0:
+        return x
+    base, _, under = x.partition('/')
+    over = f'{own} {under}{power if power > 1 else ""}'.strip() if under else own or '1'
+    if base == 's' and not own:
+        return 'Hz' if power == 1 else f'1/s{power}'
+    return f'{over}/{base}{power if power > 1 else ""}'

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The path each joint has come: how far along its hysteresis it is, and the windows' long past."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.unknown.influence import Influence
+
+Array = np.ndarray
+PAST_SAMPLES = 300
+INSTANT = 1e-9
+REACHES = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6)
+"""Distances over which friction may build up, tried one by one [rad]."""
+
+
+def paths(recordings: Sequence[Recording], left: Influence) -> dict[float, Array]:
+    """For each reach the state of Dahl's friction in each stretch, -1 to 1, shape (W, G, J)."""
+    return {reach: _path(recordings, left, reach) for reach in REACHES}
+
+
+def _path(recordings: Sequence[Recording], left: Influence, reach: float) -> Array:
+    time, windows = left.time, left.problem.windows
+    z = np.zeros(left.q.shape)
+    for source, recording in enumerate(recordings):
+        for episode in recording.episodes:
+            inside = (
+                (windows.source == source)
+                & (time[:, 0] >= episode.t[0])
+                & (time[:, -1] <= episode.t[-1])
+            )
+            along = dahl(episode, reach)
+            for j in range(z.shape[-1]):
+                z[inside, :, j] = np.interp(time[inside], episode.t, along[:, j])
+    return z
+
+
+def dahl(episode: Episode, reach: float) -> Array:
+    """The state along an episode that begins at rest, shape (T, J)."""
+    moved = np.diff(episode.q, axis=0)
+    decay, way = np.exp(-np.abs(moved) / reach), np.sign(moved)
+    z = np.zeros_like(episode.q)
+    for k in range(len(moved)):
+        z[k + 1] = way[k] + (z[k] - way[k]) * decay[k]
+    return z
+
+
+def with_past(recordings: Sequence[Recording], windows: Windows) -> Windows:
+    """The same windows with 300 samples of history each, which a memory of the path needs.
+
+    Where an episode has fewer, its first sample is repeated for an instant.
+    """
+    episodes = [(source, e) for source, r in enumerate(recordings) for e in r.episodes]
+    parts = []
+    for source, start in zip(windows.source, windows.start, strict=True):
+        inside = (e for s, e in episodes if s == source and e.t[0] <= start <= e.t[-1])
+        parts.append(_past(next(inside), float(start)))
+    columns = tuple(np.stack(column) for column in zip(*parts, strict=True))
+    return replace(windows, history=columns)  # type: ignore[arg-type]
+
+
+def _past(episode: Episode, start: float) -> tuple[Array, ...]:
+    """Angles, rates, inputs, motors on and lengths of the samples before an instant."""
+    first = int(np.argmin(np.abs(episode.t - start)))
+    pick = np.maximum(np.arange(first - PAST_SAMPLES, first), 0)
+    gaps = np.maximum(episode.t[np.minimum(pick + 1, first)] - episode.t[pick], INSTANT)
+    gaps[: max(0, PAST_SAMPLES - first)] = INSTANT
+    names = ('q', 'dq', 'inputs', 'enabled')
+    return (*(getattr(episode, name)[pick] for name in names), gaps)

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Least squares of a missing torque on training blocks, judged on blocks it has not seen."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from leo_diffmodel.explain.unknown.influence import Influence
+
+Array = np.ndarray
+RIDGE = 1e-6
+
+
+class Score(NamedTuple):
+    """What a linear law is worth; every field has one entry for each of the F laws tried.
+
+    Attributes:
+        values: coefficients, shape (F, B).
+        spread: their standard deviation, shape (F, B).
+        gain: on the training blocks, each predicted from the others [nats], shape (F,).
+        gain_held_out: on the blocks nothing was fitted to [nats], shape (F,).
+        gain_train: on the training blocks it was fitted to [nats], shape (F,).
+        expected: what that promises for the held-out blocks, by how much the law shows there
+            [nats], shape (F,).
+    """
+
+    values: Array
+    spread: Array
+    gain: Array
+    gain_held_out: Array
+    gain_train: Array
+    expected: Array
+
+    def at(self, index: int) -> Score:
+        """One of the laws."""
+        return Score(*(field[index] for field in self))
+
+
+class _Normal(NamedTuple):
+    """Sums over some windows: normal matrices (F, B, B), right sides (F, B)."""
+
+    matrix: Array
+    slope: Array
+
+    def less(self, other: _Normal) -> _Normal:
+        return _Normal(self.matrix - other.matrix, self.slope - other.slope)
+
+    def solved(self) -> Array:
+        return np.linalg.solve(_ridged(self.matrix), self.slope[..., None])[..., 0]
+
+    def trace(self, found: Array) -> Array:
+        """Squared change of the prediction here by coefficients, shape (F,)."""
+        return np.einsum('fi,fij,fj->f', found, self.matrix, found)
+
+    def nats(self, found: Array) -> Array:
+        """Nats gained here by coefficients found anywhere."""
+        linear = np.einsum('fi,fi->f', found, self.slope)
+        return linear - 0.5 * self.trace(found)
+
+
+class Regression:
+    """Regression of one joint's missing torque; the fit's own parameters move along.
+
+    What the fit's parameters can do is taken out of the residual and of every law, by their
+    response over all training windows.
+    """
+
+    def __init__(self, left: Influence, blocks: Array, joint: int):
+        """Sum up what the windows say.
+
+        Args:
+            left: what is left.
+            blocks: time block of each window, shape (W,).
+            joint: index of the joint.
+        """
+        self._train = left.problem.train
+        self._matrix, self._slope = left.information(joint)
+        self._stretches = left.answer.shape[-2]
+        self._held = np.flatnonzero(~self._train)
+        self._folds = [
+            np.flatnonzero((blocks == b) & self._train) for b in np.unique(blocks[self._train])
+        ]
+        self.samples = int(self._train.sum()) * left.residual.shape[1]
+
+    def of(self, torque: Array) -> Score:
+        """Fit laws that are linear in their coefficients.
+
+        Args:
+            torque: per unit of each coefficient in each stretch, shape (W, G, F, B).
+        """
+        flat = torque.reshape(*torque.shape[:2], -1)
+        answered = np.swapaxes(self._matrix[:, : self._stretches], -1, -2) @ flat
+        answered = answered.reshape(len(flat), -1, *torque.shape[2:])
+        own = self._responses(answered)
+        parts = [self._sum(torque, answered, own, fold) for fold in self._folds]
+        whole = _Normal(sum(p.matrix for p in parts), sum(p.slope for p in parts))
+        held = self._sum(torque, answered, own, self._held)
+        found = whole.solved()
+        inverse = np.linalg.inv(_ridged(whole.matrix))
+        return Score(
+            found,
+            np.sqrt(np.maximum(np.diagonal(inverse, axis1=-2, axis2=-1), 0.0)),
+            sum(p.nats(whole.less(p).solved()) for p in parts),
+            held.nats(found),
+            whole.nats(found),
+            whole.nats(found) * held.trace(found) / np.maximum(whole.trace(found), 1e-12),
+        )
+
+    def _responses(self, answered: Array) -> tuple[Array, Array]:
+        """What the fit's parameters do about the laws (F, P, B) and about the residual (P,)."""
+        count = self._stretches
+        matrix = self._matrix[self._train, count:, count:].sum(axis=0)
+        cross = answered[self._train, count:].sum(axis=0).swapaxes(0, 1)
+        slope = self._slope[self._train, count:].sum(axis=0)
+        inverse = np.linalg.inv(_ridged(matrix)) if len(matrix) else matrix
+        return inverse @ cross, inverse @ slope
+
+    def _sum(
+        self, torque: Array, answered: Array, own: tuple[Array, Array], chosen: Array
+    ) -> _Normal:
+        """Normal equations of the coefficients on chosen windows, the parameters taken out."""
+        count = self._stretches
+        part, answer = torque[chosen], answered[chosen]
+        cross = answer[:, count:].sum(axis=0).swapaxes(0, 1)
+        matrix = np.einsum('wgfb,wgfc->fbc', part, answer[:, :count])
+        slope = np.einsum('wgfb,wg->fb', part, self._slope[chosen, :count])
+        by_law, by_rest = own
+        inner = self._matrix[chosen, count:, count:].sum(axis=0)
+        moved = np.swapaxes(by_law, -1, -2)
+        mixed = np.swapaxes(cross, -1, -2) @ by_law
+        matrix = matrix - mixed - np.swapaxes(mixed, -1, -2) + moved @ inner @ by_law
+        rest = self._slope[chosen, count:].sum(axis=0) - inner @ by_rest
+        slope = slope - np.swapaxes(cross, -1, -2) @ by_rest - moved @ rest
+        return _Normal(matrix, slope)
+
+
+def _ridged(matrix: Array) -> Array:
+    diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
+    floor = np.maximum(diagonal, 1e-12 * diagonal.max(axis=-1, keepdims=True) + 1e-300)
+    return matrix + RIDGE * floor[..., None] * np.eye(matrix.shape[-1])
