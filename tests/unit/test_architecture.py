@@ -128,6 +128,18 @@ def test_explain_never_loads_torch() -> None:
     assert {m: r['torch'] for m, r in loaded.items() if 'torch' in r} == {}
 
 
+def test_compare_never_fits() -> None:
+    start = ('leo_diffmodel.verbs.compare', 'leo_diffmodel.report.compared')
+    for module in start:
+        loaded = reached_from(module)
+        fits = {m: by for m, by in loaded.items() if within(m, 'leo_diffmodel.explain')}
+        assert fits == {}, f'{module} loads what fits'
+
+
+def test_a_fit_is_noticed_where_it_is_loaded() -> None:
+    assert 'leo_diffmodel.explain.fit' in reached_from('leo_diffmodel.report.explained')
+
+
 def test_torch_is_noticed_where_it_is_loaded() -> None:
     assert 'torch' in reached_from('leo_learner.ddpg')
 

@@ -11,13 +11,18 @@ import pytest
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.comparison import Comparison
+from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.compare.torque import MissingTorque
+from leo_diffmodel.compare.where import where
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.report import page
-from leo_diffmodel.report.sections import budget, horizon, hypotheses
+from leo_diffmodel.report.compared import write_comparison
+from leo_diffmodel.report.explained import write_explanation
+from leo_diffmodel.report.sections import budget, horizon, hypotheses, untested
 from leo_diffmodel.report.sections import missing as missing_section
 from leo_diffmodel.report.sections import verdict as verdict_section
+from leo_diffmodel.report.sections import where as where_section
 from leo_sim.model import Model
 from leo_sim.robot import load_robot
 
@@ -26,6 +31,7 @@ STATES = [{'name': 'pivot', 'unit': 'rad'}, {'name': 'pivot rate', 'unit': 'rad/
 PROVENANCE = {
     'bags': [{'path': 'bags/<run> & "1"', 'sha256': 'f00d'}],
     'robot': 'pendulum',
+    'model_sha256': 'beef',
     'effects_in_model': [],
     'command': "leo explain 'bags/<run>' --model pendulum",
     'date': '2026-11-20T12:00:00+00:00',
@@ -87,9 +93,9 @@ def recording() -> Recording:
 def missing() -> MissingTorque:
     rng = np.random.default_rng(0)
     q, dq, u = rng.uniform(-1, 1, (3, 120, 1)) * np.array([1.0, 8.0, 3.0])[:, None, None]
-    empty = np.zeros((120, 6, 1))
+    held = [np.repeat(x[:, None], n, axis=1) for x, n in ((q, 6), (dq, 6), (u, 5))]
     windows = Windows(
-        empty, empty, empty[:, :5], empty[:, :5] == 0, np.full((120, 5), 0.01),
+        *held, np.ones((120, 5, 1), bool), np.full((120, 5), 0.01),
         np.arange(120) * 0.06, np.zeros(120, int),
     )  # fmt: skip
     torque = -1e-4 * dq + 1e-5 * rng.standard_normal((120, 1))
@@ -113,8 +119,10 @@ def explanation(verdict: str, model: Model, sentence: str = 'Sentence <1> & 2.')
     )
 
 
-def comparison(missing: MissingTorque, factor: float) -> Comparison:
+def comparison(missing: MissingTorque, model: Model, factor: float) -> Comparison:
     """Errors `factor` times the noise floor, at one step and further ahead."""
+    seen = missing.windows.measured
+    prediction = Prediction(missing.windows, seen + 0.01, np.full_like(seen, 1e-4))
     floor = [[0.002, 0.05], [0.003, 0.06]]
     seconds = (0.03, 0.6)
 
@@ -132,27 +140,30 @@ def comparison(missing: MissingTorque, factor: float) -> Comparison:
         'horizon': table(factor),
         'noise_floor': {'one_step': {'rmse': floor[0]}, 'horizon': table(1.0)},
         'budget': {'explained': 0.7, 'unexplained': 0.2, 'noise': 0.1},
+        'seconds': 0.4,
         'provenance': PROVENANCE,
     }
-    return Comparison(data, missing, np.array([0.001, 0.05]))
+    return Comparison(data, missing, where(missing, model), prediction)
 
 
 @pytest.mark.parametrize('verdict', ['fine', 'named', 'ambiguous', 'unknown', 'untestable'])
 def test_every_verdict_makes_a_page(verdict, model, recording, tmp_path):
     path = tmp_path / 'report.html'
-    page.write_explanation(path, explanation(verdict, model), [recording])
+    write_explanation(path, explanation(verdict, model), [recording])
     links, text = read(path)
     assert links.urls == [] and links.scripts == 0
     assert verdict in text and 'Sentence <1> & 2.' in text
     assert 'Let it swing with the motors free.' in text
     assert 'torque_ripple' in text and '12.7 are needed' in text
-    assert 'f00d' in text and PROVENANCE['date'] in text
+    assert 'What this data could not test' in text
+    for origin in ('f00d', 'beef', PROVENANCE['date'], 'runtime0.10 s', 'leo_sim 0.1.0'):
+        assert origin in text, origin
 
 
 def test_what_came_from_outside_is_escaped(model, recording, tmp_path):
     path = tmp_path / 'report.html'
     hostile = '<script>alert(1)</script> coulomb_friction:pivot'
-    page.write_explanation(path, explanation('named', model, hostile), [recording])
+    write_explanation(path, explanation('named', model, hostile), [recording])
     links, text = read(path)
     assert links.scripts == 0 and hostile in text
     assert '<run>' not in path.read_text() and 'bags/<run> & "1"' in text
@@ -160,7 +171,7 @@ def test_what_came_from_outside_is_escaped(model, recording, tmp_path):
 
 def test_the_comparison_is_a_sentence_of_numbers(model, recording, missing, tmp_path):
     path = tmp_path / 'report.html'
-    page.write_comparison(path, comparison(missing, 4.0), [recording], model)
+    write_comparison(path, comparison(missing, model, 4.0), [recording], model)
     links, text = read(path)
     assert links.urls == [] and links.scripts > 0
     text = text.replace('\u00a0', ' ')
@@ -177,14 +188,14 @@ def test_the_comparison_is_a_sentence_of_numbers(model, recording, missing, tmp_
 )  # fmt: skip
 def test_axes_carry_their_unit(axis, model, recording, missing, tmp_path):
     path = tmp_path / 'report.html'
-    page.write_comparison(path, comparison(missing, 4.0), [recording], model)
+    write_comparison(path, comparison(missing, model, 4.0), [recording], model)
     assert f'"{axis}"' in path.read_text()
 
 
 def test_a_model_at_the_noise_floor_is_said_to_be(model, recording, missing, tmp_path):
     path = tmp_path / 'report.html'
     quiet = replace(missing, torque=0.1 * missing.spread)
-    page.write_comparison(path, comparison(quiet, 1.0), [recording], model)
+    write_comparison(path, comparison(quiet, model, 1.0), [recording], model)
     _, text = read(path)
     assert 'which is what noise alone explains' in text
     assert 'there is no place where it fails' in text
@@ -199,7 +210,7 @@ def test_a_page_that_fails_leaves_the_last_one(model, recording, tmp_path, monke
 
     monkeypatch.setattr(page.os, 'replace', full)
     with pytest.raises(OSError, match='no space'):
-        page.write_explanation(path, explanation('fine', model), [recording])
+        write_explanation(path, explanation('fine', model), [recording])
     assert path.read_text() == 'the last one'
 
 
@@ -260,10 +271,12 @@ def test_every_hypothesis_has_a_status_in_words():
         hypothesis('d', 50.0, 10.0),
         hypothesis('e', 40.0, -3.0),
         hypothesis('f', 3.0, 1.0),
-        hypothesis('g', 20.0, None),
+        hypothesis('g', 11.0, None),
     ]
     section = hypotheses.section([named], [named, *others], {}, threshold=12.0)
-    status = {r['name']: (r['kind'], r['status']) for r in section.values['rows']}
+    assert [r['name'] for r in section.values['more']] == ['f', 'g']
+    rows = [*section.values['rows'], *section.values['more']]
+    status = {r['name']: (r['kind'], r['status']) for r in rows}
     assert status['a'] == ('supported', 'supported, but not told apart from its rivals')
     assert status['b'] == ('same', 'the same thing in this data: both brake')
     assert status['c'] == ('rival', 'cannot be ruled out: 2.00 nats behind')
@@ -271,6 +284,7 @@ def test_every_hypothesis_has_a_status_in_words():
     assert status['e'] == ('out', 'does not hold on held-out data')
     assert status['f'] == ('out', 'gains no more than noise would')
     assert status['g'] == ('out', 'ruled out by the first scan')
+    assert [r['near'] for r in rows if r['kind'] == 'out'] == [[]] * 4
 
 
 def test_an_angle_of_many_turns_is_folded_into_one(model, missing):
@@ -289,3 +303,58 @@ def test_advice_already_in_the_sentence_is_not_repeated(model):
         explanation('untestable', model), sentence='Too still: swing it.', next_run='swing it'
     )
     assert verdict_section.answer(told).values['next_run'] is None
+
+
+def test_what_could_not_be_tested_is_told_once_for_each_reason():
+    rows = [
+        {'name': n, 'where': w, 'why': y}
+        for n, w, y in (('a', 'x', 'no swing'), ('b', 'x', 'no swing'), ('a', 'y', 'no swing'),
+                        ('c', 'x', 'too slow'))
+    ]  # fmt: skip
+    first, second = untested.section(rows).values['rows']
+    assert first == {
+        'why': 'no swing',
+        'effects': [{'name': 'a', 'where': ['x', 'y']}, {'name': 'b', 'where': ['x']}],
+    }
+    assert second['effects'] == [{'name': 'c', 'where': ['x']}]
+
+
+def test_the_heat_map_has_a_strip_for_each_variable(missing, model, recording):
+    values = where_section.section(where(missing, model), model, [recording]).values
+    [joint] = values['joints']
+    assert joint['name'] == 'pivot' and joint['share'] == '100 %'
+    assert [s['name'] for s in joint['strips']] == ['speed', 'direction', 'load', 'angle', 'input',
+                                                    'time']  # fmt: skip
+    fast = joint['strips'][0]['cells']
+    assert [c['shade'] for c in fast] == sorted(c['shade'] for c in fast)
+    assert all('of the error in' in c['tip'] and 'of stall' in c['tip'] for c in fast)
+    assert values['worst'][0]['variable'] == 'speed' and 'rad/s' in values['worst'][0]['range']
+    assert values['worst'][0]['windows'].count(' s') == 3
+
+
+def test_errors_within_chance_of_the_floor_are_noise():
+    errors = {
+        'states': STATES,
+        'ladder': [
+            {'model': 'as given', 'rmse': [0.011, 0.11], 'seconds': 0.5},
+            {'model': 'noise floor', 'rmse': [0.01, 0.1], 'seconds': 0.5},
+        ],
+    }
+    parts = {p['name']: p['share'] for p in budget.explained(errors).values['parts']}
+    assert parts == {'unexplained': 0.0, 'noise': pytest.approx(1.0)}
+
+
+def test_training_errors_are_lines_beside_the_held_out_ones():
+    rows = [
+        {'steps': n, 'seconds': 0.03 * n, 'before': [0.1, 1.0], 'after': [0.01, 0.1],
+         'noise_floor': [0.01, 0.1]}
+        for n in (1, 10)
+    ]  # fmt: skip
+    errors = {'states': STATES, 'horizon': rows}
+    seen = [{'steps': 1, 'before': [0.1, 1.0], 'after': [0.002, 0.02]}]
+    values = horizon.held_out(errors, True, seen).values
+    assert [name for name, _ in values['legend']] == [
+        'as given, held out', 'repaired, held out', 'as given, training', 'repaired, training',
+        'noise floor',
+    ]  # fmt: skip
+    assert not values['floor_too_high']

@@ -13,7 +13,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.torque import missing_torque, MissingTorque
-from leo_diffmodel.compare.where import where
+from leo_diffmodel.compare.where import Where, where
 from leo_diffmodel.compare.windows import Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
@@ -28,11 +28,13 @@ class Comparison:
     Attributes:
         data: the contents of compare.json.
         missing: the torque the model lacks, window by window.
+        where: the missing torque by joint and condition.
         prediction: the windows behind the errors, as predicted.
     """
 
     data: dict
     missing: MissingTorque = field(repr=False)
+    where: Where = field(repr=False)
     prediction: errors.Prediction = field(repr=False)
 
 
@@ -81,7 +83,7 @@ def compare(
         'seconds': time.monotonic() - began,
         'provenance': provenance(recordings, model),
     }
-    return Comparison(data, missing, prediction)
+    return Comparison(data, missing, places, prediction)
 
 
 def _windows(recordings: Sequence[Recording], model: Model, step: float) -> Windows:

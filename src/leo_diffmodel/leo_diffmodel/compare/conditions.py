@@ -10,7 +10,7 @@ import itertools
 import numpy as np
 
 from leo_diffmodel.compare.sizes import is_slide
-from leo_diffmodel.compare.torque import MissingTorque
+from leo_diffmodel.compare.windows import Windows
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -43,34 +43,40 @@ class Condition:
     bag: int | None = None
 
 
-def conditions(missing: MissingTorque, model: Model) -> list[Condition]:
-    """Every condition that at least eight windows were in, each window once per variable."""
-    load = carried(missing, model)
+def conditions(windows: Windows, model: Model, most: int = MOST_BINS) -> list[Condition]:
+    """Every condition that at least eight windows were in, each window once per variable.
+
+    Args:
+        windows: the data.
+        model: whose motor law and gravity say what a gear carries.
+        most: number of bands of a variable.
+    """
+    load = carried(windows, model)
     found: list[Condition] = []
     for j in range(len(model.robot.joint_names)):
-        for name, unit, values in _ranges(missing, model, load, j):
-            found += [Condition(j, name, unit, *b) for b in bands(values)]
-        found += [Condition(j, 'direction', '', *c) for c in _classes(_direction(missing, j))]
-        found += [Condition(j, 'motor', '', *c) for c in _classes(_motor(missing, model, j))]
-        found += _time(missing, j)
+        for name, unit, values in _ranges(windows, model, load, j):
+            found += [Condition(j, name, unit, *b) for b in bands(values, most)]
+        found += [Condition(j, 'direction', '', *c) for c in _classes(_direction(windows, j))]
+        found += [Condition(j, 'motor', '', *c) for c in _classes(_motor(windows, model, j))]
+        found += _time(windows, j, most)
     return [c for c in found if c.inside.sum() >= FEWEST]
 
 
-def carried(missing: MissingTorque, model: Model) -> Array:
+def carried(windows: Windows, model: Model) -> Array:
     """Size of the torque that each joint's gear transmits, by the model [N m], shape (W, J).
 
     Motor torque less that of gravity, as in the law of load-dependent friction (design.md 6).
     """
-    laws, windows = model.laws, missing.windows
+    laws = model.laws
     q, dq = laws.true_state(windows.q[:, :-1], windows.dq[:, :-1])
     load = np.asarray(model.rigid.load(q))
     torques = laws.torques(q, dq, dq, windows.inputs, windows.enabled > 0.5, load)
     return np.abs(np.asarray(torques.motor) - load).mean(axis=1)
 
 
-def bands(values: Array) -> list[tuple[tuple[float, float], Array]]:
-    """Ranges that hold about equally many values, eight at most, and which values are in each."""
-    count = int(np.clip(len(values) // FEWEST, 1, MOST_BINS))
+def bands(values: Array, most: int = MOST_BINS) -> list[tuple[tuple[float, float], Array]]:
+    """Ranges that hold about equally many values, and which values are in each."""
+    count = int(np.clip(len(values) // FEWEST, 1, most))
     edges = np.unique(np.quantile(values, np.linspace(0, 1, count + 1)))
     if len(edges) < 3:
         edges = np.linspace(values.min(), values.max(), 3)
@@ -82,13 +88,13 @@ def bands(values: Array) -> list[tuple[tuple[float, float], Array]]:
 
 
 def _ranges(
-    missing: MissingTorque, model: Model, load: Array, j: int
+    windows: Windows, model: Model, load: Array, j: int
 ) -> Iterator[tuple[str, str, Array]]:
     robot = model.robot
     slide = is_slide(robot, robot.joint_names[j])
-    yield 'speed', 'm/s' if slide else 'rad/s', np.abs(missing.dq[:, j])
+    yield 'speed', 'm/s' if slide else 'rad/s', np.abs(windows.dq[..., j].mean(axis=1))
     yield 'load', 'N' if slide else 'N m', load[:, j]
-    q = missing.q[:, j]
+    q = windows.q[..., j].mean(axis=1)
     if slide:
         yield 'position', 'm', q
     else:
@@ -96,7 +102,7 @@ def _ranges(
         if np.ptp(q) > TURN:
             yield 'turned', 'rad', q
     if j in robot.actuated:
-        values = missing.inputs[:, robot.actuated.index(j)]
+        values = windows.inputs[..., robot.actuated.index(j)].mean(axis=1)
         if np.ptp(values) > 0:
             yield 'input', 'V' if robot.input == 'voltage' else 'N m', values
 
@@ -108,18 +114,18 @@ def folded(angle: Array) -> Array:
     return (angle + np.pi) % TURN - np.pi
 
 
-def _direction(missing: MissingTorque, j: int) -> Array:
+def _direction(windows: Windows, j: int) -> Array:
     """Forward or backward where every rate of a window has one sign, shape (W,) of words."""
-    rates = missing.windows.dq[..., j]
+    rates = windows.dq[..., j]
     forward, backward = (rates > 0).all(axis=1), (rates < 0).all(axis=1)
     return np.select([forward, backward], [FORWARD, BACKWARD], TURNING)
 
 
-def _motor(missing: MissingTorque, model: Model, j: int) -> Array:
+def _motor(windows: Windows, model: Model, j: int) -> Array:
     """On or free, shape (W,) of words; empty for a joint without a motor."""
     if j not in model.robot.actuated:
-        return np.zeros(0, dtype=str)
-    on = missing.windows.enabled[..., model.robot.actuated.index(j)].mean(axis=1) > 0.5
+        return np.zeros(0, dtype='U4')
+    on = windows.enabled[..., model.robot.actuated.index(j)].mean(axis=1) > 0.5
     return np.where(on, ON, FREE)
 
 
@@ -129,16 +135,16 @@ def _classes(words: Array) -> list[tuple[str, Array]]:
     return [(str(w), words == w) for w in different] if len(different) > 1 else []
 
 
-def _time(missing: MissingTorque, j: int) -> list[Condition]:
-    """Stretches of equally many windows, eight in all; no stretch joins two bags."""
-    source = missing.windows.source
+def _time(windows: Windows, j: int, most: int) -> list[Condition]:
+    """Stretches of equally many windows, `most` or one a bag; none joins two bags."""
+    source, middle = windows.source, windows.start + 0.5 * windows.dt.sum(axis=1)
     bags = np.unique(source)
-    each = max(1, MOST_BINS // len(bags))
+    each = max(1, most // len(bags))
     found = []
     for bag in bags:
         here = np.flatnonzero(source == bag)
         for part in np.array_split(here, min(each, len(here))):
             inside = np.isin(np.arange(len(source)), part)
-            ends = float(missing.time[part].min()), float(missing.time[part].max())
+            ends = float(middle[part].min()), float(middle[part].max())
             found.append(Condition(j, 'time', 's', ends, inside, int(bag)))
     return found

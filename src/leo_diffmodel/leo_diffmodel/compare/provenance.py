@@ -5,7 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 import datetime
+import hashlib
 from importlib.metadata import version
+import json
 import platform
 import shlex
 import sys
@@ -21,6 +23,7 @@ def provenance(recordings: Sequence[Recording], model: Model) -> dict:
     return {
         'bags': [{'path': str(r.path), 'sha256': r.sha256} for r in recordings],
         'robot': model.robot.name,
+        'model_sha256': _digest(model),
         'effects_in_model': [p.effect.name for p in model.effects],
         'command': shlex.join(sys.argv),
         'date': datetime.datetime.now(datetime.UTC).isoformat(timespec='seconds'),
@@ -28,3 +31,10 @@ def provenance(recordings: Sequence[Recording], model: Model) -> dict:
         'versions': {name: version(name) for name in PACKAGES},
         'seed': 0,
     }
+
+
+def _digest(model: Model) -> str:
+    """Hash of the physics: the tree, every constant, every effect with its values."""
+    effects = [(p.effect.name, p.where, dict(p.parameters)) for p in model.effects]
+    text = json.dumps([model.robot.urdf, model.constants, effects], sort_keys=True, default=float)
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -18,6 +18,7 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 INTERVALS = 5
+SHORTEST = 0.05
 WEAK = 1e-6
 """Weight of the assumption that what is missing is no larger than the robot's own torque."""
 
@@ -51,16 +52,21 @@ class MissingTorque:
 
 
 def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) -> MissingTorque:
-    """Estimate the missing torque over windows of five samples.
+    """Estimate the missing torque over short windows.
 
     Windows in which no torque would show are left out (a joint that dry friction holds still),
     unless there are no others.
     """
     history = HISTORY if has_memory(model) else 0.0
-    windows = cut(recordings, INTERVALS * sample_period(recordings), history=history)
+    windows = cut(recordings, window_seconds(recordings), history=history)
     found = estimate(model, windows, sigma)
     told = np.all(found.spread < 0.1 * torque_scale(model.robot), axis=1)
     return found.take(np.flatnonzero(told)) if told.any() else found
+
+
+def window_seconds(recordings: Sequence[Recording]) -> float:
+    """Five samples, or 0.05 s where samples are closer: less would show little but noise [s]."""
+    return max(INTERVALS * sample_period(recordings), SHORTEST)
 
 
 def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:

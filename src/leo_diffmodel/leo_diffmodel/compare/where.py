@@ -18,6 +18,7 @@ Array = np.ndarray
 WORST_WINDOWS = 5
 STANDARD_ERRORS = 4.0
 CHANCE = 3.0
+MARKED = 1.2
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ def where(missing: MissingTorque, model: Model) -> Where:
     ]
     rows = [
         _row(missing, model.robot, excess, total, condition)
-        for condition in conditions(missing, model)
+        for condition in conditions(missing.windows, model)
     ]
     share = {row['joint']: row['share'] for row in joints}
     rows = [{**row, 'joint_share': share[row['joint']]} for row in rows]
@@ -61,11 +62,11 @@ def where(missing: MissingTorque, model: Model) -> Where:
 
 
 def worst_places(rows: Sequence[dict]) -> list[dict]:
-    """The worst bin of each joint and variable, where it stands out from chance."""
+    """The worst bin of each joint and variable, where it stands out, and not by chance."""
     first: dict[tuple[str, str], dict] = {}
     for row in rows:
-        ahead = row['share'] - row['data_share'] * row['joint_share']
-        if ahead > CHANCE * row['share_error']:
+        even = row['data_share'] * row['joint_share']
+        if row['share'] > even * MARKED and row['share'] - even > CHANCE * row['share_error']:
             first.setdefault((row['joint'], row['variable']), row)
     return list(first.values())
 

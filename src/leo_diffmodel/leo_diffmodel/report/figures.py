@@ -7,27 +7,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from bokeh.models import ColumnDataSource, HoverTool, PrintfTickFormatter, Range1d, Whisker
-from bokeh.plotting import figure
+from bokeh.models import ColumnDataSource, PrintfTickFormatter, Range1d, Span, Whisker
 import numpy as np
 
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.bins import sort
+from leo_diffmodel.report.canvas import canvas, hover, prefix, ticks
 from leo_diffmodel.report.palette import Stroke
 
 Array = np.ndarray
-FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "DejaVu Sans", sans-serif'
-HEIGHT = 290
-TOOLS = 'pan,box_zoom,wheel_zoom,reset'
 
 
 @dataclass(frozen=True)
 class Line:
-    """One curve over a shared abscissa: its name, values and stroke."""
+    """One curve over a shared abscissa: its name, values, stroke and width [px]."""
 
     name: str
     values: Any
     stroke: Stroke
+    width: float = 2.5
 
 
 def horizon(
@@ -41,21 +39,21 @@ def horizon(
         floor: what a perfect model would score.
         axis: label of the ordinate, with its unit.
     """
-    plot = _plot('prediction horizon [s]', axis, x_axis_type='log', y_axis_type='log')
+    plot = canvas('prediction horizon [s]', axis, x_axis_type='log', y_axis_type='log')
     values = np.concatenate([floor, *(line.values for line in lines)])
-    bottom, top = 0.6 * values.min(), 1.6 * values.max()
+    bottom, top = 0.6 * np.nanmin(values), 1.6 * np.nanmax(values)
     plot.y_range = Range1d(bottom, top)
     plot.varea(seconds, bottom, floor, color=palette.NOISE_FILL)
     plot.line(seconds, floor, color=palette.NOISE, line_width=1.5, line_dash='dashed')
     for line in lines:
         source = ColumnDataSource({'x': seconds, 'y': line.values, 'floor': floor})
         look = {'color': line.stroke.colour, 'source': source}
-        plot.line('x', 'y', line_width=2.5, line_dash=line.stroke.dash, **look)
-        dots = plot.scatter('x', 'y', size=7, **look)
-        _hover(plot, dots, [(line.name, '@y{0.000e}'), ('floor', '@floor{0.000e}'), ('s', '@x')])
+        plot.line('x', 'y', line_width=line.width, line_dash=line.stroke.dash, **look)
+        dots = plot.scatter('x', 'y', size=2 * line.width + 2, **look)
+        hover(plot, dots, [(line.name, '@y{0.000e}'), ('floor', '@floor{0.000e}'), ('s', '@x')])
     plot.axis.formatter = PrintfTickFormatter(format='%g')
-    plot.xaxis.ticker = _ticks(min(seconds), max(seconds))
-    plot.yaxis.ticker = _ticks(bottom, top)
+    plot.xaxis.ticker = ticks(min(seconds), max(seconds))
+    plot.yaxis.ticker = ticks(bottom, top)
     return plot
 
 
@@ -69,10 +67,10 @@ def torque(variable: Array, measured: Array, curves: Sequence[Line], axis: str) 
         axis: label of the abscissa, with its unit.
     """
     bins = sort(variable)
-    scale, prefix = _prefix(float(np.quantile(np.abs(measured), 0.9)))
-    values, unit = scale * measured, f'{prefix}N m'
+    scale, si = prefix(float(np.quantile(np.abs(measured), 0.9)))
+    values, unit = scale * measured, f'{si}N m'
     mean, error = bins.mean(values), bins.standard_error(values)
-    plot = _plot(axis, f'missing torque [{unit}]')
+    plot = canvas(axis, f'missing torque [{unit}]')
     plot.scatter(variable, values, size=3.5, color=palette.NOISE, alpha=0.35, line_color=None)
     plot.line([variable.min(), variable.max()], [0, 0], color=palette.MUTED, line_width=1)
     for line in curves:
@@ -84,67 +82,40 @@ def torque(variable: Array, measured: Array, curves: Sequence[Line], axis: str) 
     )
     plot.add_layout(_whisker(source))
     dots = plot.scatter('x', 'y', source=source, size=7, color=palette.INK, line_color='white')
-    _hover(plot, dots, [('mean', f'@y{{0.000}} {unit}'), (axis, '@x{0.000}')])
+    hover(plot, dots, [('mean', f'@y{{0.000}} {unit}'), (axis, '@x{0.000}')])
     plot.y_range = Range1d(*_limits(values, mean))
     return plot
 
 
-def health(time: Array, before: Array, after: Array, same: bool) -> Any:
+def health(
+    time: Array, before: Array, after: Array, same: bool, borders: Sequence[float] = ()
+) -> Any:
     """Squared whitened residual over its expected value, window by window in bag time.
 
     Args:
-        time: middle of each window [s].
+        time: middle of each window [s], several bags one after the other.
         before: ratio with the model as given.
         after: ratio with the repaired model.
         same: nothing was repaired, so that one series says it all.
+        borders: where a further bag begins [s].
     """
-    plot = _plot('time in the bag [s]', 'squared residual / expected [1]', y_axis_type='log')
+    label = 'time, one bag after the other [s]' if borders else 'time in the bag [s]'
+    plot = canvas(label, 'squared residual / expected [1]', y_axis_type='log')
     if not same:
         plot.scatter(time, before, size=4, color=palette.BEFORE, alpha=0.6)
     colour = palette.BEFORE if same else palette.AFTER
     dots = plot.scatter(time, after, size=4.5, color=colour, alpha=0.7)
-    _hover(plot, dots, [('bag time', '@x{0.00} s'), ('ratio', '@y{0.00}')])
+    hover(plot, dots, [('bag time', '@x{0.00} s'), ('ratio', '@y{0.00}')])
     both = np.concatenate([after, after if same else before])
     bottom, top = 0.7 * min(both.min(), 1.0), 1.4 * max(both.max(), 1.0)
     plot.y_range = Range1d(bottom, top)
     plot.yaxis.formatter = PrintfTickFormatter(format='%g')
-    plot.yaxis.ticker = _ticks(bottom, top)
+    plot.yaxis.ticker = ticks(bottom, top)
+    for border in borders:
+        plot.add_layout(Span(location=border, dimension='height', line_color=palette.GRID))
     span = [float(time.min()), float(time.max())]
     plot.line(span, [1, 1], color=palette.NOISE, line_dash='dashed', line_width=1.5)
     return plot
-
-
-def _plot(x_label: str, y_label: str, **options: Any) -> Any:
-    plot = figure(
-        height=HEIGHT,
-        sizing_mode='stretch_width',
-        tools=TOOLS,
-        active_drag=None,
-        active_scroll=None,
-        x_axis_label=x_label,
-        y_axis_label=y_label,
-        toolbar_location='above',
-        outline_line_color=None,
-        min_border_right=12,
-        background_fill_color=palette.PAPER,
-        border_fill_color=palette.PAPER,
-        **options,
-    )
-    plot.toolbar.logo = None
-    plot.toolbar.autohide = True
-    plot.grid.grid_line_color = palette.GRID
-    plot.axis.axis_label_text_font_style = 'normal'
-    plot.axis.axis_label_text_font = plot.axis.major_label_text_font = FONT
-    plot.axis.axis_label_text_font_size = plot.axis.major_label_text_font_size = '13px'
-    plot.axis.axis_label_text_color = palette.INK
-    plot.axis.major_label_text_color = palette.MUTED
-    plot.axis.axis_line_color = plot.axis.major_tick_line_color = palette.NOISE
-    plot.axis.minor_tick_line_color = None
-    return plot
-
-
-def _hover(plot: Any, glyphs: Any, tips: list[tuple[str, str]]) -> None:
-    plot.add_tools(HoverTool(renderers=[glyphs], tooltips=tips))
 
 
 def _whisker(source: ColumnDataSource) -> Any:
@@ -160,17 +131,3 @@ def _limits(measured: Array, mean: Array) -> tuple[float, float]:
     ends = np.array([low, high, mean.min(initial=0.0), mean.max(initial=0.0)])
     margin = 0.08 * max(float(np.ptp(ends)), 1e-12)
     return float(ends.min() - margin), float(ends.max() + margin)
-
-
-def _ticks(low: float, high: float) -> list[float]:
-    """Round numbers on a logarithmic axis: 1, 2, 5 of each decade, or decades on a long one."""
-    steps = (1, 2, 5) if high < 300 * low else (1,)
-    ticks = [float(f'{m}e{p}') for p in range(-12, 7) for m in steps]
-    return [t for t in ticks if 0.99 * low <= t <= 1.01 * high]
-
-
-def _prefix(size: float) -> tuple[float, str]:
-    """Factor and SI prefix that bring values of this size near one."""
-    if size >= 0.1 or size == 0.0:
-        return 1.0, ''
-    return (1e3, 'm') if size >= 1e-4 else (1e6, 'µ')

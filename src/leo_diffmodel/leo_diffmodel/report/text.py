@@ -13,7 +13,9 @@ from markupsafe import escape, Markup
 RAISED = str.maketrans('0123456789-', '⁰¹²³⁴⁵⁶⁷⁸⁹⁻')
 LABEL = re.compile(r'\b[a-z][a-z0-9_]*:[A-Za-z0-9_]+')
 TENTH_OF_A_PERCENT = 0.0005
+UNDETERMINED = 1e3
 SMALLEST_PLAIN, LARGEST_PLAIN = -3, 4
+PREFIXES = ((0.1, 1.0, ''), (1e-4, 1e3, 'm'), (1e-12, 1e6, 'µ'))
 
 
 def unit(text: str) -> str:
@@ -39,6 +41,25 @@ def quantity(value: float | None, of: str, digits: int = 3) -> str:
     return f'{number(value, digits)}\u00a0{unit(of)}'.rstrip()
 
 
+def torque(value: float | None, digits: int = 3) -> str:
+    """A torque in N m, or in mN m or µN m where that reads better."""
+    if value is None or not math.isfinite(value):
+        return '–'
+    size = abs(value)
+    scale, si = next(((k, p) for least, k, p in PREFIXES if size >= least), (1.0, ''))
+    return quantity(scale * value, f'{si}N m', digits)
+
+
+def span(low: float, high: float, of: str = '') -> str:
+    """Two ends with as many decimals as two digits of their distance take."""
+    width = abs(high - low) or abs(high) or 1.0
+    places = max(0, 1 - _power(width))
+    if places > 6:
+        return f'{number(low, 2)} … {quantity(high, of, 2)}'
+    ends = ' … '.join(_minus(f'{0.0 + round(end, places):.{places}f}') for end in (low, high))
+    return f'{ends}\u00a0{unit(of)}'.rstrip()
+
+
 def nats(value: float | None) -> str:
     """A gain in log-likelihood: to a twentieth, thousands set apart by thin spaces."""
     if value is None or not math.isfinite(value):
@@ -60,7 +81,7 @@ def percent(share: float | None) -> str:
         return '–'
     if abs(share) < TENTH_OF_A_PERCENT:
         return '0 %'
-    places = 1 if abs(share) < 0.0995 or 0.99 < share < 1 else 0
+    places = 1 if abs(share) < 0.0995 or 0.99 < share < 1 - TENTH_OF_A_PERCENT else 0
     return _minus(f'{100 * share:.{places}f} %')
 
 
@@ -68,8 +89,11 @@ def estimate(parameter: Mapping[str, Any]) -> str:
     """Value, 95 % interval and unit of one fitted parameter; the interval's ends if lopsided."""
     value, (low, high) = parameter['value'], parameter['ci95']
     half, of = 0.5 * (high - low), unit(parameter['unit'])
-    if not half > 0:
+    if not half > 0 or half > UNDETERMINED * max(abs(value), 1.0):
         return f'{number(value)} {of}'.rstrip() + ' (not determined)'
+    if value in (low, high):
+        other = high if value == low else low
+        return f'{number(value)} {of}'.rstrip() + f' (at its bound, or up to {number(other)})'
     if abs(0.5 * (low + high) - value) > 0.1 * half:
         return f'{number(value)} {of}'.rstrip() + f' ({number(low)} … {number(high)})'
     return f'{_plus_minus(value, half)} {of}'.rstrip()

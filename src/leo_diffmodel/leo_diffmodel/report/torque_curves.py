@@ -11,14 +11,13 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.errors import predict_windows
 from leo_diffmodel.compare.noise import HISTORY
-from leo_diffmodel.compare.torque import estimate, INTERVALS, MissingTorque
-from leo_diffmodel.compare.windows import cut, sample_period, Windows
+from leo_diffmodel.compare.torque import estimate, MissingTorque, window_seconds
+from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit
 from leo_sim.model import Model
 
 Array = np.ndarray
-SHORTEST = 0.05
 MOST_WINDOWS = 1500
 MOST_CURVES = 4
 
@@ -83,8 +82,7 @@ def _leading(found: Search) -> list[tuple[str, Fit]]:
 
 
 def _windows(recordings: Sequence[Recording]) -> Windows:
-    seconds = max(INTERVALS * sample_period(recordings), SHORTEST)
-    windows = cut(recordings, seconds, history=HISTORY)
+    windows = cut(recordings, window_seconds(recordings), history=HISTORY)
     if windows.count <= MOST_WINDOWS:
         return windows
     return windows.take(np.linspace(0, windows.count - 1, MOST_WINDOWS).astype(int))

@@ -34,7 +34,7 @@ def main(argv: list[str]) -> int:
         result = compare(recordings, model, arguments.step)
     if folder:
         common.write_json(folder, 'compare.json', result.data)
-        from leo_diffmodel.report.page import write_comparison
+        from leo_diffmodel.report.compared import write_comparison
 
         write_comparison(folder / 'report.html', result, recordings, model)
     if arguments.json:

@@ -42,7 +42,7 @@ def main(argv: list[str]) -> int:
 
 def write(folder: Path, result: Explanation, recordings: list) -> None:
     """Write explain.json and report.html."""
-    from leo_diffmodel.report.page import write_explanation
+    from leo_diffmodel.report.explained import write_explanation
 
     common.write_json(folder, 'explain.json', result.to_json())
     write_explanation(folder / 'report.html', result, recordings)

@@ -10,7 +10,10 @@ import numpy as np
 
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.section import Section
-from leo_diffmodel.report.text import quantity
+from leo_diffmodel.report.text import percent, quantity
+
+NOISE_ALONE = 1.2
+"""Rms errors up to this many times the noise floor are put down to chance."""
 
 
 def explained(errors: Mapping[str, Any]) -> Section:
@@ -23,6 +26,8 @@ def explained(errors: Mapping[str, Any]) -> Section:
     share = (square / square[0]).mean(axis=1)
     gained = np.maximum(share[:-1] - share[1:], 0.0)
     floor = float((np.minimum(np.array(noise['rmse']) ** 2, square[-1]) / square[0]).mean())
+    if np.mean(square[-1] / np.array(noise['rmse']) ** 2) < NOISE_ALONE**2:
+        floor = float(share[-1])
     rest = max(float(share[-1]) - floor, 0.0)
     named = [
         _part(row['model'].removeprefix('+ '), g, palette.EFFECTS[i % len(palette.EFFECTS)])
@@ -32,7 +37,8 @@ def explained(errors: Mapping[str, Any]) -> Section:
         [*named, *_remainder(rest, floor)],
         'Where the error goes',
         f'Shares of the mean squared error of the model as given, {noise["seconds"]:g} s ahead on '
-        'held-out data; every state counts alike. Noise is what a perfect model would be charged.',
+        'held-out data; every state counts alike. Noise is what a perfect model would be charged, '
+        f'and what exceeds it by less than {percent(NOISE_ALONE - 1)}, as chance does.',
         _ladder(errors['ladder'], errors['states']),
         [s['name'] for s in errors['states']],
     )

@@ -1,46 +1,109 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Is what is left only noise? The residual in units of its expected size."""
+"""Is what is left only noise? The residual in units of its expected size, in time and by kind."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.engine import Search
-from leo_diffmodel.explain.fit import Fit
 from leo_diffmodel.explain.verdict import UNEXPLAINED_RATIO
+from leo_diffmodel.explain.whiteness import by_condition, chi_squared, Correlation, correlation
 from leo_diffmodel.report import palette
-from leo_diffmodel.report.figures import health
+from leo_diffmodel.report.figures import health, Line
 from leo_diffmodel.report.palette import Stroke
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import number, percent
+from leo_diffmodel.report.traces import correlation as correlogram
+
+Array = np.ndarray
 
 
 def section(found: Search, errors: Mapping[str, Any]) -> Section:
-    """Chi-squared ratio of every window against bag time, before and after."""
-    windows = found.problem.windows
-    time = windows.start + 0.5 * windows.dt.sum(axis=1)
+    """Chi-squared of every window against time, autocorrelation, and chi-squared by condition.
+
+    Args:
+        found: the finished search.
+        errors: `chi2_ratio` and `unexplained_share` of explain.json's errors.
+    """
+    problem = found.problem
     repaired = bool(found.final.hypothesis.candidates)
-    plot = health(time, _ratio(found.null), _ratio(found.final), not repaired)
-    legend = [('as given', Stroke(palette.BEFORE, 'points'))] if repaired else []
-    last = ('repaired', Stroke(palette.AFTER, 'points'))
+    time, borders = _in_a_row(problem.windows)
+    white = correlation(problem, found.final)
+    names = problem.base.robot.joint_names
+    plot = health(time, chi_squared(found.null), chi_squared(found.final), not repaired, borders)
     values = {
         'ratio': number(errors['chi2_ratio']),
         'white': errors['chi2_ratio'] <= UNEXPLAINED_RATIO,
         'left': percent(errors['unexplained_share']),
         'repaired': repaired,
-        'legend': [
-            *legend,
-            last if repaired else ('the model', Stroke(palette.BEFORE, 'points')),
-            ('only noise', Stroke(palette.NOISE, 'dashed')),
-        ],
+        'legend': _legend(repaired),
+        'correlated': not white.white,
+        'strength': number(white.strength, 2),
+        'joints': list(zip(names, palette.CANDIDATES, strict=False)) if len(names) > 1 else [],
+        'conditions': _conditions(by_condition(problem, found.null, found.final)),
+        'many': len(names) > 1,
     }
-    return Section('health.html', values, (plot,))
+    return Section('health.html', values, (plot, *_correlograms(white, names)))
 
 
-def _ratio(fitted: Fit) -> np.ndarray:
-    """Mean squared whitened residual of each window over its expected value, shape (W,)."""
-    free = fitted.residual.shape[-1] - fitted.start.shape[-1]
-    return (fitted.residual**2).sum(axis=-1) / free
+def _legend(repaired: bool) -> list[tuple[str, Stroke]]:
+    before, after = Stroke(palette.BEFORE, 'points'), Stroke(palette.AFTER, 'points')
+    noise = ('only noise', Stroke(palette.NOISE, 'dashed'))
+    if repaired:
+        return [('as given', before), ('repaired', after), noise]
+    return [('the model', before), noise]
+
+
+def _in_a_row(windows: Windows) -> tuple[Array, list[float]]:
+    """Time of each window with the bags one after the other, and where each later bag begins."""
+    length = windows.dt.sum(axis=1)
+    time = windows.start + 0.5 * length
+    borders, at = [], 0.0
+    shifted = np.empty_like(time)
+    for bag in np.unique(windows.source):
+        mine = windows.source == bag
+        first = float(windows.start[mine].min())
+        shifted[mine] = time[mine] - first + at
+        borders.append(at)
+        at += float((windows.start + length)[mine].max()) - first
+    return (shifted, borders[1:]) if borders[1:] else (time, [])
+
+
+def _correlograms(white: Correlation, names: Sequence[str]) -> list[Any]:
+    """One for the angles and one for the rates, a line for each joint."""
+    joints, figures = len(names), []
+    for first, label in ((0, 'angle'), (joints, 'rate')):
+        columns = slice(first, first + joints)
+        lines = [
+            Line(name, white.value[:, first + j], stroke)
+            for j, (name, stroke) in enumerate(zip(names, palette.CANDIDATES, strict=False))
+        ]
+        low, high = white.low[:, columns].min(axis=1), white.high[:, columns].max(axis=1)
+        axis = f'autocorrelation, {label} [1]'
+        figures.append(correlogram(white.seconds, lines, low, high, axis))
+    return figures
+
+
+def _conditions(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    return [
+        {
+            'joint': r['joint'],
+            'variable': r['variable'],
+            'range': _range(r),
+            'windows': r['windows'],
+            'before': number(r['before']),
+            'after': number(r['after']),
+            'bad': r['after'] > UNEXPLAINED_RATIO,
+        }
+        for r in rows
+    ]
+
+
+def _range(row: Mapping[str, Any]) -> str:
+    if isinstance(row['bin'], str):
+        return row['bin']
+    return ' … '.join(number(end, 2) for end in row['bin']) + f' {row["unit"]}'

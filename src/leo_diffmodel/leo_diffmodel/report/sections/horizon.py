@@ -24,19 +24,47 @@ PLAIN = (
     'along, and in the reading.'
 )
 BELOW_FLOOR = 0.6
+THIN, WIDE = 1.5, 2.5
+Row = Mapping[str, Any]
+Series = Mapping[str, tuple[list[list[float]], Stroke]]
 BEFORE = Stroke(palette.BEFORE, 'solid')
 AFTER = Stroke(palette.AFTER, 'solid')
+DOTTED = 'dotted'
+TRAINING = {'before': Stroke(palette.BEFORE, DOTTED), 'after': Stroke(palette.AFTER, DOTTED)}
 
 
-def held_out(errors: Mapping[str, Any], repaired: bool) -> Section:
-    """Before and after a repair; where nothing was repaired, the model alone."""
+def held_out(
+    errors: Mapping[str, Any], repaired: bool, training: Sequence[Row] = ()
+) -> Section:
+    """Before and after a repair; where nothing was repaired, the model alone.
+
+    Args:
+        errors: of explain.json, held out.
+        repaired: effects were added.
+        training: the same rows on the data that the fits did see.
+    """
     keys = {'before': ('as given', BEFORE), 'after': ('repaired', AFTER)}
     if not repaired:
         keys = {'before': ('the model', BEFORE)}
     rows = errors['horizon']
-    series = {name: ([r[k] for r in rows], stroke) for k, (name, stroke) in keys.items()}
+    suffix = ', held out' if training else ''
+    series: Series = {
+        f'{n}{suffix}': ([r[k] for r in rows], stroke) for k, (n, stroke) in keys.items()
+    }
+    if training:
+        series |= _training(rows, training, {k: name for k, (name, _) in keys.items()})
     floor = [r['noise_floor'] for r in rows]
     return _section(errors['states'], _seconds(rows), series, floor, HELD_OUT)
+
+
+def _training(rows: Sequence[Row], seen: Sequence[Row], names: Mapping[str, str]) -> Series:
+    """The errors on training data at the horizons of the held-out ones, where they reach."""
+    at = {r['steps']: r for r in seen}
+    none = [float('nan')] * len(rows[0]['before'])
+    return {
+        f'{name}, training': ([at.get(r['steps'], {}).get(k, none) for r in rows], TRAINING[k])
+        for k, name in names.items()
+    }
 
 
 def plain(data: Mapping[str, Any]) -> Section:
@@ -47,28 +75,32 @@ def plain(data: Mapping[str, Any]) -> Section:
 
 
 def _floor_too_high(
-    series: Mapping[str, tuple[list[list[float]], Stroke]], floor: list[list[float]]
+    series: Series, floor: list[list[float]]
 ) -> bool:
     """Whether a model scores clearly better than a perfect one should be able to."""
-    best = np.min([errors for errors, _ in series.values()], axis=0)
+    comparable = [errors for errors, stroke in series.values() if stroke.dash != DOTTED]
+    best = np.min(comparable, axis=0)
     return bool((best < BELOW_FLOOR * np.array(floor)).any())
 
 
-def _seconds(rows: Sequence[Mapping[str, Any]]) -> list[float]:
+def _seconds(rows: Sequence[Row]) -> list[float]:
     return [r['seconds'] for r in rows]
 
 
 def _section(
     states: Sequence[Mapping[str, Any]],
     seconds: list[float],
-    series: Mapping[str, tuple[list[list[float]], Stroke]],
+    series: Series,
     floor: list[list[float]],
     note: str,
 ) -> Section:
     figures = [
         horizon(
             seconds,
-            [Line(n, [row[i] for row in v], stroke) for n, (v, stroke) in series.items()],
+            [
+                Line(n, [row[i] for row in v], stroke, THIN if stroke.dash == DOTTED else WIDE)
+                for n, (v, stroke) in series.items()
+            ],
             [row[i] for row in floor],
             f'rms error of {state["name"]} [{state["unit"]}]',
         )

@@ -10,7 +10,8 @@ from leo_diffmodel.explain.scored import MARGIN_NATS
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import change, estimates, label, nats, number, percent
 
-SHOWN = 10
+FEWEST, SHOWN = 4, 10
+NEAREST = 3
 Row = Mapping[str, Any]
 
 
@@ -35,9 +36,12 @@ def section(
     near = _near(effects)
     rows = [_row(e, top, 'supported', _supported(e)) for e in effects]
     rows += [_row(h, top, *_status(h, best, near, threshold, bool(effects))) for h in others]
+    least = threshold or 0.0
+    worth = sum(_gain(r) >= least for r in [*effects, *others])
+    shown = min(max(worth, FEWEST), SHOWN)
     values = {
-        'rows': rows[:SHOWN],
-        'more': rows[SHOWN:],
+        'rows': rows[:shown],
+        'more': rows[shown:],
         'threshold': threshold,
         'constants': [{'path': p, 'value': estimates({p: c})[0]} for p, c in constants.items()],
     }
@@ -56,7 +60,7 @@ def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
         'change': None if after is None or not before else change(before, after),
         'errors': None if after is None else f'{number(before)} → {number(after)}',
         'probability': percent(row['inclusion_probability']),
-        'near': [_rival(c) for c in row['confusable_with']],
+        'near': [] if kind == 'out' else _nearest(row['confusable_with']),
         'kind': kind,
         'status': status,
     }
@@ -81,6 +85,8 @@ def _status(
         return 'same', f'the same thing in this data: {_why(rival)}'
     if rival and rival['separable_nats'] < MARGIN_NATS:
         return 'rival', f'cannot be ruled out: {nats(rival["separable_nats"])} nats behind'
+    if rival:
+        return 'out', _distance(rival['separable_nats'])
     if row['gain_held_out'] is None:
         return 'out', 'ruled out by the first scan'
     if threshold is not None and max(row['gain_train'], _gain(row)) < threshold:
@@ -98,9 +104,19 @@ def _near(effects: Sequence[Row]) -> dict[str, Row]:
     return {label(c): c for e in effects for c in e['confusable_with']}
 
 
+def _nearest(rivals: Sequence[Row]) -> list[str]:
+    """The nearest rivals, those that are the same thing first, and how many more there are."""
+    ordered = sorted(rivals, key=lambda r: (not _why(r), abs(r['separable_nats'])))
+    more = [f'and {len(rivals) - NEAREST} more'] if len(rivals) > NEAREST else []
+    return [*(_rival(r) for r in ordered[:NEAREST]), *more]
+
+
 def _rival(row: Row) -> str:
-    relation = 'same thing' if _why(row) else f'{nats(row["separable_nats"])} nats behind'
-    return f'{label(row)} ({relation})'
+    return f'{label(row)} ({"same thing" if _why(row) else _distance(row["separable_nats"])})'
+
+
+def _distance(separable: float) -> str:
+    return f'{nats(abs(separable))} nats {"behind" if separable >= 0 else "ahead"}'
 
 
 def _why(row: Row) -> str | None:

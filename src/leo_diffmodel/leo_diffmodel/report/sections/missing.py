@@ -4,20 +4,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
+from leo_diffmodel.compare.conditions import folded, TURN
 from leo_diffmodel.compare.torque import MissingTorque
+from leo_diffmodel.compare.where import STANDARD_ERRORS
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.figures import Line, torque
 from leo_diffmodel.report.section import Section
-from leo_diffmodel.report.torque_curves import Curve
 from leo_sim.robot import Robot
+
+if TYPE_CHECKING:
+    from leo_diffmodel.report.torque_curves import Curve
 
 Array = np.ndarray
 MOST_JOINTS = 4
-TURN = 2 * np.pi
 LABELS = {'voltage': 'voltage [V]', 'torque': 'commanded torque [N m]'}
 
 
@@ -29,8 +32,7 @@ def section(missing: MissingTorque, robot: Robot, candidates: Sequence[Curve] = 
         robot: whose joints and inputs they are.
         candidates: what each hypothesis says the estimate should be.
     """
-    lack = np.sqrt(np.median(missing.torque**2, axis=0))
-    shown = [int(j) for j in np.argsort(-lack)[:MOST_JOINTS]]
+    shown = _lacking(missing)
     figures: list[Any] = []
     rows = []
     for j in shown:
@@ -44,10 +46,18 @@ def section(missing: MissingTorque, robot: Robot, candidates: Sequence[Curve] = 
         'rows': rows,
         'milliseconds': round(1e3 * length),
         'noise': float(np.median(missing.spread)),
-        'hidden': len(robot.joint_names) - len(shown),
+        'hidden': [n for j, n in enumerate(robot.joint_names) if j not in shown],
         'count': len(missing.time),
     }
     return Section('missing.html', values, tuple(figures))
+
+
+def _lacking(missing: MissingTorque) -> list[int]:
+    """Joints that lack more than noise, most first; the foremost where none does."""
+    square = ((missing.torque / missing.spread) ** 2).mean(axis=0)
+    order = [int(j) for j in np.argsort(-square)]
+    beyond = 1.0 + STANDARD_ERRORS * np.sqrt(2.0 / len(missing.time))
+    return [j for j in order if square[j] > beyond][:MOST_JOINTS] or order[:1]
 
 
 def _variables(missing: MissingTorque, robot: Robot, joint: int) -> list[tuple[str, Array]]:
@@ -63,9 +73,8 @@ def _variables(missing: MissingTorque, robot: Robot, joint: int) -> list[tuple[s
 
 def _angle(name: str, q: Array) -> tuple[str, Array]:
     """The angle, folded into one turn where the joint went around."""
-    if np.ptp(q) <= TURN:
-        return f'{name} angle [rad]', q
-    return f'{name} angle within a turn [rad]', (q + np.pi) % TURN - np.pi
+    within = '' if np.ptp(q) <= TURN else ' within a turn'
+    return f'{name} angle{within} [rad]', folded(q)
 
 
 def _lines(candidates: Sequence[Curve], joint: int) -> list[Line]:

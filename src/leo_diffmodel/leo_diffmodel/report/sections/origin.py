@@ -10,18 +10,23 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.text import quantity
 
 
-def section(provenance: Mapping[str, Any], recordings: Sequence[Recording]) -> Section:
-    """Bags with hashes, length and rate; model, versions, command and date."""
+def section(
+    provenance: Mapping[str, Any], recordings: Sequence[Recording], seconds: float
+) -> Section:
+    """Bags with hashes, length and rate; model, versions, command, date and runtime [s]."""
     hashes = {bag['path']: bag['sha256'] for bag in provenance['bags']}
     values = {
         'bags': [_bag(r, hashes.get(str(r.path), r.sha256)) for r in recordings],
         'facts': {
             'robot': provenance['robot'],
+            'model sha256': provenance['model_sha256'],
             'effects already in the model': ', '.join(provenance['effects_in_model']) or 'none',
             'command': provenance['command'],
             'date': provenance['date'],
+            'runtime': quantity(seconds, 's', 2),
             'seed': provenance['seed'],
             'python': provenance['python'],
             'versions': ', '.join(f'{n} {v}' for n, v in provenance['versions'].items()),

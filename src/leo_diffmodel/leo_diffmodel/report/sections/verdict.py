@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The answer in one sentence, what this data could not show, and what to record next."""
+"""The answer in one sentence, each effect in plain words, and what to record next."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import groupby
 from typing import Any
 
 import numpy as np
 
 from leo_diffmodel.report.section import Section
-from leo_diffmodel.report.text import number, quantity
+from leo_diffmodel.report.sections.budget import NOISE_ALONE
+from leo_diffmodel.report.text import estimates, number, percent, quantity
+from leo_sim.model import Model
 
 MEANING = {
     'fine': 'nothing is missing that this data can show',
@@ -19,21 +20,20 @@ MEANING = {
     'unknown': 'something is missing that no known effect explains',
     'untestable': 'this data cannot tell',
 }
-NOISE_ALONE = 1.2
 MOST_STATES = 3
 
 
 def answer(explanation: Any) -> Section:
-    """Verdict, sentence, limits of the data and the next run of an Explanation."""
+    """Verdict, sentence, the effects in plain words and the next run of an Explanation."""
     told = bool(explanation.next_run) and explanation.next_run in explanation.sentence
     values = {
         'badge': explanation.verdict,
         'kind': explanation.verdict,
         'meaning': MEANING[explanation.verdict],
         'sentence': explanation.sentence,
-        'not_testable': _by_name(explanation.not_testable),
+        'effects': [_effect(e, explanation.model) for e in explanation.effects],
+        'figures': _figures(explanation.errors) if explanation.effects else [],
         'next_run': None if told else explanation.next_run,
-        'seconds': explanation.seconds,
     }
     return Section('verdict.html', values)
 
@@ -56,20 +56,37 @@ def score(data: Mapping[str, Any]) -> Section:
         'kind': kind,
         'meaning': 'rms error over the error that noise alone would cause, at the worse horizon',
         'sentence': sentence,
-        'not_testable': [],
+        'effects': [],
+        'figures': [],
         'next_run': None,
-        'seconds': None,
     }
     return Section('verdict.html', values)
 
 
-def _by_name(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    ordered = sorted(rows, key=lambda r: r['name'])
-    groups = ((name, list(found)) for name, found in groupby(ordered, lambda r: r['name']))
-    return [
-        {'name': name, 'where': [r['where'] for r in found], 'why': found[0]['why']}
-        for name, found in groups
-    ]
+def _effect(row: Mapping[str, Any], model: Model) -> dict[str, Any]:
+    """What an effect of explain.json does, in the words of its law."""
+    placed = next(p.effect for p in model.effects if p.effect.name == row['name'])
+    return {
+        'name': f'{row["name"]}:{row["where"]}',
+        'family': placed.family,
+        'looks': placed.looks_like,
+        'parameters': estimates(row['parameters']),
+        'sure': percent(row['inclusion_probability']),
+    }
+
+
+def _figures(errors: Mapping[str, Any]) -> list[str]:
+    """Held-out change of the error one step and furthest ahead, and what noise alone gives."""
+    near, far = errors['horizon'][0], errors['horizon'][-1]
+    return [_change(f'{row["seconds"]:.2g} s ahead', row) for row in (near, far)]
+
+
+def _change(ahead: str, row: Mapping[str, Any]) -> str:
+    before, after = (np.asarray(row[k]) for k in ('before', 'after'))
+    ratio = float(np.sqrt(np.mean((after / before) ** 2)))
+    size = f'{percent(abs(1 - ratio))} {"smaller" if ratio < 1 else "larger"}'
+    over = number(_over_noise(after, row['noise_floor']), 2)
+    return f'{ahead} the held-out error is {size}: {over} × what noise alone leaves'
 
 
 def _states(states: Sequence[Mapping[str, Any]], rmse: Sequence[float]) -> str:

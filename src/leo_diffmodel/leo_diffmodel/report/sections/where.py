@@ -1,86 +1,177 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the model fails: joint by joint, by angle, rate, input and time."""
+"""Where the model fails: a heat map of joints and conditions, and the worst windows."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from leo_diffmodel.compare.torque import MissingTorque
-from leo_diffmodel.compare.torque import where as worst_places
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.where import against_motion, bin_in_words, Where, worst_places
+from leo_diffmodel.report import palette
+from leo_diffmodel.report.figures import Line
+from leo_diffmodel.report.palette import Stroke
 from leo_diffmodel.report.section import Section
-from leo_diffmodel.report.text import number, percent, quantity
+from leo_diffmodel.report.text import percent, quantity, span, torque, unit
+from leo_diffmodel.report.traces import window
+from leo_diffmodel.report.worst import Stretch
 from leo_sim.model import Model
 
-UNITS = {'angle': 'rad', 'rate': 'rad/s', 'time': 's'}
 WORST = 6
-MOST_ROWS = 16
+MOST_JOINTS = 6
 WINDOWS = 3
-FULL = 0.6
+ORDER = ('speed', 'direction', 'load', 'angle', 'position', 'turned', 'input', 'motor', 'time')
+MODELS = (
+    ('as given', Stroke(palette.BEFORE, 'solid')),
+    ('repaired', Stroke(palette.AFTER, 'solid')),
+)
 Row = Mapping[str, Any]
 
 
-def section(missing: MissingTorque, model: Model) -> Section:
-    """A heat map of joints and variables, and the worst stretches with their bag times.
+def section(
+    places: Where, model: Model, recordings: Sequence[Recording], worst: Sequence[Stretch] = ()
+) -> Section:
+    """The heat map, the worst conditions with their bag times, and the worst windows.
 
     Args:
-        missing: the missing torque, window by window.
+        places: the missing torque by joint and condition.
         model: the model it is missing from.
+        recordings: the bags that times refer to.
+        worst: the windows that are predicted worst.
     """
-    rows = worst_places(missing, model)
-    units = {**UNITS, 'input': 'V' if model.robot.input == 'voltage' else 'N m'}
-    groups: dict[tuple[str, str], list[Row]] = {}
-    for row in rows:
-        groups.setdefault((row['joint'], row['variable']), []).append(row)
-    shown = sorted(groups, key=lambda g: -max(r['share'] for r in groups[g]))[:MOST_ROWS]
+    names = [r.path.name for r in recordings]
+    joints = sorted(places.joints, key=lambda r: -r['share'])
+    highest = max((_level(r) for r in places.rows), default=0.0)
     values = {
-        'noise_only': _noise_only(missing),
-        'map': [_strip(groups[g], units) for g in shown],
-        'worst': [_worst(r, units) for r in rows[:WORST]],
-        'hidden': len(groups) - len(shown),
+        'noise_only': places.noise_only,
+        'joints': [_joint(j, places.rows, highest, names) for j in joints[:MOST_JOINTS]],
+        'hidden': len(joints[MOST_JOINTS:]),
+        'worst': [_worst(r, names) for r in worst_places(places.rows)[:WORST]],
+        'against': [_against(*found) for found in against_motion(places.rows)],
+        'stretches': [_title(s, model, names) for s in worst],
+        'legend': _legend(worst),
     }
-    return Section('where.html', values)
+    return Section('where.html', values, tuple(_figure(s, model) for s in worst))
 
 
-def _noise_only(missing: MissingTorque) -> bool:
-    """Whether the torques are no larger than their own noise, at four standard errors."""
-    square = (missing.torque / missing.spread) ** 2
-    return float(square.mean()) < 1.0 + 4.0 * np.sqrt(2.0 / square.size)
-
-
-def _strip(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, Any]:
-    ordered = sorted(rows, key=lambda r: r['bin'][0])
-    variable = ordered[0]['variable']
+def _joint(joint: Row, rows: Sequence[Row], highest: float, bags: list[str]) -> dict[str, Any]:
+    mine = [r for r in rows if r['joint'] == joint['joint']]
+    variables = [v for v in ORDER if any(r['variable'] == v for r in mine)]
     return {
-        'name': f'{ordered[0]["joint"]} {variable}',
-        'unit': units[variable],
+        'name': joint['joint'],
+        'share': percent(joint['share']),
+        'size': _sizes(joint),
+        'noise': torque(joint['noise_nm'], 2),
+        'strips': [_strip(v, [r for r in mine if r['variable'] == v], highest, bags)
+                   for v in variables],
+    }  # fmt: skip
+
+
+def _strip(
+    variable: str, rows: Sequence[Row], highest: float, bags: list[str]
+) -> dict[str, Any]:
+    ordered = sorted(rows, key=lambda r: (r['bag'] or 0, r['bin']))
+    return {
+        'name': variable,
+        'unit': unit(ordered[0]['unit']),
+        'span': _span(ordered),
         'cells': [
             {
-                'share': percent(r['share']),
-                'shade': round(min(r['share'] / FULL, 1.0), 3),
-                'low': number(r['bin'][0], 2),
-                'high': number(r['bin'][1], 2),
+                'share': f'{100 * r["share"]:.0f}\u00a0%',
+                'shade': round(_level(r) / highest, 3) if highest else 0.0,
+                'range': _range(r),
+                'tip': _tip(r, bags),
             }
             for r in ordered
         ],
     }
 
 
-def _worst(row: Row, units: Mapping[str, str]) -> dict[str, Any]:
-    low, high = row['bin']
-    variable = row['variable']
+def _span(rows: Sequence[Row]) -> str:
+    """The whole range of a variable, for screens too narrow to show each bin's."""
+    ends = [end for r in rows if not isinstance(r['bin'], str) for end in r['bin']]
+    return span(min(ends), max(ends)) if ends else ''
+
+
+def _level(row: Row) -> float:
+    """Missing torque in units of its noise: what a cell's colour stands for."""
+    return float(row['torque_nm'] / row['noise_nm'])
+
+
+def _range(row: Row) -> str:
+    if isinstance(row['bin'], str):
+        return row['bin']
+    return span(*row['bin'])
+
+
+def _tip(row: Row, bags: list[str]) -> str:
+    where = f' of {bags[row["bag"]]}' if row['bag'] is not None and len(bags) > 1 else ''
+    return (
+        f'{row["joint"]}, {row["variable"]} {bin_in_words(dict(row))}{where}: {_sizes(row)} '
+        f'(noise {torque(row["noise_nm"], 2)}), {percent(row["share"])} of the error in '
+        f'{percent(row["data_share"])} of the time; worst at {_times(row, bags)}'
+    )
+
+
+def _worst(row: Row, bags: list[str]) -> dict[str, Any]:
     return {
-        'what': f'{row["joint"]} {variable}',
-        'range': f'{number(low)} … {quantity(high, units[variable])}',
+        'joint': row['joint'],
+        'variable': row['variable'],
+        'range': f'{_range(row)} {unit(row["unit"])}',
         'share': percent(row['share']),
-        'torque': quantity(row['torque_rms_nm'], 'N m'),
-        'volts': quantity(row['volts'], 'V') if row['volts'] is not None else '–',
+        'time': percent(row['data_share']),
+        'torque': torque(row['torque_nm']),
+        'noise': torque(row['noise_nm'], 2),
+        'volts': '–' if row['volts'] is None else quantity(row['volts'], 'V'),
         'stall': _of_stall(row['stall_percent']),
-        'windows': ', '.join(f'{t0:.2f}' for t0, _ in row['windows'][:WINDOWS]) + ' s',
+        'windows': _times(row, bags),
     }
+
+
+def _times(row: Row, bags: list[str]) -> str:
+    """Bag times at which the worst windows begin, with the bag where there are several."""
+    found = list(zip(row['windows'], row['bags'], strict=True))[:WINDOWS]
+    one = len(bags) == 1
+    return ', '.join(f'{t0:.2f} s' if one else f'{bags[b]} {t0:.2f} s' for (t0, _), b in found)
+
+
+def _sizes(row: Row) -> str:
+    """The missing torque in N m, in volts, in percent of stall."""
+    parts = [torque(row['torque_nm'])]
+    if row['volts'] is not None:
+        parts.append(quantity(row['volts'], 'V'))
+    if row['stall_percent'] is not None:
+        parts.append(f'{_of_stall(row["stall_percent"])} of stall')
+    return ' = '.join(parts)
 
 
 def _of_stall(value: float | None) -> str:
     return '–' if value is None else percent(value / 100)
+
+
+def _against(joint: str, forward: float, backward: float) -> str:
+    ahead, back = (torque(t) for t in (forward, backward))
+    return f'{joint} lacks {ahead} moving forward and {back} moving backward (means)'
+
+
+def _title(stretch: Stretch, model: Model, bags: list[str]) -> str:
+    where = f'{Path(bags[stretch.bag]).name}, ' if len(bags) > 1 else ''
+    joint = model.robot.joint_names[stretch.joint]
+    return f'{where}{stretch.time[0]:.2f} … {stretch.time[-1]:.2f} s, {joint}'
+
+
+def _figure(stretch: Stretch, model: Model) -> Any:
+    lines = [
+        Line(name, values, stroke)
+        for (name, stroke), values in zip(MODELS, stretch.predicted, strict=False)
+    ]
+    axis = f'{model.robot.joint_names[stretch.joint]} [rad]'
+    return window(stretch.time, stretch.measured, lines, stretch.band, axis)
+
+
+def _legend(worst: Sequence[Stretch]) -> list[tuple[str, Stroke]]:
+    if not worst:
+        return []
+    models = [('the model', MODELS[0][1])] if len(worst[0].predicted) == 1 else [*MODELS]
+    return [('measured', Stroke(palette.INK, 'points')), *models]

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The empty plot that every figure of the page is drawn on: quiet style, light grid."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bokeh.models import HoverTool
+from bokeh.plotting import figure
+
+from leo_diffmodel.report import palette
+
+FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "DejaVu Sans", sans-serif'
+HEIGHT = 290
+TOOLS = 'pan,box_zoom,wheel_zoom,reset'
+
+
+def canvas(x_label: str, y_label: str, **options: Any) -> Any:
+    """An empty plot; labels carry their unit, `options` go to bokeh."""
+    plot = figure(
+        sizing_mode='stretch_width',
+        tools=TOOLS,
+        active_drag=None,
+        active_scroll=None,
+        x_axis_label=x_label,
+        y_axis_label=y_label,
+        toolbar_location='above',
+        outline_line_color=None,
+        min_border_right=12,
+        background_fill_color=palette.PAPER,
+        border_fill_color=palette.PAPER,
+        **{'height': HEIGHT, **options},
+    )
+    plot.toolbar.logo = None
+    plot.toolbar.autohide = True
+    plot.grid.grid_line_color = palette.GRID
+    plot.axis.axis_label_text_font_style = 'normal'
+    plot.axis.axis_label_text_font = plot.axis.major_label_text_font = FONT
+    plot.axis.axis_label_text_font_size = plot.axis.major_label_text_font_size = '13px'
+    plot.axis.axis_label_text_color = palette.INK
+    plot.axis.major_label_text_color = palette.MUTED
+    plot.axis.axis_line_color = plot.axis.major_tick_line_color = palette.NOISE
+    plot.axis.minor_tick_line_color = None
+    return plot
+
+
+def hover(plot: Any, glyphs: Any, tips: list[tuple[str, str]]) -> None:
+    """Show values under the pointer."""
+    plot.add_tools(HoverTool(renderers=[glyphs], tooltips=tips))
+
+
+def ticks(low: float, high: float) -> list[float]:
+    """Round numbers on a logarithmic axis: 1, 2, 5 of each decade, or decades on a long one."""
+    steps = (1, 2, 5) if high < 300 * low else (1,)
+    ticks = [float(f'{m}e{p}') for p in range(-12, 7) for m in steps]
+    return [t for t in ticks if 0.99 * low <= t <= 1.01 * high]
+
+
+def prefix(size: float) -> tuple[float, str]:
+    """Factor and SI prefix that bring values of this size near one."""
+    if size >= 0.1 or size == 0.0:
+        return 1.0, ''
+    return (1e3, 'm') if size >= 1e-4 else (1e6, 'µ')

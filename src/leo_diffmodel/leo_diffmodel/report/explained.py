@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The report of `leo explain`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.where import where as places_of
+from leo_diffmodel.explain.explanation import Explanation
+from leo_diffmodel.explain.seen import training_errors
+from leo_diffmodel.report import page
+from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.sections import (
+    budget,
+    health,
+    horizon,
+    hypotheses,
+    missing,
+    origin,
+    untested,
+    verdict,
+    where,
+)
+from leo_diffmodel.report.torque_curves import trace
+from leo_diffmodel.report.worst import before_and_after, stretches
+
+
+def write_explanation(
+    path: Path, explanation: Explanation, recordings: Sequence[Recording]
+) -> None:
+    """Write the report of `leo explain`.
+
+    Args:
+        path: the HTML file; replaced whole or not at all.
+        explanation: the result; without a search (untestable) the page has no figures.
+        recordings: what it was computed from, held-out bags included.
+    """
+    sections = [verdict.answer(explanation)]
+    if explanation.search is not None:
+        sections += _evidence(explanation, recordings)
+    sections += [
+        untested.section(explanation.not_testable),
+        origin.section(explanation.provenance, recordings, explanation.seconds),
+    ]
+    title = f'{explanation.model.robot.name}: what the model lacks'
+    page.write(path, page.render(title, page.source(recordings), sections))
+
+
+def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list[Section]:
+    """The sections that a finished search fills."""
+    found, errors = explanation.search, explanation.errors
+    assert found is not None
+    curves = trace(recordings, found)
+    worst = stretches(before_and_after(recordings, found))
+    return [
+        budget.explained(errors),
+        where.section(places_of(curves.measured, curves.model), curves.model, recordings, worst),
+        missing.section(curves.measured, curves.model.robot, curves.candidates),
+        hypotheses.section(
+            explanation.effects,
+            explanation.hypotheses,
+            explanation.constants,
+            found.rounds[0].threshold,
+        ),
+        horizon.held_out(errors, bool(explanation.effects), _training(explanation, recordings)),
+        health.section(found, errors),
+    ]
+
+
+def _training(explanation: Explanation, recordings: Sequence[Recording]) -> list[dict]:
+    """Errors on the data that the fits saw, at the horizons of the held-out ones."""
+    rows, found = explanation.errors['horizon'], explanation.search
+    assert found is not None
+    step = rows[0]['seconds'] / rows[0]['steps']
+    return training_errors(recordings, found, rows[-1]['seconds'], step)

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The stretches that a model predicts worst, far enough apart to be different events."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.errors import horizon_windows, predict_windows, Prediction
+
+if TYPE_CHECKING:
+    from leo_diffmodel.explain.engine import Search
+
+Array = np.ndarray
+SECONDS = 1.0
+MOST_WINDOWS = 100
+SHOWN = 4
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """One window that is predicted badly.
+
+    Attributes:
+        bag: index of its recording.
+        joint: index of the joint that is off most there.
+        time: bag time of the samples [s], shape (K+1,).
+        measured: angle of that joint, shape (K+1,).
+        predicted: the same by each model, shape (M, K+1).
+        band: standard deviation from noise alone about the last model, shape (K+1,).
+    """
+
+    bag: int
+    joint: int
+    time: Array
+    measured: Array
+    predicted: Array
+    band: Array
+
+
+def stretches(predictions: Sequence[Prediction]) -> list[Stretch]:
+    """The four worst windows of the first model, none overlapping another.
+
+    Args:
+        predictions: of the same windows, by each model.
+    """
+    first = predictions[0]
+    joints = first.windows.q.shape[-1]
+    excess = ((first.error**2) / first.floor)[..., :joints].mean(axis=1)
+    return [
+        _stretch(predictions, int(w), int(np.argmax(excess[w])))
+        for w in _apart(first, np.argsort(-excess.max(axis=1)))
+    ]
+
+
+def before_and_after(recordings: Sequence[Recording], found: Search) -> list[Prediction]:
+    """Windows of a second as the model without and with the supported effects predicts them."""
+    base, sigma = found.problem.base, found.problem.sigma
+    fits = [found.null, found.final] if found.final.hypothesis.candidates else [found.null]
+    models = [f.hypothesis.model(base, f.theta) for f in fits]
+    longest = max(e.t[-1] - e.t[0] for r in recordings for e in r.episodes)
+    windows = horizon_windows(recordings, models[-1], min(SECONDS, 0.4 * longest), MOST_WINDOWS)
+    return [predict_windows(model, windows, sigma) for model in models]
+
+
+def _apart(prediction: Prediction, order: Array) -> list[int]:
+    windows = prediction.windows
+    length = windows.dt.sum(axis=1)
+    chosen: list[int] = []
+    for w in order:
+        near = [
+            c
+            for c in chosen
+            if windows.source[c] == windows.source[w]
+            and abs(windows.start[c] - windows.start[w]) < max(length[c], length[w])
+        ]
+        if not near:
+            chosen.append(int(w))
+        if len(chosen) == SHOWN:
+            break
+    return chosen
+
+
+def _stretch(predictions: Sequence[Prediction], w: int, joint: int) -> Stretch:
+    windows, last = predictions[0].windows, predictions[-1]
+    elapsed = np.concatenate([[0.0], np.cumsum(windows.dt[w])])
+    return Stretch(
+        bag=int(windows.source[w]),
+        joint=joint,
+        time=windows.start[w] + elapsed,
+        measured=windows.q[w, :, joint],
+        predicted=np.stack([p.predicted[w, :, joint] for p in predictions]),
+        band=np.sqrt(last.floor[w, :, joint]),
+    )
