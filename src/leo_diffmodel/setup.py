@@ -35,6 +35,7 @@ setup(
         'lz4',
         'mcap>=1.3',
         'numpy>=1.26.4',
+        'pillow>=10.1',
         'pydantic>=2',
         'pyyaml',
         'rich',

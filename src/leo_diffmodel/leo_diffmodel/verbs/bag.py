@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`leo bag record|play|info`."""
+"""`leo bag record|play|info|show`."""
 
 from __future__ import annotations
 
@@ -17,13 +17,18 @@ _PLAY_EXAMPLES = '  leo bag play bags/swing --rate 0.5\n'
 _INFO_EXAMPLES = """\
   leo bag info bags/swing             # also finishes a bag whose recorder was killed
 """
+_SHOW_EXAMPLES = """\
+  leo bag show bags/swing             # swing.png, eight poses side by side
+  leo bag show bags/swing -o swing.gif --at 2 --seconds 5
+  leo bag show bags/swing -o at_3s.png --at 3
+"""
 
 
 def main(argv: list[str]) -> int:
     """Run the chosen subcommand and return its exit status."""
-    verbs = {'record': _record, 'play': _play, 'info': _info}
-    about = 'Record, play and look into bags (rosbag2, MCAP).'
-    examples = _RECORD_EXAMPLES + _PLAY_EXAMPLES + _INFO_EXAMPLES
+    verbs = {'record': _record, 'play': _play, 'info': _info, 'show': _show}
+    about = 'Record, play, look into and draw bags (rosbag2, MCAP).'
+    examples = _RECORD_EXAMPLES + _PLAY_EXAMPLES + _INFO_EXAMPLES + _SHOW_EXAMPLES
     return common.dispatch('leo bag', about, verbs, argv, examples)
 
 
@@ -70,6 +75,29 @@ def _info(argv: list[str]) -> int:
     else:
         show(info, Console())
         print(f'next: leo compare {info.path} --model {info.metadata.get("robot", "MODEL")}')
+    return 0
+
+
+def _show(argv: list[str]) -> int:
+    about = 'Draw the robot of a bag: poses side by side, or an animation in real time.'
+    parser = common.Parser('leo bag show', about, _SHOW_EXAMPLES)
+    parser.add_argument('bag', type=Path, metavar='BAG')
+    parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='.png, .gif or .mp4')
+    parser.add_argument('--model', default='', help="the bag's robot by default")
+    parser.add_argument('--at', type=float, metavar='T', help='begin there; a .png: that pose [s]')
+    parser.add_argument('--seconds', type=float, metavar='S', help='how much to show [s]')
+    parser.add_argument('--poses', type=int, default=8, metavar='N', help='in a .png (8)')
+    parser.add_json()
+    options = parser.parse_args(argv)
+
+    from leo_diffmodel.picture.show import show, Wanted
+
+    path = show(Wanted(options.bag, options.output, options.model, options.at, options.seconds,
+                       options.poses))
+    if options.json:
+        print(json.dumps({'written': str(path)}))
+    else:
+        print(f'wrote {path}\nnext: leo bag info {options.bag}')
     return 0
 
 

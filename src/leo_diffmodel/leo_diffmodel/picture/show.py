@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo bag show`: a bag as a picture or an animation of its robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from leo_diffmodel.bags.contents import load
+from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.verbs.common import progress
+from leo_msgs_py.errors import UserError
+from leo_sim.model_file import load_model
+from leo_sim.robot import Robot
+
+from . import film
+from .strip import strip
+from .take import Take, take
+
+KINDS = ('.png', '.gif', '.mp4')
+MOST_POSES = 40
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What to draw.
+
+    Attributes:
+        bag: a rosbag2 folder or .mcap file.
+        output: .png, .gif or .mp4; None names a .png after the bag.
+        model: file, robot or folder; '' takes the robot the bag names.
+        at: begins there [s since the first state]; None shows the longest episode.
+        seconds: how much; None to the end of the episode, in a .png with `at` one pose.
+        poses: in a .png.
+    """
+
+    bag: Path
+    output: Path | None = None
+    model: str = ''
+    at: float | None = None
+    seconds: float | None = None
+    poses: int = 8
+
+
+def show(wanted: Wanted) -> Path:
+    """Write the picture and return its path.
+
+    Raises:
+        UserError: the bag or the robot cannot be read, nothing was recorded then, or the
+            picture cannot be written.
+    """
+    output = _target(wanted)
+    robot = _robot(wanted)
+    alone = output.suffix == '.png' and wanted.at is not None and wanted.seconds is None
+    shown = take(read_bag(wanted.bag, robot), robot, wanted.at, 0.0 if alone else wanted.seconds)
+    try:
+        _write(output, shown, wanted.poses)
+    except OSError as error:
+        raise UserError(f'cannot write {output}: {error.strerror}') from error
+    return output
+
+
+def _target(wanted: Wanted) -> Path:
+    output = wanted.output or Path(f'{wanted.bag.resolve().name}.png')
+    if output.suffix not in KINDS:
+        raise UserError(f'{output} is none of {", ".join(KINDS)}; give one of these to -o')
+    if not output.absolute().parent.is_dir():
+        raise UserError(f'cannot write {output}: {output.parent} is no folder')
+    if wanted.seconds is not None and not wanted.seconds > 0:
+        raise UserError(f'--seconds is {wanted.seconds:g}; give a positive number')
+    if not 1 <= wanted.poses <= MOST_POSES:
+        raise UserError(f'--poses is {wanted.poses}; give 1 to {MOST_POSES}')
+    return output
+
+
+def _write(output: Path, shown: Take, poses: int) -> None:
+    if output.suffix == '.png':
+        strip(shown, poses).save(output)
+        return
+    write = film.write_gif if output.suffix == '.gif' else film.write_mp4
+    with progress('frames', len(film.times_of(shown))) as done:
+        write(output, film.frames(shown, done))
+
+
+def _robot(wanted: Wanted) -> Robot:
+    """The robot given, or the one that the bag says it is of."""
+    named = wanted.model or load(wanted.bag).metadata.get('leo', {}).get('robot', '')
+    if not named:
+        raise UserError(f'{wanted.bag} does not say which robot it is of; name it with --model')
+    return load_model(named).robot

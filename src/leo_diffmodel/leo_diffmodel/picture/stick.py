@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A robot's stick figure: what to draw in the plane it moves in, pose by pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from leo_sim.kinematics import Kinematics
+from leo_sim.robot import Robot
+
+from .shapes import PLAIN, shapes_of
+
+TOUCHING = 0.002
+"""A contact this near to the ground [m] is drawn as touching."""
+
+VIEWS = {1: (0, 2), 0: (1, 2), 2: (0, 1)}
+"""Axis most hinges turn about -> the two axes one sees."""
+
+SHORT = 1e-3
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A robot at one time, in the plane of view [m].
+
+    Attributes:
+        outlines: filled shapes: corners (N, 2) and colour.
+        sticks: lines (N, 2) and colour.
+        hinges: (H, 2).
+        contacts: centres (C, 2).
+        radii: of the contacts, (C,).
+        touching: which contacts touch the ground, (C,).
+    """
+
+    outlines: list[tuple[np.ndarray, str]]
+    sticks: list[tuple[np.ndarray, str]]
+    hinges: np.ndarray
+    contacts: np.ndarray
+    radii: np.ndarray
+    touching: np.ndarray
+
+    def points(self) -> np.ndarray:
+        """All corners, (N, 2)."""
+        parts = [p for p, _ in (*self.outlines, *self.sticks)] + [self.hinges, self.contacts]
+        return np.concatenate([part.reshape(-1, 2) for part in parts])
+
+
+class Stick:
+    """Draws a robot's poses.
+
+    Attributes:
+        robot: whose figure it is.
+        root: where the first joint is bolted to the world, (2,); None for a floating robot.
+        ground: its slope [rad]; None where nothing can touch it.
+    """
+
+    def __init__(self, robot: Robot):
+        self.robot = robot
+        self._tree, self._shapes = Kinematics(robot.joints), shapes_of(robot.urdf)
+        self._axes = _view(robot)
+        self._colours = {shape.link: shape.colour for shape in reversed(self._shapes)}
+        self._lines = list(_lines(robot))
+        base = robot.joint_names[:3] if robot.base == 'planar' else ()
+        self._hinged = [j.child for j in robot.joints
+                        if j.kind in ('revolute', 'continuous') and j.name not in base]
+        first = robot.joints[0]
+        self.root = None if robot.base == 'planar' else np.array(
+            [first.translation[axis] for axis in self._axes])
+        slope = robot.constants['ground.slope'].value if robot.contacts else 0.0
+        self.ground = slope if robot.contacts else None
+
+    def pose(self, q: np.ndarray) -> Pose:
+        """The figure at joint angles q (J,)."""
+        frames = self._tree.frames(q)
+        turns = {name: (np.array(f.rotation, float).reshape(3, 3), np.array(f.origin, float))
+                 for name, f in frames.items()}
+
+        def seen(link: str, points: np.ndarray) -> np.ndarray:
+            rotation, origin = turns[link]
+            world = np.atleast_2d(points) @ rotation.T + origin
+            return np.asarray(world[:, list(self._axes)])
+
+        outlines = [(_hull(seen(s.link, s.points)), s.colour) for s in self._shapes]
+        sticks = [(seen(link, points), self._colours.get(link, PLAIN))
+                  for link, points in self._lines]
+        hinges = [seen(child, np.zeros(3))[0] for child in self._hinged]
+        contacts = [seen(c.link, np.array([c.x, 0.0, c.z]))[0] for c in self.robot.contacts]
+        centres, radii = np.array(contacts).reshape(-1, 2), self._radii()
+        return Pose(outlines, sticks, np.array(hinges).reshape(-1, 2), centres, radii,
+                    self._clearance(centres, radii) < TOUCHING)
+
+    def _radii(self) -> np.ndarray:
+        return np.array([c.radius for c in self.robot.contacts])
+
+    def _clearance(self, centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
+        slope = self.ground or 0.0
+        return centres[:, 1] * np.cos(slope) - centres[:, 0] * np.sin(slope) - radii
+
+
+def _lines(robot: Robot) -> list[tuple[str, np.ndarray]]:
+    """Lines in link axes: to each joint on a link, round its contacts, or to its mass."""
+    lines = []
+    for link in robot.moving_links:
+        ends = [np.array(j.translation) for j in robot.joints if j.parent == link]
+        lines += [(link, np.stack([np.zeros(3), end])) for end in ends
+                  if np.linalg.norm(end) > SHORT]
+        if not ends:
+            lines.append((link, _tip(robot, link)))
+    return lines
+
+
+def _tip(robot: Robot, link: str) -> np.ndarray:
+    """What ends a limb: once round its contacts, or a line to its mass."""
+    around = [(c.x, 0.0, c.z - c.radius) for c in robot.contacts if c.link == link]
+    if not around:
+        around = [tuple(robot.constants[f'links.{link}.com_{axis}'].value for axis in 'xyz')]
+    return np.array([(0.0, 0.0, 0.0), *around, *([(0.0, 0.0, 0.0)] if around[1:] else [])])
+
+
+def _view(robot: Robot) -> tuple[int, int]:
+    """The plane most hinges turn in, as they stand at angle 0."""
+    frames = Kinematics(robot.joints).frames(np.zeros(len(robot.joint_names)))
+    total = np.zeros(3)
+    for joint in robot.joints:
+        if joint.kind in ('revolute', 'continuous'):
+            rotation = np.array(frames[joint.child].rotation, float).reshape(3, 3)
+            total += np.abs(rotation @ joint.axis)
+    return VIEWS[int(np.argmax(total)) if total.any() else 1]
+
+
+def _hull(points: np.ndarray) -> np.ndarray:
+    """Corners of the outline of a cloud, in order."""
+    try:
+        return points[ConvexHull(points).vertices]
+    except QhullError:
+        return points
