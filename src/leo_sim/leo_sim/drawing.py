@@ -8,7 +8,7 @@ floors, log-uniform between 60 and 200: a bob of 55 g that lacks 15 to 90 g, say
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -58,15 +58,25 @@ def draw(robot: Robot, rng: np.random.Generator) -> Placed:
     raise UserError(f'no effect of the catalogue shows on {robot.name}')
 
 
+class Sized(Protocol):
+    """Runs of a robot that tell how much an effect changes them."""
+
+    robot: Robot
+
+    def size(self, placed: Placed) -> np.ndarray:
+        """In noise floors, for each of the effect's leading amplitudes."""
+
+
 def of_size(
-    windows: Windows, name: str, where: str, size: float, rng: np.random.Generator
+    windows: Sized, name: str, where: str, size: float, rng: np.random.Generator
 ) -> Placed | None:
-    """The effect at `where` with the amplitude that gives `size` [noise floors].
+    """The effect at `where`, a joint, a link or 'all', with the amplitude of `size` noise floors.
 
     None where no sensible amplitude changes the windows that much.
     """
     robot = windows.robot
-    parameters = EFFECTS[name].parameters_for(robot, (where,))
+    names = EFFECTS[name].places(robot) if where == 'all' else (where,)
+    parameters = EFFECTS[name].parameters_for(robot, names)
     shape = _shape(name, parameters, rng)
     amplitudes = AMPLITUDES[MOST.get(parameters[0].unit, math.inf) >= AMPLITUDES]
     scan = place(robot, name, where, **_values(shape, parameters, amplitudes[:, None, None]))

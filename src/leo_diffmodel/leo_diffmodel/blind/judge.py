@@ -3,70 +3,131 @@
 
 from __future__ import annotations
 
-from leo_diffmodel.blind.case import Case
-from leo_diffmodel.explain.classes import CLASSES, Facts
+from collections.abc import Iterable
+
+from leo_diffmodel.blind import outside
+from leo_diffmodel.blind.parameters import parameter_errors
+from leo_diffmodel.explain.classes import Facts, why_same
 from leo_diffmodel.explain.scored import MARGIN_NATS
+from leo_sim.effects import EFFECTS
+from leo_sim.robot import load_robot
 
 LARGEST_SET = 3
+SURE = 0.9
+NEVER_FAR = ('hysteresis', 'winding_drift')
+"""Laws whose nearest relatives in the catalogue may be named, as long as it stays open."""
+Thing = tuple[str, str]
 
 
-def judge(case: Case, answer: dict) -> dict:
+def judge(truth: dict, answer: dict) -> dict:
     """One line of the results file.
 
-    `right` means: no effect, and fine; or the true effect and place named first, alone or with
-    what is the same thing in the data; or an ambiguous set of at most three things that holds
-    it, where a class of the same thing is one.
+    Args:
+        truth: of a case, see `truth.reveal`.
+        answer: the contents of explain.json.
     """
-    first = answer['effects'][0] if answer['effects'] else None
-    truth = None if case.effect is None else (case.effect.effect.name, case.effect.where[0])
+    named = [_thing(e) for e in answer['effects']]
     return {
-        'seed': case.seed,
-        'robot': case.robot.name,
-        'engine': case.engine[0],
-        'noise': list(case.noise),
-        'truth': truth[0] if truth else None,
-        'where': truth[1] if truth else None,
-        'parameters': {} if case.effect is None else dict(case.effect.parameters),
-        'size': case.size,
+        **truth,
         'verdict': answer['verdict'],
-        'named': first['name'] if first else None,
-        'found': first['parameters'] if first else {},
-        'also': [e['name'] for e in answer['effects'][1:]],
-        'set': sorted(_set(first)) if first else [],
-        'gain': first['gain_train'] + first['gain_held_out'] if first else 0.0,
+        'named': [list(thing) for thing in named],
+        'set': [sorted(map(list, _open(e))) for e in answer['effects']],
+        'gain': [e['gain_train'] + e['gain_held_out'] for e in answer['effects']],
+        'found': [e['parameters'] for e in answer['effects']],
+        'inclusion': [e['inclusion_probability'] for e in answer['effects']],
         'chi2_ratio': answer['errors'].get('chi2_ratio'),
         'seconds': answer['seconds'],
-        'right': _right(case, truth, answer, first),
+        'errors': _errors(truth, answer['effects']),
+        **_JUDGES[truth['kind']](truth, answer),
     }
 
 
-def _right(
-    case: Case, truth: tuple[str, str] | None, answer: dict, first: dict | None
-) -> bool:
-    if truth is None:
-        return answer['verdict'] == 'fine'
-    if first is None:
-        return False
-    if answer['verdict'] == 'ambiguous':
-        rivals = _set(first)
-        return truth[0] in rivals and _distinct(rivals, case) <= LARGEST_SET
-    together = {first['name'], *(r['name'] for r in _same(first))}
-    return answer['verdict'] == 'named' and truth[0] in together
+def _nothing(truth: dict, answer: dict) -> dict:
+    return {'right': answer['verdict'] == 'fine'}
 
 
-def _distinct(names: set[str], case: Case) -> int:
-    """How many different things a set names: two that are equal whatever their size are one."""
-    facts = Facts(case.robot, ever_free=False)
-    classes = [c.names for c in CLASSES if c.holds(facts) and len(c.names) == 2]
-    things = {next((c for c in classes if name in c), frozenset({name})) for name in names}
-    return len(things)
+def _single(truth: dict, answer: dict) -> dict:
+    """Right: the effect and its place first, alone or with what is the same in the data; or an
+    ambiguous set of at most three things that holds it, where a class of the same is one.
+    """
+    hidden, rows = truth['effects'][0], answer['effects']
+    first = rows[0] if rows else None
+    if first is None or answer['verdict'] not in ('named', 'ambiguous'):
+        return {'right': False, 'family': False}
+    return {
+        'right': _found(truth, hidden, first),
+        'family': _found(truth, hidden, first) or _family(first['name']) == hidden['family'],
+        'alone': len(rows) == 1,
+    }
 
 
-def _same(first: dict) -> list[dict]:
-    return [r for r in first['confusable_with'] if r['same_thing']]
+def _pair(truth: dict, answer: dict) -> dict:
+    """Right: each of the two is found in a row of its own; exact: and there is no third row."""
+    one, other = truth['effects']
+    rows = answer['effects'] if answer['verdict'] in ('named', 'ambiguous') else []
+    right = any(
+        _found(truth, one, a) and _found(truth, other, b)
+        for a in rows for b in rows if a is not b
+    )  # fmt: skip
+    return {'right': right, 'exact': right and len(rows) == 2}
 
 
-def _set(first: dict) -> set[str]:
-    """The effects that the answer leaves open, the first one included."""
-    near = [r for r in first['confusable_with'] if r['separable_nats'] < MARGIN_NATS]
-    return {first['name'], *(r['name'] for r in near)}
+def _outside(truth: dict, answer: dict) -> dict:
+    """Right: unknown, with the right variable where one variable explains it; some may also end
+    in an ambiguous set of at most three.
+    """
+    name, verdict, rows = truth['effects'][0]['name'], answer['verdict'], answer['effects']
+    variable = (answer.get('unknown') or {}).get('variable')
+    right = verdict == 'unknown' and variable == outside.VARIABLES.get(name, variable)
+    if name in NEVER_FAR and verdict == 'ambiguous':
+        right = _distinct(truth, _open(rows[0])) <= LARGEST_SET
+    lone = verdict == 'named' and len(rows) == 1 and rows[0]['inclusion_probability'] > SURE
+    return {'right': right, 'variable': variable, 'lone': lone}
+
+
+_JUDGES = {'none': _nothing, 'effect': _single, 'pair': _pair, 'outside': _outside}
+
+
+def _found(truth: dict, hidden: dict, row: dict) -> bool:
+    """Whether a row names the hidden effect, or leaves it open among few."""
+    thing, rivals = _thing(hidden), _open(row)
+    if len(rivals) == 1 or all(_same(truth, _thing(row), r) for r in rivals):
+        return thing in rivals or _same(truth, thing, _thing(row))
+    return thing in rivals and _distinct(truth, rivals) <= LARGEST_SET
+
+
+def _thing(row: dict) -> Thing:
+    return row['name'], row['where']
+
+
+def _open(row: dict) -> set[Thing]:
+    """The effects that a row leaves open, itself included."""
+    near = [r for r in row['confusable_with'] if r['separable_nats'] < MARGIN_NATS]
+    return {_thing(row), *map(_thing, near)}
+
+
+def _same(truth: dict, a: Thing, b: Thing) -> bool:
+    facts = Facts(load_robot(truth['robot']), truth['ever_free'])
+    return a == b or why_same(a, b, facts) is not None
+
+
+def _distinct(truth: dict, things: Iterable[Thing]) -> int:
+    """How many different things there are, where those that are the same in the data are one."""
+    different: list[Thing] = []
+    for thing in sorted(things):
+        if not any(_same(truth, thing, other) for other in different):
+            different.append(thing)
+    return len(different)
+
+
+def _family(name: str) -> str | None:
+    return EFFECTS[name].family if name in EFFECTS else None
+
+
+def _errors(truth: dict, rows: list[dict]) -> list[dict]:
+    """Of every parameter of the hidden effects that were named as such."""
+    return [
+        error
+        for hidden in truth['effects'] for row in rows if _thing(row) == _thing(hidden)
+        for error in parameter_errors(hidden, row)
+    ]  # fmt: skip

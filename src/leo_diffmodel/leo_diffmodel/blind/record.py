@@ -9,12 +9,14 @@ import tempfile
 import yaml
 
 from leo_diffmodel.bags.writer import BagWriter
-from leo_diffmodel.blind.case import Case, RATE
+from leo_diffmodel.blind.case import Case
 from leo_msgs_py.values import Applied, JointStates
 from leo_msgs_py.wire.types import serialize
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
 from leo_sim.model_file import write_effects
+
+RATE = 100.0
 
 
 def record(case: Case, folder: Path) -> Path:
@@ -26,7 +28,8 @@ def record(case: Case, folder: Path) -> Path:
     applied = writer.add_topic('/dynamic_joint_states', 'control_msgs/msg/DynamicJointState')
     per_control = round(RATE * case.robot.control_period)
     _write(writer, states, driver.read())
-    for value in case.inputs:
+    for value, on in zip(case.run.inputs, case.run.enabled, strict=True):
+        driver.set_torque(bool(on.all()))
         _write(writer, applied, driver.write(value))
         for _ in range(per_control):
             driver.advance(1 / RATE)
@@ -37,13 +40,12 @@ def record(case: Case, folder: Path) -> Path:
 
 def _options(case: Case, private: Path) -> DriverOptions:
     hidden = private / 'hidden.yaml'
-    effects = write_effects((case.effect,) if case.effect else ())
-    hidden.write_text(yaml.safe_dump({'effects': effects}))
+    hidden.write_text(yaml.safe_dump({'effects': write_effects(case.effects)}))
     return DriverOptions(
-        robot=case.robot,
+        robot=case.run.robot,
         state_rate=RATE,
         seed=case.seed,
-        noise=case.noise,
+        noise=case.run.noise,
         engine=case.engine[0],
         integration_step=case.engine[1],
         private={'hidden': str(hidden)},

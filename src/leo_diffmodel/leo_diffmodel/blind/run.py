@@ -15,30 +15,40 @@ from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.blind.case import draw_case
 from leo_diffmodel.blind.judge import judge
 from leo_diffmodel.blind.record import record
+from leo_diffmodel.blind.truth import hide, reveal
 from leo_diffmodel.explain.explanation import explain
 from leo_sim.model import Model
+from leo_sim.robot import load_robot
 
 
-def run_case(seed: int, with_effect: bool) -> dict:
-    """Draw, record, explain from the bag alone, and only then judge."""
-    case = draw_case(seed, with_effect)
+def run_case(seed: int, kind: str) -> dict:
+    """Draw, seal the truth, explain from the bag alone, and only then judge."""
     with tempfile.TemporaryDirectory() as folder:
-        bag = record(case, Path(folder) / 'bag')
-        recording = read_bag(bag, case.robot)
-        answer = explain([recording], Model(case.robot)).to_json()
-    return judge(case, answer)
+        bag, truth = Path(folder) / 'bag', Path(folder) / 'truth.sealed'
+        robot = _prepare(seed, kind, bag, truth)
+        recording = read_bag(bag, load_robot(robot))
+        answer = explain([recording], Model(robot)).to_json()
+        return judge(reveal(truth), answer)
 
 
-def run(seeds: Sequence[int], with_effect: bool, results: Path, jobs: int) -> list[dict]:
+def _prepare(seed: int, kind: str, bag: Path, truth: Path) -> str:
+    """Record the bag of a case; returns the name of its robot."""
+    case = draw_case(seed, kind)
+    record(case, bag)
+    hide(case, truth)
+    return case.robot.name
+
+
+def run(seeds: Sequence[int], kind: str, results: Path, jobs: int) -> list[dict]:
     """All cases of `seeds`; those already in `results` are not run again."""
     lines = [json.loads(line) for line in _lines(results)]
-    done = {r['seed']: r for r in lines if (r['truth'] is not None) == with_effect}
+    done = {r['seed']: r for r in lines if r['kind'] == kind}
     todo = [s for s in seeds if s not in done]
-    tasks = (delayed(run_case)(seed, with_effect) for seed in todo)
+    tasks = (delayed(run_case)(seed, kind) for seed in todo)
     rows = Parallel(n_jobs=jobs, return_as='generator_unordered')(tasks)
     results.parent.mkdir(parents=True, exist_ok=True)
     with results.open('a') as file:
-        for row in track(rows, total=len(todo), description='blind cases'):
+        for row in track(rows, total=len(todo), description=f'blind cases ({kind})'):
             file.write(json.dumps(row) + '\n')
             file.flush()
             done[row['seed']] = row

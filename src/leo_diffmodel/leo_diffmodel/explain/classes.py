@@ -31,6 +31,23 @@ class Facts:
         """One joint on a fixed base: all inertia acts about one axis."""
         return len(self.robot.joint_names) == 1 and self.robot.base == 'fixed'
 
+    def at_base(self, joint: str) -> bool:
+        """Whether a joint is a hinge between the fixed base and the first link that moves."""
+        by_child = {j.child: j for j in self.robot.joints}
+        found = next((j for j in self.robot.joints if j.name == joint), None)
+        if self.robot.base != 'fixed' or found is None or found.kind == 'prismatic':
+            return False
+        above = by_child.get(found.parent)
+        while above is not None and above.kind == 'fixed':
+            above = by_child.get(above.parent)
+        return above is None
+
+    def refits(self, joint: str, constant: str) -> bool:
+        """Whether a motor constant is refitted at a joint, or for 'all' at every one."""
+        motors = [a.joint for a in self.robot.actuators if joint in (a.joint, 'all')]
+        paths = [f'actuators.{motor}.{constant}' for motor in motors]
+        return bool(paths) and all(self.robot.constants[p].uncertain for p in paths)
+
 
 @dataclass(frozen=True)
 class SameThing:
@@ -38,47 +55,57 @@ class SameThing:
 
     Attributes:
         names: the members.
-        holds: the condition.
+        holds: the condition, for a joint or 'all'.
         why: the reason, for the report.
     """
 
     names: frozenset[str]
-    holds: Callable[[Facts], bool]
+    holds: Callable[[Facts, str], bool]
     why: str
 
 
 CLASSES = (
     SameThing(
         frozenset({'viscous_friction', 'back_emf_scale'}),
-        lambda f: f.robot.input == 'voltage' and not f.ever_free,
+        lambda f, _: f.robot.input == 'voltage' and not f.ever_free,
         'both brake in proportion to speed while the motor is never free',
     ),
     SameThing(
         frozenset({'command_delay', 'measurement_delay'}),
-        lambda f: True,
+        lambda f, where: (f.one_hinge or where == 'all') and not f.ever_free,
         'only the time between command and answer is seen',
     ),
     SameThing(
         frozenset({'armature', 'link_inertia'}),
-        lambda f: f.one_hinge,
-        'on a single hinge all inertia adds up',
+        lambda f, where: f.at_base(where),
+        'about a fixed axis all inertia adds up',
     ),
     SameThing(
         frozenset({'torque_scale', 'voltage_scale'}),
-        lambda f: f.robot.input == 'torque',
+        lambda f, _: f.robot.input == 'torque',
         'a torque command has no back-EMF to tell them apart',
     ),
     SameThing(
+        frozenset({'back_emf_scale', 'torque_scale', 'voltage_scale'}),
+        lambda f, where: f.refits(where, 'torque_constant'),
+        'a refitted torque constant makes one of the other',
+    ),
+    SameThing(
         frozenset({'encoder_offset', 'external_force', 'link_com', 'torque_ripple'}),
-        lambda f: f.one_hinge,
+        lambda f, _: f.one_hinge,
         'on a single hinge a shifted zero, a shifted CoM, a sideways force and a ripple once per '
         'turn all turn gravity',
+    ),
+    SameThing(
+        frozenset({'external_force', 'torque_ripple'}),
+        lambda f, where: f.at_base(where),
+        'about a fixed axis a constant force is a ripple once per turn',
     ),
 )
 
 PAIRS = {
     'external_force': (
-        'note: on a single hinge a constant downward force is also a heavier link whose inertia '
+        'note: about a fixed axis a constant downward force is also a heavier link whose inertia '
         'about the joint is kept, link_mass with a negative link_inertia'
     ),
 }
@@ -86,21 +113,27 @@ PAIRS = {
 
 def same_thing(a: Candidate, b: Candidate, facts: Facts) -> str | None:
     """Why two candidates are the same in the data, or None where they are not."""
-    if not _share_joint(a, b, facts):
+    return why_same((a.effect.name, a.where), (b.effect.name, b.where), facts)
+
+
+def why_same(a: tuple[str, str], b: tuple[str, str], facts: Facts) -> str | None:
+    """As `same_thing`, for effects as (name, place)."""
+    pair, where = {a[0], b[0]}, _joint(a[1], facts)
+    if len(pair) < 2 or where != _joint(b[1], facts):
         return None
-    pair = {a.effect.name, b.effect.name}
-    for entry in CLASSES:
-        if len(pair) == 2 and pair <= entry.names and entry.holds(facts):
-            return entry.why
-    return None
+    return next((c.why for c in CLASSES if pair <= c.names and c.holds(facts, where)), None)
 
 
 def pair_note(candidates: Iterable[Candidate], facts: Facts) -> str | None:
     """What pair of effects could stand for a named one."""
-    if not facts.one_hinge:
-        return None
-    return next((PAIRS[c.effect.name] for c in candidates if c.effect.name in PAIRS), None)
+    return next((PAIRS[c.effect.name] for c in candidates
+                 if c.effect.name in PAIRS and facts.at_base(_joint(c.where, facts))), None)
 
 
-def _share_joint(a: Candidate, b: Candidate, facts: Facts) -> bool:
-    return facts.one_hinge or a.where == b.where
+def _joint(where: str, facts: Facts) -> str:
+    """The joint of a place: a link moves with the joint above it, a single motor is all of them."""
+    moved_by = {j.child: j.name for j in facts.robot.joints}
+    joint = moved_by.get(where, where)
+    if joint == 'all' and len(facts.robot.joint_names) == 1:
+        return facts.robot.joint_names[0]
+    return joint

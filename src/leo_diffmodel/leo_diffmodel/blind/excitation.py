@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What drives a blind case: random inputs for 20 s and, on a servo, phases with the motor free."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from leo_sim.batch import rollout
+from leo_sim.model import Model
+from leo_sim.robot import Robot
+
+Array = np.ndarray
+SECONDS = 20.0
+LEVELS = {'voltage': (0.4, 1.0), 'torque': (0.1, 0.4)}
+KINDS = ('steps', 'sines', 'chirp', 'binary')
+FASTEST, GENTLER, COARSE = 30.0, 0.7, 4.0
+FREED = ('servo_pendulum',)
+FREE_PHASES, FREE_SECONDS = (4, 8), (0.3, 1.2)
+
+
+def excitation(robot: Robot, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Random steps, a sum of sines, a chirp or a random binary signal at each actuator.
+
+    Returns:
+        inputs [V or N m] of each control period, shape (N, A), and whether the motors are on.
+    """
+    time = np.arange(round(SECONDS / robot.control_period)) * robot.control_period
+    level = rng.uniform(*LEVELS[robot.input])
+    signals = [_signal(rng, time, str(rng.choice(KINDS))) for _ in robot.actuators]
+    inputs = robot.limits * np.clip(level * np.stack(signals, axis=-1), -1.0, 1.0)
+    while _fastest(robot, inputs) > FASTEST:
+        inputs = GENTLER * inputs
+    on = _phases(rng, time) if robot.name in FREED else np.ones(len(time), dtype=bool)
+    return inputs, np.repeat(on[:, None], len(robot.actuators), axis=-1)
+
+
+def _fastest(robot: Robot, inputs: Array) -> float:
+    """The largest joint rate of the ideal robot [rad/s], each quarter of the run from its start."""
+    model, parts = Model(robot, integration_step=COARSE * robot.integration_step), 4
+    start = model.start('nominal')
+    split = inputs[: len(inputs) // parts * parts].reshape(parts, -1, inputs.shape[-1])
+    q, dq = (np.repeat(x[None], parts, axis=0) for x in (start.q, start.dq))
+    return float(np.abs(rollout(model, q, dq, split, robot.control_period)[1]).max())
+
+
+def _phases(rng: np.random.Generator, time: Array) -> Array:
+    on = np.ones(len(time), dtype=bool)
+    for _ in range(rng.integers(*FREE_PHASES, endpoint=True)):
+        begin = rng.uniform(1.0, time[-1])
+        on[(time >= begin) & (time < begin + rng.uniform(*FREE_SECONDS))] = False
+    return on
+
+
+def _signal(rng: np.random.Generator, time: Array, kind: str) -> Array:
+    if kind == 'sines':
+        waves = [np.sin(2 * np.pi * rng.uniform(0.2, 3) * time + rng.uniform(0, 6)) for _ in 'abc']
+        return np.sum(waves, axis=0) / 2
+    if kind == 'chirp':
+        low, high = rng.uniform(0.1, 0.4), rng.uniform(2, 4)
+        phase = 2 * np.pi * (low * time + 0.5 * (high - low) / time[-1] * time**2)
+        return np.sin(phase)
+    hold = rng.uniform(0.1, 0.5)
+    index = np.floor(time / hold).astype(int)
+    values = rng.uniform(-1, 1, index[-1] + 1)
+    return (np.sign(values) if kind == 'binary' else values)[index]
