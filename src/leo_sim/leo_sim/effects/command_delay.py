@@ -42,6 +42,8 @@ class CommandDelay(Effect):
         """The memory with the command u as its newest entry, if it is new."""
         if memory is None:
             memory = np.zeros((2, 1, *np.shape(u)))
+        u = np.broadcast_to(u, np.broadcast_shapes(np.shape(u), memory.shape[2:]))
+        memory = np.broadcast_to(memory, (*memory.shape[:2], *u.shape))
         if np.array_equal(memory[1, -1], u):
             return memory
         newest = np.stack([np.zeros_like(u), u])[:, None]
