@@ -35,7 +35,7 @@ def excitation(robot: Robot, rng: np.random.Generator) -> tuple[Array, Array]:
 
 
 def _fastest(robot: Robot, inputs: Array) -> float:
-    """The largest joint rate of the ideal robot [rad/s], each quarter of the run from its start."""
+    """The largest rate of the ideal robot [rad/s], each quarter of the run from its start."""
     model, parts = Model(robot, integration_step=COARSE * robot.integration_step), 4
     start = model.start('nominal')
     split = inputs[: len(inputs) // parts * parts].reshape(parts, -1, inputs.shape[-1])

@@ -47,8 +47,10 @@ def _nothing(truth: dict, answer: dict) -> dict:
 
 
 def _single(truth: dict, answer: dict) -> dict:
-    """Right: the effect and its place first, alone or with what is the same in the data; or an
-    ambiguous set of at most three things that holds it, where a class of the same is one.
+    """Right: the effect and its place first, alone or with what is the same in the data.
+
+    An ambiguous set of at most three things that holds it is right as well, where a class of
+    the same thing is one.
     """
     hidden, rows = truth['effects'][0], answer['effects']
     first = rows[0] if rows else None
@@ -73,8 +75,9 @@ def _pair(truth: dict, answer: dict) -> dict:
 
 
 def _outside(truth: dict, answer: dict) -> dict:
-    """Right: unknown, with the right variable where one variable explains it; some may also end
-    in an ambiguous set of at most three.
+    """Right: unknown, with the right variable where one variable explains it.
+
+    Some have relatives in the catalogue and may end in an ambiguous set of at most three.
     """
     name, verdict, rows = truth['effects'][0]['name'], answer['verdict'], answer['effects']
     variable = (answer.get('unknown') or {}).get('variable')

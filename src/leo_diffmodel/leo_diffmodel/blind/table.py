@@ -9,6 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import beta
 
+SHARES = {'none': ('right',), 'effect': ('right', 'family'), 'pair': ('right', 'exact'),
+          'outside': ('right', 'lone')}  # fmt: skip
+"""What is counted of each kind of case."""
+
 
 def upper_bound(hits: int, count: int) -> float:
     """Clopper-Pearson 95 % one-sided upper bound of a rate."""
@@ -20,35 +24,58 @@ def lower_bound(hits: int, count: int) -> float:
     return 0.0 if hits == 0 else float(beta.ppf(0.05, hits, count - hits + 1))
 
 
-def summary(rows: Sequence[dict]) -> dict:
-    """Rates over one set of cases, all with an effect or all without."""
-    right, count = sum(r['right'] for r in rows), len(rows)
+def summary(kind: str, rows: Sequence[dict]) -> dict:
+    """Rates over the cases of one kind, with one-sided 95 % bounds."""
     seconds = [r['seconds'] for r in rows]
     return {
-        'cases': count,
-        'right': right,
-        'rate': right / count,
-        'rate_at_least': lower_bound(right, count),
-        'wrong_at_most': upper_bound(count - right, count),
-        'ambiguous': sum(r['verdict'] == 'ambiguous' for r in rows) / count,
+        'cases': len(rows),
+        **{share: rate(sum(r[share] for r in rows), len(rows)) for share in SHARES[kind]},
+        'ambiguous': sum(r['verdict'] == 'ambiguous' for r in rows) / len(rows),
+        **_parameters(rows),
         'seconds_median': float(np.median(seconds)),
         'seconds_max': float(np.max(seconds)),
     }
 
 
-def mistakes(rows: Sequence[dict]) -> list[tuple[str, str, int]]:
-    """(truth, answer, how often) of the wrong ones, most frequent first."""
-    wrong = Counter(
-        (str(r['truth']), f'{r["verdict"]}: {r["named"] or "-"}') for r in rows if not r['right']
-    )
-    return [(truth, answer, count) for (truth, answer), count in wrong.most_common()]
+def rate(hits: int, count: int) -> dict:
+    """How many, which share, and between what it is at 95 % confidence (each side alone)."""
+    return {'hits': hits, 'rate': hits / count, 'at_least': lower_bound(hits, count),
+            'at_most': upper_bound(hits, count)}  # fmt: skip
 
 
-def by_effect(rows: Sequence[dict]) -> list[tuple[str, int, int]]:
-    """(effect, right, cases) for each true effect."""
-    names = sorted({str(r['truth']) for r in rows})
-    return [
-        (n, sum(r['right'] for r in rows if str(r['truth']) == n),
-         sum(str(r['truth']) == n for r in rows))
-        for n in names
-    ]  # fmt: skip
+def _parameters(rows: Sequence[dict]) -> dict:
+    """Median error of the parameters, and the share of 95 % intervals that hold the truth."""
+    errors = [e for r in rows for e in r['errors']]
+    inside = [e['inside'] for e in errors if e['inside'] is not None]
+    if not inside:
+        return {}
+    return {
+        'parameter_error_median': float(np.median([e['error'] for e in errors])),
+        'intervals': rate(sum(inside), len(inside)),
+    }
+
+
+def confusion(rows: Sequence[dict]) -> dict[str, dict[str, int]]:
+    """{hidden: {answer: how often}}; answers are the first effects named, or the verdict."""
+    table: dict[str, Counter[str]] = {}
+    for row in rows:
+        table.setdefault(hidden(row), Counter())[answer(row)] += 1
+    return {name: dict(table[name].most_common()) for name in sorted(table)}
+
+
+def by(rows: Sequence[dict], key: str) -> list[tuple[str, int, int]]:
+    """(value, right, cases) for every value of a key of the rows."""
+    values = sorted({str(r[key]) for r in rows})
+    return [(v, sum(r['right'] for r in rows if str(r[key]) == v),
+             sum(str(r[key]) == v for r in rows)) for v in values]  # fmt: skip
+
+
+def hidden(row: dict) -> str:
+    """The names of what is hidden in a case."""
+    return ' + '.join(sorted(e['name'] for e in row['effects'])) or '-'
+
+
+def answer(row: dict) -> str:
+    """The names that a case was given; the verdict alone where it names none."""
+    names = ' + '.join(sorted(name for name, _ in row['named']))
+    return f'{row["verdict"]} {names}'.strip() if row['verdict'] != 'named' else names

@@ -131,7 +131,7 @@ def pair_note(candidates: Iterable[Candidate], facts: Facts) -> str | None:
 
 
 def _joint(where: str, facts: Facts) -> str:
-    """The joint of a place: a link moves with the joint above it, a single motor is all of them."""
+    """The joint of a place: a link moves with the joint above it, a single joint is all."""
     moved_by = {j.child: j.name for j in facts.robot.joints}
     joint = moved_by.get(where, where)
     if joint == 'all' and len(facts.robot.joint_names) == 1:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""leo blind: hide effects in robots by seed, explain their bags, count what was right."""
+"""leo blind: hide effects in robots by seed, explain the bags, count what was right."""
 
 from __future__ import annotations
 
@@ -15,8 +15,19 @@ from leo_msgs_py.errors import UserError
 
 EXAMPLES = (
     'leo blind --cases 200 --no-effect 200 -o out/blind',
-    'leo blind --cases 20 --first-seed 5000 -o out/quick --jobs 1',
+    'leo blind --pairs 100 --outside 40 --first-seed 5000 -o out/blind',
+    'leo blind --cases 20 --jobs 1 -o out/quick',
 )
+OPTIONS = {
+    'cases': ('effect', 'bags with one hidden effect'),
+    'no_effect': ('none', 'bags without any'),
+    'pairs': ('pair', 'bags with two effects, each of 2 noise floors or more'),
+    'outside': ('outside', 'bags with a law that is not in the catalogue'),
+}
+TITLES = {'effect': 'one effect', 'none': 'no effect', 'pair': 'two effects',
+          'outside': 'outside the catalogue'}  # fmt: skip
+WORDS = {'right': 'right', 'family': 'right family', 'exact': 'exactly these two',
+         'lone': 'named alone and sure'}  # fmt: skip
 
 
 def main(argv: list[str]) -> int:
@@ -24,28 +35,38 @@ def main(argv: list[str]) -> int:
     from leo_diffmodel.blind.run import run
 
     arguments = _parser().parse_args(argv)
-    if min(arguments.cases, arguments.no_effect, arguments.first_seed) < 0:
-        raise UserError('leo blind: --cases, --no-effect and --first-seed take 0 or more, found '
-                        f'{arguments.cases}, {arguments.no_effect}, {arguments.first_seed}')
-    if arguments.jobs < 1:
-        raise UserError(f'leo blind: --jobs takes 1 or more, found {arguments.jobs}')
+    counts = _counts(arguments)
     folder = common.fresh_folder(arguments.output) or Path('out/blind')
     first, results = arguments.first_seed, folder / 'results.jsonl'
-    answers = {}
-    for kind, count in (('effect', arguments.cases), ('no effect', arguments.no_effect)):
-        seeds = range(first, first + count)
-        if count:
-            answers[kind] = run(seeds, kind == 'effect', results, arguments.jobs)
+    answers = {
+        kind: run(range(first, first + count), kind, results, arguments.jobs)
+        for kind, count in counts.items()
+        if count
+    }
     _print(answers, first, arguments.json)
     if not arguments.json:
         print(f'wrote {results}; the same command again runs only what is missing')
     return 0
 
 
+def _counts(arguments: argparse.Namespace) -> dict[str, int]:
+    """Cases of each kind; 20 with an effect and 20 without where nothing is asked for."""
+    asked = {name: getattr(arguments, name) for name in OPTIONS}
+    for name, value in (*asked.items(), ('first_seed', arguments.first_seed)):
+        if value is not None and value < 0:
+            option = name.replace('_', '-')
+            raise UserError(f'leo blind: --{option} takes 0 or more, found {value}')
+    if arguments.jobs < 1:
+        raise UserError(f'leo blind: --jobs takes 1 or more, found {arguments.jobs}')
+    if all(value is None for value in asked.values()):
+        return {'effect': 20, 'none': 20}
+    return {OPTIONS[name][0]: value or 0 for name, value in asked.items()}
+
+
 def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('blind', __doc__ or '', EXAMPLES)
-    arguments.add_argument('--cases', type=int, default=20, help='bags with one hidden effect')
-    arguments.add_argument('--no-effect', type=int, default=20, help='bags without any')
+    for name, (_, about) in OPTIONS.items():
+        arguments.add_argument(f'--{name.replace("_", "-")}', type=int, metavar='N', help=about)
     arguments.add_argument('--first-seed', type=int, default=1)
     arguments.add_argument('--jobs', type=int, default=2, help='processes')
     arguments.add_argument('-o', dest='output', metavar='DIR', help='where results are kept')
@@ -54,25 +75,49 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _print(answers: dict[str, list[dict]], first: int, as_json: bool) -> None:
-    from leo_diffmodel.blind.table import by_effect, mistakes, summary
+    from leo_diffmodel.blind.table import confusion, summary
 
-    summaries = {kind: summary(rows) for kind, rows in answers.items()}
+    summaries = {kind: summary(kind, rows) for kind, rows in answers.items()}
     if as_json:
-        print(json.dumps({'first_seed': first, **summaries}))
+        tables = {kind: confusion(rows) for kind, rows in answers.items()}
+        print(json.dumps({'first_seed': first, **summaries, 'confusion': tables}))
         return
     console = Console()
     for kind, rows in answers.items():
-        s = summaries[kind]
+        last = first + len(rows) - 1
+        _print_rates(console, f'{TITLES[kind]}, seeds {first} … {last}', summaries[kind])
+        _print_tables(console, rows)
+
+
+def _print_rates(console: Console, title: str, rates: dict) -> None:
+    console.print(f'{title}: {rates["cases"]} bags', highlight=False)
+    for share, words in WORDS.items():
+        if share in rates:
+            console.print(f'  {words}: {_rate(rates[share])}', highlight=False)
+    if 'intervals' in rates:
         console.print(
-            f'{kind}: {s["right"]} of {s["cases"]} right ({100 * s["rate"]:.1f} %, at 95 % '
-            f'confidence wrong in at most {100 * s["wrong_at_most"]:.1f} %), ambiguous '
-            f'{100 * s["ambiguous"]:.1f} %, {s["seconds_median"]:.1f} s a bag '
-            f'(longest {s["seconds_max"]:.1f} s), seeds {first} … {first + len(rows) - 1}',
-            highlight=False,
-        )
-        table = Table('effect', 'right', 'of')
-        for name, right, count in by_effect(rows):
-            table.add_row(name, str(right), str(count))
-        console.print(table)
-        for truth, answer, count in mistakes(rows):
-            console.print(f'  {truth} taken as {answer}: {count}', highlight=False)
+            f'  parameters off by {100 * rates["parameter_error_median"]:.2f} % (median); '
+            f'95 % intervals hold the truth: {_rate(rates["intervals"])}', highlight=False
+        )  # fmt: skip
+    console.print(
+        f'  ambiguous: {100 * rates["ambiguous"]:.1f} %; {rates["seconds_median"]:.1f} s a bag '
+        f'(longest {rates["seconds_max"]:.1f} s)', highlight=False
+    )  # fmt: skip
+
+
+def _rate(rate: dict) -> str:
+    return (f'{rate["hits"]} = {100 * rate["rate"]:.1f} % (at 95 % confidence '
+            f'{100 * rate["at_least"]:.1f} % or more, {100 * rate["at_most"]:.1f} % or less)')
+
+
+def _print_tables(console: Console, rows: list[dict]) -> None:
+    from leo_diffmodel.blind.table import by, confusion
+
+    table = Table('hidden', 'bags', 'answers')
+    for name, answers in confusion(rows).items():
+        text = ', '.join(f'{answer} {count}' for answer, count in answers.items())
+        table.add_row(name, str(sum(answers.values())), text)
+    console.print(table)
+    for key in ('robot', 'engine'):
+        shares = (f'{value} {right} of {count}' for value, right, count in by(rows, key))
+        console.print(f'  right by {key}: {", ".join(shares)}', highlight=False)
