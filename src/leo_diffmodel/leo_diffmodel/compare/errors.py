@@ -63,6 +63,7 @@ def predict_windows(model: Model, windows: Windows, sigma: Array) -> Prediction:
         windows.dt,
         enabled=windows.enabled,
         history=windows.history,
+        start=windows.start,
     )
     y = np.concatenate([q, dq], axis=-1)
     floor = ((y[1:] - y[0]) ** 2).sum(axis=0) + noise**2
