@@ -6,7 +6,7 @@ import pytest
 from tests.simulate import PENDULUM, record, TORQUE
 
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.verdict import decide, Named, sentence
+from leo_diffmodel.explain.verdict import decide, Named, Rest, sentence
 from leo_sim.effects import place
 from leo_sim.model import Model
 
@@ -53,7 +53,7 @@ def test_a_torque_periodic_in_time_is_no_known_effect():
     answer = explain([record(TORQUE, seconds=15, push=push)], Model(TORQUE))
     assert answer.verdict == 'unknown'
     assert 'no known effect' in answer.sentence or 'none of the known effects' in answer.sentence
-    assert answer.next_run is not None and 'vary one thing at a time' in answer.next_run
+    assert answer.next_run is not None and 'three times as long' in answer.next_run
 
 
 def test_an_effect_in_the_model_already_is_not_missing():
@@ -71,7 +71,7 @@ def test_an_effect_in_the_model_already_is_not_missing():
     ([OPEN], 1.1, 0.01, 'ambiguous'),
 ])  # fmt: skip
 def test_how_a_verdict_is_reached(named, ratio, share, verdict):
-    assert decide(named, ratio, share) == verdict
+    assert decide(named, Rest(ratio, share)) == verdict
     words = sentence(verdict, named, 'error 2 -> 1 rad')
     assert 'error 2 -> 1 rad' in words
     assert all(n.label in words for n in named)

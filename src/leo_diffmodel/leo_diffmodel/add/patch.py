@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 import datetime
-import json
 from pathlib import Path
 from typing import Any
 
+from leo_diffmodel.add.explanation_file import read_explanation
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import check_bounds, get_effect, place, Placed
 from leo_sim.model import Model
@@ -18,17 +18,23 @@ from leo_sim.model import Model
 def from_explanation(model: Model, source: str | Path) -> tuple[Model, list[dict]]:
     """The model with the effects and refitted constants of an explain.json, and its history.
 
+    Where an effect file was written of what is no known effect, that is added too.
+
     Raises:
         UserError: no such file, not an explain.json, another robot, or nothing named in it.
     """
-    data = _read(Path(source))
+    data = read_explanation(Path(source))
     robot = data['provenance']['robot']
     if robot != model.robot.name:
         raise UserError(f'{source} explains {robot!r}, the model is of {model.robot.name!r}')
-    if not data['effects']:
-        raise UserError(f'{source} names no effect (verdict {data["verdict"]}): nothing to add')
-    placed = [_placed(model, row) for row in data['effects']]
-    constants = {path: c['value'] for path, c in data['constants'].items()}
+    whole = (data.get('unknown') or {}).get('model', data)
+    if not whole['effects']:
+        hint = '; leo explain … --write-effect FILE.py makes one' if data.get('unknown') else ''
+        raise UserError(
+            f'{source} names no effect (verdict {data["verdict"]}): nothing to add{hint}'
+        )
+    placed = [_placed(model, row) for row in whole['effects']]
+    constants = {path: c['value'] for path, c in whole['constants'].items()}
     return changed(model, placed, constants), history(data)
 
 
@@ -62,28 +68,21 @@ def changed(model: Model, placed: Sequence[Placed], constants: dict[str, float])
 
 def history(explanation: dict) -> list[dict]:
     """History entries of an explain.json: what was added, from which bags, with which result."""
+    origin = explanation['provenance']
+    added = [(f'{row["name"]}:{row["where"]}', row) for row in explanation['effects']]
+    unknown = explanation.get('unknown') or {}
+    if 'model' in unknown:
+        added.append((f'{unknown["source"]}:{unknown["joint"]}', unknown))
     return [
         {
-            'added': f'{row["name"]}:{row["where"]}',
-            'bags': explanation['provenance']['bags'],
-            'date': explanation['provenance']['date'],
+            'added': what,
+            'bags': origin['bags'],
+            'date': origin['date'],
             'error_before': row['error_before'],
             'error_after': row['error_after'],
         }
-        for row in explanation['effects']
+        for what, row in added
     ]
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        data = json.loads(path.read_text())
-    except OSError as error:
-        raise UserError(f'{path}: {error.strerror}; run leo explain … -o DIR first') from error
-    except json.JSONDecodeError as error:
-        raise UserError(f'{path} is not JSON (line {error.lineno}): {error.msg}') from error
-    if not isinstance(data, dict) or not {'verdict', 'effects', 'provenance'} <= data.keys():
-        raise UserError(f'{path} is not an explain.json; leo explain … -o DIR writes one')
-    return data
 
 
 def _placed(model: Model, row: dict[str, Any]) -> Placed:

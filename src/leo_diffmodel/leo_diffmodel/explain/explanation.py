@@ -20,13 +20,24 @@ from leo_diffmodel.explain.classes import Facts, pair_note
 from leo_diffmodel.explain.engine import Search, search
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import pose
-from leo_diffmodel.explain.scored import unexplained
+from leo_diffmodel.explain.scored import dispersion, unexplained
+from leo_diffmodel.explain.unknown.answer import tell, Unknown
+from leo_diffmodel.explain.unknown.find import find, Found
+from leo_diffmodel.explain.unknown.paths import with_past
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
 HORIZON_SECONDS = 1.0
 PUSH_SIGMAS = 6.0
 PUSH_TIMES = 6.0
+REVEALED = {
+    'angle': 'move slowly over the whole range of the angle, both ways',
+    'rate': 'sweep the speed slowly from end to end',
+    'input': 'apply the input as a slow triangle',
+    'load': 'add a payload',
+    'time': 'let it last three times as long',
+    'path': 'go slowly back and forth with changing turning points',
+}
 
 
 @dataclass(frozen=True)
@@ -46,6 +57,7 @@ class Explanation:
         provenance: bags, hashes, model, seeds, versions.
         model: the repaired model; the model as given where nothing was named.
         search: the search itself, for the report; None where untestable.
+        unknown: the law that is missing and no known effect; None where there is none.
     """
 
     verdict: str
@@ -60,6 +72,7 @@ class Explanation:
     provenance: dict
     model: Model = field(repr=False)
     search: Search | None = field(repr=False, default=None)
+    unknown: Unknown | None = None
 
     def to_json(self) -> dict:
         """The contents of explain.json."""
@@ -67,7 +80,8 @@ class Explanation:
             'verdict', 'sentence', 'effects', 'constants', 'hypotheses', 'not_testable',
             'next_run', 'errors', 'seconds', 'provenance',
         )  # fmt: skip
-        return {name: getattr(self, name) for name in names}
+        told = self.unknown.to_json() if self.unknown else None
+        return {name: getattr(self, name) for name in names} | {'unknown': told}
 
 
 def explain(
@@ -102,10 +116,15 @@ def explain(
         return _nothing(reason, untold, model, origin, time.monotonic() - began)
     step = errors.step_seconds(recordings, step)
     found = search(recordings, hold_out, model, extra, progress)
+    progress('what no known effect explains')
+    outside = find([*recordings, *hold_out], found)
+    if outside:
+        found = replace(found, final=outside.beside)
     held = held_windows([*recordings, *hold_out], found, model)
     free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
     context = rows.Context(found, model, Facts(model.robot, bool(free)), held, step)
-    return _answer(context, origin, began)
+    unknown = outside and _told([*recordings, *hold_out], outside, context)
+    return _answer(context, origin, began, unknown)
 
 
 def _untestable(
@@ -171,13 +190,30 @@ def _undisturbed(windows: Windows, found: Search) -> Windows:
     return windows.take(calm) if calm.sum() >= calm.size / 2 else windows
 
 
-def _answer(context: rows.Context, origin: dict, began: float) -> Explanation:
+def _told(
+    recordings: Sequence[Recording], outside: Found, context: rows.Context
+) -> Unknown:
+    """The law that is no known effect, with what it does to the held-out error."""
+    unknown = tell(recordings, outside)
+    if unknown.fit is None:
+        return unknown
+    if unknown.variable == 'path':
+        context = replace(context, held=with_past(recordings, context.held))
+    before, after = context.headline(outside.beside), context.headline(unknown.fit)
+    return replace(unknown, error_before=before, error_after=after)
+
+
+def _answer(
+    context: rows.Context, origin: dict, began: float, unknown: Unknown | None
+) -> Explanation:
     found = context.found
     after = context.predict(found.final)
     named = rows.named(context)
     ratio = unexplained(found.final)
     share = verdict.share_left(unexplained(found.null), ratio)
-    decision = verdict.decide(named, ratio, share)
+    rest = verdict.Rest(ratio, share, dispersion(found.final) / max(1.0, ratio))
+    decision = verdict.decide(named, rest, unknown is not None)
+    words = unknown.words if unknown else None
     tables = rows.error_tables(context, after) | {
         'ladder': rows.ladder(context, after),
         'windows': context.held.count,
@@ -186,17 +222,20 @@ def _answer(context: rows.Context, origin: dict, began: float) -> Explanation:
     }
     return Explanation(
         verdict=decision,
-        sentence=verdict.sentence(decision, named, _change(context, after), _note(context)),
+        sentence=verdict.sentence(
+            decision, named, _change(context, after), _note(context), words
+        ),
         effects=rows.effect_rows(context),
         constants=rows.constant_rows(found),
         hypotheses=rows.hypothesis_rows(context),
         not_testable=rows.not_testable(found),
-        next_run=_next_run(decision, context),
+        next_run=_next_run(decision, context, unknown),
         errors=tables,
         seconds=time.monotonic() - began,
         provenance=origin,
         model=_repaired(context),
         search=found,
+        unknown=unknown,
     )
 
 
@@ -233,7 +272,7 @@ def _change(context: rows.Context, after: errors.Prediction) -> str:
     return f'held-out error {seconds:g} s ahead: ' + ', '.join(parts)
 
 
-def _next_run(decision: str, context: rows.Context) -> str | None:
+def _next_run(decision: str, context: rows.Context, unknown: Unknown | None) -> str | None:
     """What would settle an open answer, in the words of the effects concerned."""
     if decision == 'ambiguous':
         close = [
@@ -242,6 +281,8 @@ def _next_run(decision: str, context: rows.Context) -> str | None:
             for r in evidence.open_rivals(evidence.rivals(step, context.facts))
         ]
         return '; '.join(dict.fromkeys(e.reveal for e in close))
+    if unknown:
+        return f'repeat the run, and {REVEALED[unknown.variable]}'
     if decision == 'unknown':
         return 'repeat the run, then vary one thing at a time: speed, load, angle, supply'
     return None

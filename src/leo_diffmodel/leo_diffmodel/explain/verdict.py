@@ -15,6 +15,7 @@ LEAST_WINDOWS = 12
 LEAST_SIGMAS = 8.0
 UNEXPLAINED_RATIO = 1.6
 UNEXPLAINED_SHARE = 0.25
+CORRELATED_RATIO, CORRELATED = 1.3, 1.5
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,28 @@ class Named:
     text: str
     together: tuple[str, ...] = ()
     rivals: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Rest:
+    """What the supported effects leave.
+
+    Attributes:
+        ratio: mean squared whitened residual over its expected value.
+        share: of the model's error (beyond noise) that is left.
+        correlation: times by which correlation in time makes what is left less than it seems;
+            1 for white noise.
+    """
+
+    ratio: float
+    share: float
+    correlation: float = 1.0
+
+    @property
+    def matters(self) -> bool:
+        """Whether it is more than noise and a good part of what was missing."""
+        correlated = self.ratio > CORRELATED_RATIO and self.correlation > CORRELATED
+        return self.share > UNEXPLAINED_SHARE and (self.ratio > UNEXPLAINED_RATIO or correlated)
 
 
 def untestable(windows: Windows, sigma: np.ndarray) -> str | None:
@@ -65,16 +88,15 @@ def share_left(before: float, after: float) -> float:
     return float(np.clip((after - 1.0) / max(before - 1.0, 1e-9), 0.0, 1.0))
 
 
-def decide(named: Sequence[Named], ratio: float, share: float) -> str:
+def decide(named: Sequence[Named], rest: Rest, outside: bool = False) -> str:
     """fine, named, ambiguous or unknown.
 
     Args:
         named: the supported effects.
-        ratio: mean squared whitened residual over its expected value.
-        share: of the model's error (beyond noise) that is left after the effects.
+        rest: what they leave.
+        outside: one variable explains more than the known effects do.
     """
-    left = ratio > UNEXPLAINED_RATIO and share > UNEXPLAINED_SHARE
-    if left:
+    if outside or rest.matters:
         return 'unknown'
     if not named:
         return 'fine'
@@ -82,7 +104,11 @@ def decide(named: Sequence[Named], ratio: float, share: float) -> str:
 
 
 def sentence(
-    verdict: str, named: Sequence[Named], change: str, note: str | None = None
+    verdict: str,
+    named: Sequence[Named],
+    change: str,
+    note: str | None = None,
+    outside: str | None = None,
 ) -> str:
     """One or two plain sentences.
 
@@ -91,19 +117,27 @@ def sentence(
         named: the supported effects.
         change: how the held-out error changed, in words.
         note: what the named effects could also be, in words.
+        outside: the law that is no known effect, in words.
     """
     if note:
         change = f'{change} ({note})'
     listed = '; '.join(_describe(n) for n in named)
     if verdict == 'fine':
         return f'Nothing is missing that this data can show: {change}.'
-    if verdict == 'unknown' and not named:
-        return f'Something is missing, and none of the known effects is it: {change}.'
     if verdict == 'unknown':
-        return f'Part of what is missing is {listed}: {change}. The rest is no known effect.'
+        return _unknown(listed, change, outside)
     if verdict == 'ambiguous':
         return f'Something is missing that this data cannot pin down: {listed}; {change}.'
     return f'Missing: {listed}; {change}.'
+
+
+def _unknown(listed: str, change: str, outside: str | None) -> str:
+    rest = f': {outside}' if outside else ''
+    if not listed and outside:
+        return f'Something is missing, and none of the known effects is it{rest}.'
+    if not listed:
+        return f'Something is missing, and none of the known effects is it: {change}.'
+    return f'Part of what is missing is {listed}: {change}. The rest is no known effect{rest}.'
 
 
 def _describe(named: Named) -> str:

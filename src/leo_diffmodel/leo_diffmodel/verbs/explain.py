@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 import json
 from pathlib import Path
 
@@ -12,11 +13,13 @@ from rich.table import Table
 
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.verbs import common
+from leo_msgs_py.errors import UserError
 
 EXAMPLES = (
     'leo explain bags/run1 --model pendulum -o out/explain',
     'leo explain bags/run1 --hold-out bags/run2 --model pendulum --json',
     'leo explain bags/run1 --model pendulum --effect my_effect.py',
+    'leo explain bags/run1 --model pendulum --write-effect found.py -o out/explain',
 )
 SHOWN = 8
 
@@ -25,11 +28,14 @@ def main(argv: list[str]) -> int:
     """Run `leo explain`; exit status 0 for fine and named, 1 for an open answer."""
     arguments = _parser().parse_args(argv)
     folder = common.fresh_folder(arguments.output)
+    target = _fresh_effect(arguments.write_effect)
     model = common.load(arguments)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     with common.progress('explaining', common.search_steps(model)) as told:
         result = explain(recordings, model, held, own, told, arguments.step)
+    if target:
+        result = _written(target, result)
     if folder:
         write(folder, result, [*recordings, *held])
     if arguments.json:
@@ -37,6 +43,7 @@ def main(argv: list[str]) -> int:
     else:
         show(result)
         _point_on(arguments, folder, result)
+        _point_on_effect(arguments, target, result)
     return 1 if result.verdict in common.NEGATIVE else 0
 
 
@@ -67,6 +74,9 @@ def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('explain', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments)
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write JSON and report here')
+    arguments.add_argument(
+        '--write-effect', metavar='FILE.py', help='make an effect of what is no known effect'
+    )
     return arguments
 
 
@@ -79,8 +89,51 @@ def _gains(row: dict) -> str:
     return f'{row["gain_train"]:.1f} / {"-" if held is None else f"{held:.1f}"}'
 
 
+def _fresh_effect(path: str | None) -> Path | None:
+    """A new Python file to write to.
+
+    Raises:
+        UserError: no .py, it exists, or its folder cannot be written to.
+    """
+    if path is None:
+        return None
+    target = Path(path)
+    if target.suffix != '.py':
+        raise UserError(f'--write-effect {path}: an effect file ends in .py')
+    if target.exists():
+        raise UserError(f'{target} exists; an effect is always written to a new file')
+    common.fresh_folder(str(target.parent))
+    return target
+
+
+def _written(target: Path, result: Explanation) -> Explanation:
+    """Write the effect file, and say in the result where it is."""
+    if result.unknown is None or not result.unknown.text:
+        return result
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(result.unknown.text)
+    return replace(result, unknown=replace(result.unknown, source=str(target.resolve())))
+
+
+def _point_on_effect(
+    arguments: argparse.Namespace, target: Path | None, result: Explanation
+) -> None:
+    if target is None:
+        return
+    if result.unknown is None:
+        print(f'no effect file: the verdict is {result.verdict}, nothing unknown follows a law')
+        return
+    if not result.unknown.source:
+        print(f'no effect file: what {result.unknown.joint} lacks depends on another joint')
+        return
+    values = ' '.join(f'{n}={p["value"]:.6g}' for n, p in result.unknown.parameters.items())
+    where = f'{target}:{result.unknown.joint}'
+    print(f'wrote {target}')
+    print(f'next: leo add {arguments.model} {where} {values} -o repaired.yaml')
+
+
 def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explanation) -> None:
     if folder:
         print(f'wrote {folder}/explain.json and report.html')
-    if folder and result.effects:
+    if folder and (result.effects or (result.unknown and result.unknown.source)):
         print(f'next: leo add {arguments.model} --from {folder}/explain.json -o repaired.yaml')

@@ -35,7 +35,6 @@ class Attempt:
         text: the effect file; '' where none can hold it.
         gain_train: loss saved on the training windows [nats].
         gain_held_out: loss saved on the windows no fit saw [nats].
-        covariance: of the law's parameters.
     """
 
     base: Fit
@@ -44,7 +43,6 @@ class Attempt:
     text: str
     gain_train: float
     gain_held_out: float
-    covariance: Array
 
     @property
     def dispersion(self) -> float:
@@ -78,31 +76,32 @@ def attempt(
 
 def _linear(base: Fit, law: Law) -> Attempt:
     score = law.curve.score
-    spread = np.zeros(len(law.values))
-    spread[: len(score.spread)] = score.spread[: len(law.values)]
-    return Attempt(
-        base, law, None, '', float(score.gain_train), float(score.gain_held_out),
-        np.diag(spread**2),
-    )  # fmt: skip
+    return Attempt(base, law, None, '', float(score.gain_train), float(score.gain_held_out))
 
 
 def _fitted(problem: Problem, base: Fit, law: Law, joint: str) -> Attempt:
     text = effect_file.write(law, joint, input_per_torque(problem, joint))
     candidate = Candidate(effect_file.compiled(text), joint, law.parameters)
     hypothesis = base.hypothesis.with_candidate(candidate)
-    first, count = hypothesis.offset(len(hypothesis.candidates) - 1), len(law.values)
+    first = hypothesis.offset(len(hypothesis.candidates) - 1)
     theta = np.concatenate([base.theta[:first], law.values, base.theta[first:]])
     full = fit(problem, hypothesis, theta, base.start)
-    saved, own = base.loss - full.loss, slice(first, first + count)
+    saved = base.loss - full.loss
     return Attempt(
         base,
-        replace(law, values=full.theta[own]),
+        replace(law, values=full.theta[first : first + len(law.values)]),
         full,
         text,
         float(saved[problem.train].sum()),
         float(saved[~problem.train].sum()),
-        full.covariance[own, own],
     )
+
+
+def with_fit(tried: Attempt, full: Fit) -> Attempt:
+    """The same law with the values of another joint fit, in which it is the last effect."""
+    first = full.hypothesis.offset(len(full.hypothesis.candidates) - 1)
+    values = full.theta[first : first + len(tried.law.values)]
+    return replace(tried, law=replace(tried.law, values=values), fit=full)
 
 
 def input_per_torque(problem: Problem, joint: str) -> float:

@@ -16,7 +16,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.scored import AGREEMENT, dispersion, MARGIN_NATS
-from leo_diffmodel.explain.unknown.attempt import Attempt, attempt
+from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, with_fit
 from leo_diffmodel.explain.unknown.curves import Curve, curves
 from leo_diffmodel.explain.unknown.influence import Influence, influence
 from leo_diffmodel.explain.unknown.paths import paths
@@ -35,14 +35,16 @@ class Found:
     """A law that is no known effect.
 
     Attributes:
-        attempt: the law and its fit.
+        attempt: the law and its joint fit with the named effects that stay.
         kept: which of the named effects stay beside it, by index.
+        beside: those named effects fitted without the law.
         left: what it was found in.
         blocks: time block of each window, shape (W,).
     """
 
     attempt: Attempt
     kept: tuple[int, ...]
+    beside: Fit
     left: Influence
     blocks: Array
 
@@ -71,8 +73,11 @@ def _beyond(
     tried = attempt(recordings, found.final, left, blocks, best[0])
     if not _counts(best[0], named, min(tried.dispersion, dispersion(found.final))):
         return None
-    kept = _needed(problem, tried)
-    return Found(tried, kept, left, blocks)
+    kept, tried = _needed(problem, tried)
+    beside = found.final
+    for index in sorted(set(range(len(beside.hypothesis.candidates))) - set(kept), reverse=True):
+        beside = _without(problem, beside, index)
+    return Found(tried, kept, beside, left, blocks)
 
 
 def _instead(
@@ -90,7 +95,7 @@ def _instead(
         spread = min(tried.dispersion, dispersion(found.final))
         own = tried.total / spread - _price(problem, len(tried.law.values)) - FORM_NATS
         if own > rival / spread - price + MARGIN_NATS:
-            return Found(tried, (), left, blocks)
+            return Found(tried, (), found.null, left, blocks)
     return None
 
 
@@ -119,8 +124,8 @@ def _distinct(best: Sequence[Curve]) -> list[Curve]:
     return list(first.values())
 
 
-def _needed(problem: Problem, tried: Attempt) -> tuple[int, ...]:
-    """Which effects of the base still earn their place beside the law."""
+def _needed(problem: Problem, tried: Attempt) -> tuple[tuple[int, ...], Attempt]:
+    """Which effects of the base still earn their place beside the law, and the fit with them."""
     everything = np.ones(problem.windows.count, dtype=bool)
     kept, full = list(range(len(tried.base.hypothesis.candidates))), tried.fit
     while kept and full is not None:
@@ -131,7 +136,7 @@ def _needed(problem: Problem, tried: Attempt) -> tuple[int, ...]:
             break
         full = smaller[least]
         del kept[least]
-    return tuple(kept)
+    return tuple(kept), tried if full is None else with_fit(tried, full)
 
 
 def _without(problem: Problem, full: Fit, index: int) -> Fit:

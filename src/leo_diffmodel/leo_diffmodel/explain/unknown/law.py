@@ -37,6 +37,13 @@ class Law:
     values: Array
     gain: float
 
+    def at(self, x: Array) -> Array:
+        """The law at values of its variable."""
+        names = (p.name for p in self.parameters)
+        given = dict(zip(names, self.values.tolist(), strict=True))
+        y: Array = eval(self.family.text, {'np': np, 'x': x, **given})  # noqa: S307 (text of `families`)
+        return y
+
     @property
     def words(self) -> str:
         """The formula for people, with the name of the variable."""

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -92,6 +92,12 @@ def _spread(name: str, of: str, unit: str, values: Array) -> Iterator[Variable]:
     for count in KNOTS:
         knots = np.linspace(low, max(high, low + 1e-9), count)
         yield Variable(name, of, unit, values, knots)
+
+
+def ring(variable: Variable, period: float) -> Variable:
+    """The variable within one period."""
+    knots = period * np.arange(TURN_KNOTS[0]) / TURN_KNOTS[0]
+    return replace(variable, knots=knots, period=period)
 
 
 def _ring(values: Array, knots: Array, period: float) -> Array:

@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is told of a law that is no known effect: where, of what, its curve, its formula."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.explain.fit import Fit
+from leo_diffmodel.explain.unknown.curves import carry
+from leo_diffmodel.explain.unknown.find import Found
+from leo_diffmodel.explain.unknown.influence import Influence, influence
+from leo_diffmodel.explain.unknown.law import Law
+from leo_diffmodel.explain.unknown.paths import with_past
+from leo_diffmodel.explain.unknown.regression import Regression
+from leo_diffmodel.explain.unknown.variables import ring, Variable
+
+Array = np.ndarray
+SIDES = {'torque': 'torque', 'friction': 'friction', 'drive': 'share of the motor torque'}
+PATH_KNOTS = 9
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A law that is no known effect, as explain.json tells it.
+
+    Attributes:
+        joint: where it acts.
+        variable: what explains it: angle, rate, input, load, time or path.
+        of: the joint whose variable that is; '' for time.
+        acts_as: 'torque', 'friction' (dry, against motion) or 'drive' (share of the motor's).
+        formula: the law with its values and units.
+        parameters: {name: {value, unit, ci95}}; without intervals where no effect can hold it.
+        r2_held_out: share of the held-out error beyond noise that it removes, 0 to 1.
+        gain_train: loss saved on the training windows [nats].
+        gain_held_out: loss saved on the windows no fit saw [nats].
+        curve: the same without a formula: {x, x_unit, y, y_unit, ci95, law}, lists of one length.
+        text: the effect file; '' where one effect cannot hold it.
+        fit: joint fit with the named effects; None where `text` is ''.
+        error_before: held-out error with the named effects alone, as for those.
+        error_after: held-out error with the law beside them; None where `text` is ''.
+        source: where the effect file was written; '' where it was not.
+    """
+
+    joint: str
+    variable: str
+    of: str
+    acts_as: str
+    formula: str
+    parameters: dict[str, dict]
+    r2_held_out: float
+    gain_train: float
+    gain_held_out: float
+    curve: dict[str, list | str]
+    text: str
+    fit: Fit | None
+    error_before: float | None = None
+    error_after: float | None = None
+    source: str = ''
+
+    def to_json(self) -> dict:
+        """The field `unknown` of explain.json; with an effect file also what `leo add` takes."""
+        hidden = ('text', 'fit', 'source')
+        row = {name: value for name, value in vars(self).items() if name not in hidden}
+        if not self.source or self.fit is None:
+            return row
+        effects, constants = _fitted(self.fit)
+        effects[-1]['source'] = self.source
+        return row | {'source': self.source, 'model': {'effects': effects, 'constants': constants}}
+
+    @property
+    def words(self) -> str:
+        """One sentence."""
+        of = f' of {self.of}' if self.of and self.of != self.joint else ''
+        what = 'the path it has come (hysteresis)' if self.variable == 'path' else self.variable
+        return (
+            f'at {self.joint} the {SIDES[self.acts_as]} that is missing depends on {what}{of}: '
+            f'{self.formula}, held-out R2 {self.r2_held_out:.2f}'
+        )
+
+
+def tell(recordings: Sequence[Recording], found: Found) -> Unknown:
+    """Put a law that was found into words and numbers.
+
+    Args:
+        recordings: what it was found in, held-out ones last.
+        found: the law.
+    """
+    tried, law = found.attempt, found.attempt.law
+    parameters = _parameters(law, tried.fit)
+    joint = found.left.model.robot.joint_names[law.curve.joint]
+    values = ', '.join(_value(name, p) for name, p in parameters.items())
+    return Unknown(
+        joint=joint,
+        variable=law.curve.variable.name,
+        of=law.curve.variable.of,
+        acts_as=law.curve.carrier,
+        formula=f'{law.words} with {values}',
+        parameters=parameters,
+        r2_held_out=_removed(found),
+        gain_train=tried.gain_train,
+        gain_held_out=tried.gain_held_out,
+        curve=_curve(recordings, found),
+        text=tried.text,
+        fit=tried.fit,
+    )
+
+
+def _fitted(full: Fit) -> tuple[list[dict], dict[str, dict]]:
+    """The effects and constants of a fit with their values, as explain.json has them."""
+    hypothesis = full.hypothesis
+
+    def row(index: int, unit: str) -> dict:
+        value, interval = float(full.theta[index]), list(full.ci95(index))
+        return {'value': value, 'unit': unit, 'ci95': interval}
+
+    effects = [
+        {
+            'name': c.effect.name,
+            'where': c.where,
+            **({'source': c.effect.source} if c.effect.source else {}),
+            'parameters': {
+                p.name: row(hypothesis.offset(i) + n, p.unit) for n, p in enumerate(c.parameters)
+            },
+        }
+        for i, c in enumerate(hypothesis.candidates)
+    ]
+    first = hypothesis.size - len(hypothesis.constants)
+    constants = {c.path: row(first + i, c.unit) for i, c in enumerate(hypothesis.constants)}
+    return effects, constants
+
+
+def _parameters(law: Law, fitted: Fit | None) -> dict[str, dict]:
+    rows = {
+        p.name: {'value': float(v), 'unit': p.unit}
+        for p, v in zip(law.parameters, law.values, strict=True)
+    }
+    if fitted is None:
+        return rows
+    first = fitted.hypothesis.offset(len(fitted.hypothesis.candidates) - 1)
+    return {
+        name: row | {'ci95': list(fitted.ci95(first + i))}
+        for i, (name, row) in enumerate(rows.items())
+    }
+
+
+def _value(name: str, parameter: dict) -> str:
+    text = f'{name} = {parameter["value"]:.4g}'
+    if 'ci95' in parameter:
+        low, high = parameter['ci95']
+        text += f' ± {0.5 * (high - low):.1g}'
+    return f'{text} {parameter["unit"]}'.rstrip()
+
+
+def _removed(found: Found) -> float:
+    """Share of the held-out loss beyond that of noise that the law removes."""
+    problem, fitted = found.left.problem, found.attempt.fit
+    held = ~problem.train
+    before = float(found.beside.loss[held].sum())
+    saved = found.attempt.gain_held_out
+    if fitted is not None:
+        saved = before - float(fitted.loss[held].sum())
+    free = found.beside.residual.shape[-1] - found.beside.start.shape[-1]
+    noise = 0.5 * int(held.sum()) * free
+    return float(np.clip(saved / max(before - noise, saved, 1e-9), 0.0, 1.0))
+
+
+def _curve(recordings: Sequence[Recording], found: Found) -> dict[str, list | str]:
+    """Free values at the knots of the variable, and the law there."""
+    law, left = found.attempt.law, found.left
+    variable = _read_at(law, found.attempt.law.curve.variable)
+    y = np.zeros(len(variable.knots))
+    if found.attempt.fit is not None:
+        left, y = _around(recordings, found), law.at(_argument(law, variable.knots))
+    carried = carry(left, law.curve.carrier, law.curve.joint)
+    assert carried is not None
+    basis = variable.hats(variable.values) * carried[..., None]
+    free = Regression(left, found.blocks, law.curve.joint).of(basis[:, :, None]).at(0)
+    half = 1.96 * free.spread
+    told = half < 4 * np.median(half)
+    return {
+        'x': variable.knots[told].tolist(),
+        'x_unit': variable.unit,
+        'y': (y + free.values)[told].tolist(),
+        'y_unit': '' if law.curve.carrier == 'drive' else 'N m',
+        'ci95': half[told].tolist(),
+        'law': law.at(_argument(law, variable.knots))[told].tolist(),
+    }
+
+
+def _around(recordings: Sequence[Recording], found: Found) -> Influence:
+    """What the law leaves, with everything else held."""
+    problem, fitted = found.left.problem, found.attempt.fit
+    assert fitted is not None
+    if found.attempt.law.curve.variable.name == 'path':
+        problem = replace(problem, windows=with_past(recordings, problem.windows))
+    left = influence(problem, fitted)
+    return replace(left, by_theta=left.by_theta[..., :0])
+
+
+def _read_at(law: Law, variable: Variable) -> Variable:
+    """The variable as its curve is shown: within one period, or along the path."""
+    if law.curve.hertz:
+        shape = dict(zip((p.name for p in law.parameters), law.values.tolist(), strict=True))
+        return ring(variable, 1.0 / shape['f'])
+    if variable.name == 'path':
+        return replace(variable, knots=np.linspace(-1.0, 1.0, PATH_KNOTS))
+    return variable
+
+
+def _argument(law: Law, knots: Array) -> Array:
+    """What the law takes for x at the knots: friction works against the path."""
+    return -knots if law.curve.variable.name == 'path' else knots
+
+
