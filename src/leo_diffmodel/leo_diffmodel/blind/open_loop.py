@@ -56,7 +56,7 @@ class OpenLoop:
         steps, past = round(AHEAD / self._dt), round(HISTORY / self._dt)
         first = np.arange(past, len(run.inputs) - steps, steps)
         ahead, before = first[:, None] + np.arange(steps), first[:, None] + np.arange(-past, 0)
-        self._q, self._dq = q[0, first], dq[0, first]
+        self._q, self._dq, self._start = q[0, first], dq[0, first], first * self._dt
         self._inputs, self._enabled = run.inputs[ahead], run.enabled[ahead]
         self._history = (q[0, before], dq[0, before], run.inputs[before], run.enabled[before],
                          np.full(before.shape, self._dt))  # fmt: skip
@@ -117,7 +117,7 @@ class OpenLoop:
         start = np.concatenate([self._q, self._dq], axis=-1) + move
         q, dq = np.split(start, 2, axis=-1)
         angles, rates = rollout(model, q, dq, self._inputs, self._dt, enabled=self._enabled,
-                                history=self._history)  # fmt: skip
+                                history=self._history, start=self._start)  # fmt: skip
         return np.concatenate([angles[..., -1, :], rates[..., -1, :]], axis=-1)
 
 
