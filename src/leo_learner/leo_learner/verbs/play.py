@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`leo play`: run a policy on a model, or on the running robot, and print its return."""
+"""`leo play`: run a policy or a run file on a model, or on the running robot."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from leo_diffmodel.next_run.run_file import is_run_file
+from leo_learner.verbs.play_run import play_run, run_text
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 
@@ -14,13 +16,16 @@ EXAMPLES = """\
   leo play runs/ideal/policy.safetensors --model pendulum
   leo play runs/ideal/policy.safetensors --episodes 20 --model repaired/model.yaml
   leo play runs/ideal/policy.safetensors                 (on the robot: leo run leo_sim robot)
-  leo play runs/ideal/policy.safetensors --collect 5000  (with noise, to record a rollout)"""
+  leo play runs/ideal/policy.safetensors --collect 5000  (with noise, to record a rollout)
+  leo play next_run.csv                                  (the run that leo next proposed)"""
 
 
 def main(argv: list[str]) -> int:
-    """Play episodes without noise, print each return and their mean."""
-    parser = Parser('leo play', 'Run a policy on the robot, or on a model.', EXAMPLES)
-    parser.add_argument('policy', type=Path, help='policy.safetensors of leo learn')
+    """Play episodes without noise, print each return and their mean; or play a run file."""
+    parser = Parser('leo play', 'Run a policy, or a run file, on the robot or on a model.',
+                    EXAMPLES)  # fmt: skip
+    parser.add_argument('policy', type=Path, metavar='POLICY',
+                        help='policy.safetensors of leo learn, or a run file (.csv) of leo next')
     parser.add_argument('--model', metavar='M', help='model file or robot; without it the robot')
     parser.add_argument('--episodes', type=int, default=1, metavar='N')
     parser.add_argument('--collect', type=int, metavar='STEPS', help='drive STEPS with noise')
@@ -31,6 +36,12 @@ def main(argv: list[str]) -> int:
         raise UserError(f'leo play: unknown argument {rest[0]!r}; see leo play --help')
     if options.episodes < 1 or (options.collect is not None and options.collect < 1):
         raise UserError('leo play: --episodes and --collect take 1 or more')
+    if is_run_file(options.policy):
+        if options.collect:
+            raise UserError('leo play: --collect takes a policy; a run file is played as it is')
+        result = play_run(options, rest)
+        print(json.dumps(result) if options.json else run_text(result))
+        return 0 if result['complete'] else 1
     result = _play(options, rest)
     print(json.dumps(result) if options.json else _text(result))
     return 0

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Choose a run from the menu: the one that tells most about what is open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+import itertools
+from typing import Any
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare import noise
+from leo_diffmodel.compare.windows import sample_period
+from leo_diffmodel.explain.scored import MARGIN_NATS
+from leo_diffmodel.next_run.menu import menu
+from leo_diffmodel.next_run.questions import fit_all, Fitted, Question, questions
+from leo_diffmodel.next_run.run import Run
+from leo_diffmodel.next_run.separate import separable
+from leo_diffmodel.next_run.show import is_shown, shown
+from leo_diffmodel.next_run.simulate import seen, simulate, too_far
+from leo_sim.effects import Effect
+from leo_sim.model import Model
+
+Array = np.ndarray
+LEAST_USEFUL = 1.0
+ENOUGH = 50.0
+"""Nats beyond which more evidence on one point changes nothing."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """One run of the menu and what it is worth.
+
+    Attributes:
+        run: the run.
+        nats: predicted evidence on each point of `Proposal.points`.
+        unsafe: why it may not be run, or None.
+    """
+
+    run: Run
+    nats: tuple[float, ...]
+    unsafe: str | None
+
+    @property
+    def worth(self) -> tuple[float, float]:
+        """The least on any point, then the mean; what is beyond all doubt counts no further."""
+        capped = np.minimum(self.nats, ENOUGH) if self.nats else np.zeros(1)
+        return float(capped.min()), float(capped.mean())
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values."""
+        return {'name': self.run.name, 'about': self.run.about, 'nats': list(self.nats),
+                'least_nats': self.worth[0], 'unsafe': self.unsafe}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What `leo next` says.
+
+    Attributes:
+        aim: 'separate' hypotheses, 'show' effects that could not be tested, or 'nothing'.
+        points: what is asked: pairs of labels 'a | b', or labels.
+        hopeless: points on which no run of the menu says anything.
+        options: the menu, best first; those that are not safe last.
+        robot: name of the robot.
+    """
+
+    aim: str
+    points: tuple[str, ...]
+    hopeless: tuple[str, ...]
+    options: tuple[Option, ...]
+    robot: str
+
+    @property
+    def best(self) -> Option | None:
+        """The run to record; None where none says anything."""
+        if not self.points or not self.options or self.options[0].unsafe:
+            return None
+        return self.options[0]
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            'aim': self.aim,
+            'points': list(self.points),
+            'hopeless': list(self.hopeless),
+            'runs': [o.to_json() for o in self.options],
+            'chosen': self.best.run.name if self.best else None,
+        }
+
+
+def propose(
+    recordings: Sequence[Recording],
+    model: Model,
+    answer: dict[str, Any],
+    extra: Sequence[Effect] = (),
+    seconds: float = 20.0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Proposal:
+    """Choose the next run for an explanation of the same bags.
+
+    Args:
+        recordings: the bags that were explained.
+        model: the model that was explained.
+        answer: the contents of explain.json.
+        extra: a user's own effects.
+        seconds: length of the runs.
+        progress: told what is being looked at.
+    """
+    period = sample_period(recordings)
+    before = seen(recordings, period)
+    runs = menu(model.robot, before.allowed(model.robot), seconds)
+    asked = questions(answer)
+    if asked:
+        fitted = fit_all(recordings, model, asked, extra, progress)
+        points, nats, danger = _parted(fitted, model, runs, before, progress)
+        return _ranked('separate', points, nats, runs, danger, model)
+    blind = [f'{row["name"]}:{row["where"]}' for row in answer['not_testable']]
+    if not blind:
+        return Proposal('nothing', (), (), (), model.robot.name)
+    tracks = simulate(runs, model, period)
+    sigma = noise.estimate(model, noise.short_windows(recordings)).max(axis=0)
+    nats = shown(model, tracks, period, sigma, blind, extra)
+    danger = [too_far(t, model.robot, before) for t in tracks]
+    return _ranked('show', blind, nats, runs, danger, model)
+
+
+def _parted(
+    fitted: Sequence[Fitted], model: Model, runs: Sequence[Run], before: Any,
+    progress: Callable[[str], None],
+) -> tuple[list[str], Array, list[str | None]]:
+    """Pairs of hypotheses, the least nats either way for each run, and which runs are unsafe."""
+    points: list[str] = []
+    columns: list[Array] = []
+    danger: list[str | None] = [None] * len(runs)
+    for question in fitted:
+        tracks = []
+        for choice, fit in zip(question.question.choices, question.fits, strict=True):
+            progress(f'running the menu with {choice}')
+            made = simulate(runs, fit.hypothesis.model(model, fit.theta), before.period)
+            tracks.append(made)
+            danger = [d or too_far(t, model.robot, before)
+                      for d, t in zip(danger, made, strict=True)]  # fmt: skip
+        pairs = itertools.combinations(range(len(tracks)), 2)
+        for i, j in pairs:
+            both = [separable(model, tracks[a], before.period, question.sigma, question.fits[b])
+                    for a, b in ((i, j), (j, i))]  # fmt: skip
+            points.append(_pair(question.question, i, j))
+            columns.append(np.min(both, axis=0))
+    return points, np.stack(columns, axis=1), danger
+
+
+def _pair(question: Question, i: int, j: int) -> str:
+    return f'{question.choices[i]} | {question.choices[j]}'
+
+
+def _ranked(
+    aim: str, points: Sequence[str], nats: Array, runs: Sequence[Run],
+    danger: Sequence[str | None], model: Model,
+) -> Proposal:
+    """Leave out the points on which no safe run says anything; best run first."""
+    safe = np.array([d is None for d in danger])
+    most = np.where(safe[:, None], nats, 0.0).max(axis=0)
+    useful = is_shown(most) if aim == 'show' else most > LEAST_USEFUL
+    kept = np.flatnonzero(useful)
+    options = [Option(r, tuple(float(n) for n in nats[i, kept]), danger[i])
+               for i, r in enumerate(runs)]  # fmt: skip
+    if aim == 'show':
+        worth = {o.run.name: (int(is_shown(np.array(o.nats)).sum()), o.worth[1]) for o in options}
+        options.sort(key=lambda o: (o.unsafe is not None, *(-w for w in worth[o.run.name])))
+    else:
+        options.sort(key=lambda o: (o.unsafe is not None, *(-w for w in o.worth)))
+    return Proposal(
+        aim, tuple(points[i] for i in kept),
+        tuple(p for p, good in zip(points, useful, strict=True) if not good),
+        tuple(options), model.robot.name,
+    )  # fmt: skip
+
+
+def decisive(option: Option) -> bool:
+    """Whether a run alone would settle every point."""
+    return option.worth[0] > MARGIN_NATS

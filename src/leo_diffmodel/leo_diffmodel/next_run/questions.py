@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an explanation left open, as hypotheses fitted to the same bags."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare import noise
+from leo_diffmodel.explain.candidates import candidates
+from leo_diffmodel.explain.engine import scales_of, uncertain
+from leo_diffmodel.explain.fit import Fit, fit, Problem
+from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.pose import pose
+from leo_diffmodel.explain.scan import Scanner
+from leo_diffmodel.explain.scored import MARGIN_NATS
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import Effect
+from leo_sim.model import Model
+
+Array = np.ndarray
+MOST_CHOICES = 5
+
+
+@dataclass(frozen=True)
+class Question:
+    """One effect that could be one of several.
+
+    Attributes:
+        others: labels (effect:where) of the effects that are not in question.
+        choices: labels of what it could be, the leading one first.
+    """
+
+    others: tuple[str, ...]
+    choices: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The answers to a question, each fitted to the bags.
+
+    Attributes:
+        question: what is open.
+        fits: one per choice.
+        sigma: noise of angles and rates, shape (2J,).
+    """
+
+    question: Question
+    fits: tuple[Fit, ...]
+    sigma: Array
+
+
+def questions(answer: dict[str, Any]) -> list[Question]:
+    """The open questions of an explain.json: effects with rivals that nothing tells apart.
+
+    What is the same thing in any data of this kind is no open question.
+    """
+    labels = [_label(row) for row in answer['effects']]
+    out = []
+    for row, label in zip(answer['effects'], labels, strict=True):
+        close = [c for c in row['confusable_with']
+                 if not c['same_thing'] and c['separable_nats'] < MARGIN_NATS]  # fmt: skip
+        rivals = [_label(c) for c in sorted(close, key=lambda c: c['separable_nats'])]
+        if rivals:
+            others = tuple(other for other in labels if other != label)
+            out.append(Question(others, (label, *rivals[: MOST_CHOICES - 1])))
+    return out
+
+
+def fit_all(
+    recordings: Sequence[Recording],
+    model: Model,
+    wanted: Sequence[Question],
+    extra: Sequence[Effect] = (),
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[Fitted]:
+    """Fit every choice of every question to the bags, all windows open to the fit.
+
+    Raises:
+        UserError: a label that this robot has no candidate for.
+    """
+    posed = pose(recordings, (), model).problem
+    problem = replace(posed, train=np.ones_like(posed.train))
+    known = {c.label: c for c in candidates(model, extra)}
+    out = []
+    for question in wanted:
+        fits = []
+        for choice in question.choices:
+            fits.append(fit_labels(problem, [*question.others, choice], known))
+            progress(choice)
+        out.append(Fitted(question, tuple(fits), _noise(recordings, problem, fits)))
+    return out
+
+
+def fit_labels(
+    problem: Problem, labels: Sequence[str], known: dict[str, Candidate]
+) -> Fit:
+    """Add effects one by one, each from where a scan points."""
+    found = fit(problem, Hypothesis(constants=uncertain(problem.base)))
+    scales = scales_of(problem.base, problem.windows)
+    for label in labels:
+        if label not in known:
+            raise UserError(
+                f'{label} of the explanation is no effect that the model can lack; give the model '
+                'and the --effect files that the explanation was made with'
+            )
+        scan = Scanner(problem, found, scales).scan(known[label])
+        hypothesis = found.hypothesis.with_candidate(known[label])
+        found = fit(problem, hypothesis, scan.theta, found.start)
+    return found
+
+
+def _noise(recordings: Sequence[Recording], problem: Problem, fits: Sequence[Fit]) -> Array:
+    """The least noise that any of the answers leaves, worst recording, shape (2J,)."""
+    short = noise.short_windows(recordings)
+    models = [f.hypothesis.model(problem.base, f.theta) for f in fits]
+    left = np.min([problem.sigma, *(noise.estimate(m, short) for m in models)], axis=0)
+    return np.asarray(left.max(axis=0))
+
+
+def _label(row: dict[str, Any]) -> str:
+    return f'{row["name"]}:{row["where"]}'

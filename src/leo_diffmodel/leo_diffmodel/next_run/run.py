@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A run that could be recorded: inputs and motors on or free, one row per control period."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Run:
+    """What to send to a robot.
+
+    Attributes:
+        name: short, for tables.
+        about: what it does, in words.
+        inputs: of each control period [V or N m], shape (N, A).
+        enabled: motors on (False: free, no current) in each period, shape (N,).
+    """
+
+    name: str
+    about: str
+    inputs: Array
+    enabled: Array
+
+    @property
+    def count(self) -> int:
+        """Number of control periods."""
+        return len(self.inputs)

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Run files: the inputs to send to a robot, as a table that a person can read and edit.
+
+    # leo run file
+    # robot: pendulum
+    # run: kick and let go
+    time [s],pivot [V],torque
+    0.00,0.300,on
+    0.05,0.300,on
+    1.50,0.000,off
+
+A row holds from its time to that of the next; the last row ends the run. `torque` (on or off,
+default on) frees the motors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import csv
+from dataclasses import dataclass
+import math
+from pathlib import Path
+
+import numpy as np
+
+from leo_diffmodel.next_run.run import Run
+from leo_msgs_py.errors import UserError
+from leo_sim.robot import Robot
+
+FIRST = '# leo run file'
+UNITS = {'voltage': 'V', 'torque': 'N m'}
+TORQUE = {'on': True, 'off': False}
+
+
+@dataclass(frozen=True)
+class RunFile:
+    """A run file as read.
+
+    Attributes:
+        robot: name of the robot it was made for.
+        name: of the run.
+        unit: of the inputs, 'V' or 'N m'.
+        actuators: joints of the columns.
+        time: of each row [s], shape (N,), increasing from 0.
+        inputs: shape (N, A).
+        enabled: motors on, shape (N,).
+    """
+
+    robot: str
+    name: str
+    unit: str
+    actuators: tuple[str, ...]
+    time: np.ndarray
+    inputs: np.ndarray
+    enabled: np.ndarray
+
+    def run_for(self, robot: Robot) -> Run:
+        """The run in control periods of a robot, inputs within its limits, actuators in order.
+
+        Raises:
+            UserError: made for other actuators or another unit.
+        """
+        wanted = tuple(a.joint for a in robot.actuators)
+        if set(wanted) != set(self.actuators) or self.unit != UNITS[robot.input]:
+            raise UserError(
+                f'the run has inputs {", ".join(self.actuators)} in {self.unit}, {robot.name} '
+                f'takes {", ".join(wanted)} in {UNITS[robot.input]}; leo next writes one for it'
+            )
+        count = max(1, round(self.time[-1] / robot.control_period))
+        at = np.arange(count) * robot.control_period + 1e-6
+        row = np.searchsorted(self.time, at, side='right') - 1
+        order = [self.actuators.index(joint) for joint in wanted]
+        inputs = np.clip(self.inputs[row][:, order], -robot.limits, robot.limits)
+        return Run(self.name, self.name, inputs, self.enabled[row])
+
+
+def write_run(path: Path, run: Run, robot: Robot) -> Path:
+    """Write a run file, whole or not at all.
+
+    Raises:
+        UserError: the folder is not there.
+    """
+    if not path.absolute().parent.is_dir():
+        raise UserError(f'cannot write {path}: its folder is not there; make it first')
+    names = [f'{a.joint} [{UNITS[robot.input]}]' for a in robot.actuators]
+    lines = [FIRST, f'# robot: {robot.name}', f'# run: {run.name}', f'# {run.about}',
+             ','.join(['time [s]', *names, 'torque'])]  # fmt: skip
+    ends = np.vstack([run.inputs, np.zeros((1, run.inputs.shape[1]))])
+    for k, row in enumerate(ends):
+        on = 'on' if k == run.count or run.enabled[k] else 'off'
+        time = f'{k * robot.control_period:.6g}'
+        lines.append(','.join([time, *(f'{u:.6g}' for u in row), on]))
+    part = path.with_name(f'.{path.name}.part')
+    part.write_text('\n'.join(lines) + '\n')
+    part.replace(path)
+    return path
+
+
+def is_run_file(path: Path) -> bool:
+    """Whether a file is meant as a run file, by its ending."""
+    return path.suffix.lower() == '.csv'
+
+
+def read_run(path: Path) -> RunFile:
+    """Read a run file.
+
+    Raises:
+        UserError: no such file, or the line that is wrong in it.
+    """
+    try:
+        lines = path.read_text(encoding='utf-8').splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f'cannot read {path}: {error}') from error
+    notes = dict(_note(line) for line in lines if line.startswith('# ') and ': ' in line)
+    table = [(n, line) for n, line in enumerate(lines, 1) if line and not line.startswith('#')]
+    if len(table) < 3 or not table[0][1].startswith('time [s],'):
+        raise UserError(f'{path} is no run file: it needs a line "time [s],JOINT [V],..." and two '
+                        'rows or more; leo next writes one')  # fmt: skip
+    header = next(csv.reader([table[0][1]]))
+    columns = [c for c in header[1:] if c != 'torque']
+    actuators, units = zip(*(_column(path, c) for c in columns), strict=True)
+    rows = [_row(path, n, next(csv.reader([line])), header) for n, line in table[1:]]
+    time = np.array([r[0] for r in rows])
+    _check_times(path, time, [n for n, _ in table[1:]])
+    return RunFile(
+        notes.get('robot', ''), notes.get('run', path.stem), units[0], tuple(actuators), time,
+        np.array([r[1] for r in rows]), np.array([r[2] for r in rows]),
+    )  # fmt: skip
+
+
+def _note(line: str) -> tuple[str, str]:
+    name, _, text = line[2:].partition(': ')
+    return name, text.strip()
+
+
+def _column(path: Path, name: str) -> tuple[str, str]:
+    joint, _, unit = name.partition(' [')
+    if unit not in ('V]', 'N m]'):
+        raise UserError(f'{path}: column {name!r} has no unit; write "{joint} [V]" or [N m]')
+    return joint, unit[:-1]
+
+
+def _row(
+    path: Path, number: int, cells: Sequence[str], header: Sequence[str]
+) -> tuple[float, list[float], bool]:
+    if len(cells) != len(header):
+        raise UserError(f'{path} line {number}: {len(cells)} values, {len(header)} are needed')
+    named = dict(zip(header, cells, strict=True))
+    torque = named.pop('torque', 'on').strip()
+    if torque not in TORQUE:
+        raise UserError(f'{path} line {number}: torque is {torque!r}; write on or off')
+    values = [_number(path, number, cell) for cell in named.values()]
+    return values[0], values[1:], TORQUE[torque]
+
+
+def _number(path: Path, number: int, cell: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise UserError(f'{path} line {number}: {cell!r} is no finite number')
+    return value
+
+
+def _check_times(path: Path, time: np.ndarray, numbers: Sequence[int]) -> None:
+    wrong = np.flatnonzero(np.diff(time) <= 0)
+    if time[0] != 0:
+        raise UserError(f'{path} line {numbers[0]}: time starts at {time[0]:g} s, not at 0')
+    if wrong.size:
+        k = int(wrong[0]) + 1
+        went = f'time goes from {time[k - 1]:g} to {time[k]:g} s'
+        raise UserError(f'{path} line {numbers[k]}: {went}; it must grow')

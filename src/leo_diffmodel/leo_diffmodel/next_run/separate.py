@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""By how many nats a run would part two hypotheses (T-optimality; gap_engine.md 1.5)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare import noise
+from leo_diffmodel.compare.windows import cut, Windows
+from leo_diffmodel.explain import shooting
+from leo_diffmodel.explain.fit import Fit
+from leo_diffmodel.explain.pose import LEAST_SAMPLES, SEARCH_SECONDS
+from leo_sim.model import Model
+
+Array = np.ndarray
+MOST_WINDOWS = 40
+
+
+def windows_of(runs: Sequence[Recording], period: float) -> tuple[Windows, Array]:
+    """Short windows of every run, some of each, and how many each of them stands for.
+
+    Returns:
+        the windows, `source` the number of the run, and their weights, shape (W,).
+    """
+    seconds = max(SEARCH_SECONDS, LEAST_SAMPLES * period)
+    windows = cut(runs, seconds, history=noise.HISTORY)
+    kept, weight = [], []
+    for run in range(len(runs)):
+        own = np.flatnonzero(windows.source == run)
+        if not own.size:
+            continue
+        some = own[np.linspace(0, len(own) - 1, min(len(own), MOST_WINDOWS)).astype(int)]
+        kept.append(some)
+        weight.append(np.full(len(some), len(own) / len(some)))
+    return windows.take(np.concatenate(kept)), np.concatenate(weight)
+
+
+def separable(
+    base: Model, runs: Sequence[Recording], period: float, sigma: Array, other: Fit
+) -> Array:
+    """Nats by which each run, as one hypothesis makes it, speaks against another one.
+
+    The other hypothesis may fit its start states anew, and its parameters as far as the bags
+    recorded before let it: their information counts as a prior.
+
+    Args:
+        base: the model that both hypotheses change.
+        runs: the runs under the first hypothesis, without noise.
+        period: time from state to state [s].
+        sigma: measurement noise, shape (2J,).
+        other: the second hypothesis, fitted to the bags recorded before.
+
+    Returns:
+        shape (runs,).
+    """
+    windows, weight = windows_of(runs, period)
+    noises = np.tile(sigma, (len(runs), 1))
+    linear = shooting.linearise(
+        base, windows, noises, other.hypothesis, other.theta, windows.measured[:, 0]
+    )
+    rest, by_theta, _, _ = shooting.eliminate(linear)
+    prior = np.linalg.pinv(other.covariance) if other.theta.size else np.zeros((0, 0))
+    out = []
+    for run in range(len(runs)):
+        own = windows.source == run
+        out.append(_least(rest[own], by_theta[own], weight[own], prior))
+    return np.array(out)
+
+
+def _least(rest: Array, by_theta: Array, weight: Array, prior: Array) -> float:
+    """Half the squared residual where the parameters are best [nats]."""
+    matrix = np.einsum('w,wnp,wnq->pq', weight, by_theta, by_theta) + prior
+    slope = np.einsum('w,wnp,wn->p', weight, by_theta, rest)
+    total = 0.5 * float(np.einsum('w,wn,wn->', weight, rest, rest))
+    if not len(slope):
+        return total
+    size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    step = np.linalg.lstsq(matrix / np.outer(size, size), slope / size, rcond=None)[0]
+    return max(total - 0.5 * float(slope / size @ step), 0.0)

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs as a model predicts them, without noise, and whether they stay within safe ranges."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.next_run.run import Run
+from leo_sim.batch import rollout
+from leo_sim.model import Model
+from leo_sim.robot import Robot
+
+Array = np.ndarray
+MORE_INPUT = 1.25
+LEAST_LEVEL = 0.3
+MORE_SPEED = 1.5
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the robot has been through already.
+
+    Attributes:
+        levels: largest input on each actuator [V or N m], shape (A,).
+        speed: largest speed of each joint [rad/s], shape (J,).
+        period: time from state to state [s].
+    """
+
+    levels: Array
+    speed: Array
+    period: float
+
+    def allowed(self, robot: Robot) -> Array:
+        """Inputs a run may use: a quarter more than seen, within the limits; shape (A,)."""
+        return np.minimum(
+            robot.limits, np.maximum(MORE_INPUT * self.levels, LEAST_LEVEL * robot.limits)
+        )
+
+
+def seen(recordings: Sequence[Recording], period: float) -> Seen:
+    """The ranges of the bags."""
+    episodes = [e for r in recordings for e in r.episodes]
+    levels = np.max([np.abs(e.inputs).max(axis=0, initial=0.0) for e in episodes], axis=0)
+    speed = np.max([np.abs(e.dq).max(axis=0) for e in episodes], axis=0)
+    return Seen(levels, speed, period)
+
+
+def simulate(runs: Sequence[Run], model: Model, period: float) -> list[Recording]:
+    """Every run from the nominal pose, states every `period` s, all in one batch."""
+    robot = model.robot
+    repeat = max(1, round(robot.control_period / period))
+    dt = robot.control_period / repeat
+    inputs = np.stack([np.repeat(r.inputs, repeat, axis=0) for r in runs])
+    on = np.stack([np.repeat(r.enabled, repeat) for r in runs])
+    enabled = np.broadcast_to(on[..., None], inputs.shape)
+    start = model.start('nominal', np.random.default_rng(0))
+    q0, dq0 = (np.broadcast_to(x, (len(runs), len(x))) for x in (start.q, start.dq))
+    q, dq = rollout(model, q0, dq0, inputs, dt, enabled=enabled)
+    t = dt * np.arange(inputs.shape[1])
+    return [
+        _recording(run, model, Episode(t, q[i, :-1], dq[i, :-1], inputs[i], enabled[i]))
+        for i, run in enumerate(runs)
+    ]
+
+
+def too_far(recording: Recording, robot: Robot, before: Seen) -> str | None:
+    """Why a predicted run is not safe, or None."""
+    (episode,) = recording.episodes
+    if not (np.isfinite(episode.q).all() and np.isfinite(episode.dq).all()):
+        return 'the model predicts no finite motion'
+    peak = np.abs(episode.dq).max(axis=0)
+    limits = {j.name: j.limits for j in robot.joints}
+    for j, joint in enumerate(robot.joint_names):
+        if peak[j] > MORE_SPEED * before.speed[j]:
+            return f'{joint} would reach {peak[j]:.3g} rad/s, {before.speed[j]:.3g} were seen'
+        low, high = limits[joint]
+        if episode.q[:, j].min() < low or episode.q[:, j].max() > high:
+            return f'{joint} would run into its stop'
+    return None
+
+
+def _recording(run: Run, model: Model, episode: Episode) -> Recording:
+    robot = model.robot
+    return Recording(
+        Path(run.name), '', tuple(robot.joint_names), tuple(a.joint for a in robot.actuators),
+        robot.input, robot.control_period, (episode,), {},
+    )  # fmt: skip

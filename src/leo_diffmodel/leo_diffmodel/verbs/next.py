@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: Apache-2.0
+"""leo next: the run to record next, from a menu of safe ones."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any, TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.verbs import common
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import Effect
+from leo_sim.model import Model
+
+if TYPE_CHECKING:
+    from leo_diffmodel.next_run.proposal import Option, Proposal
+
+EXAMPLES = (
+    'leo next bags/run1 --model pendulum                      # explains the bag first',
+    'leo next bags/run1 --model pendulum --explain out/explain -o next.csv',
+    'leo play next.csv                                        # on the robot, while recording',
+)
+PAIRS_SHOWN = 3
+LONGEST = 600.0
+NEEDED = {'effects', 'not_testable', 'provenance'}
+
+
+def main(argv: list[str]) -> int:
+    """Run `leo next`; exit status 0, or 1 where no run of the menu helps."""
+    from leo_diffmodel.next_run.proposal import propose
+    from leo_diffmodel.next_run.run_file import write_run
+
+    arguments = _parser().parse_args(argv)
+    target = _target(arguments)
+    model = common.load(arguments)
+    recordings, _ = common.read_all(arguments, model)
+    own = common.own_effects(arguments)
+    answer = _answer(arguments, recordings, model, own)
+    with common.progress('choosing a run') as told:
+        found = propose(recordings, model, answer, own, arguments.seconds, told)
+    if found.best:
+        write_run(target, found.best.run, model.robot)
+    if arguments.json:
+        print(json.dumps(found.to_json() | {'file': str(target) if found.best else None}))
+    else:
+        _show(found, answer, target)
+    return 0 if found.best or found.aim == 'nothing' else 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    arguments = common.parser('next', __doc__ or '', EXAMPLES)
+    arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
+    arguments.add_argument(
+        '--model', required=True, help='a model file, a robot name or a robot folder'
+    )
+    arguments.add_argument(
+        '--explain', metavar='DIR', help='folder of leo explain -o for the same bags and model'
+    )
+    arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
+    arguments.add_argument(
+        '--effect', action='append', default=[], metavar='FILE.py', help='an effect of yours'
+    )
+    arguments.add_argument('--seconds', type=float, default=20.0, help='length of the run')
+    arguments.add_argument(
+        '-o', dest='output', default='next_run.csv', metavar='FILE.csv', help='the run to write'
+    )
+    arguments.add_argument('--json', action='store_true', help='print the result as JSON')
+    arguments.set_defaults(hold_out=[])
+    return arguments
+
+
+def _target(arguments: argparse.Namespace) -> Path:
+    from leo_diffmodel.next_run.run_file import is_run_file
+
+    path = Path(arguments.output)
+    if not is_run_file(path) or path.is_dir():
+        raise UserError(f'leo next: -o takes a file that ends in .csv, found {path}')
+    common.fresh_folder(str(path.parent))
+    if not path.parent.is_dir():
+        raise UserError(f'cannot write {path}: there is no folder {path.parent}; make it first')
+    if not 1.0 <= arguments.seconds <= LONGEST:
+        raise UserError(f'leo next: --seconds takes 1 to {LONGEST:g}, found {arguments.seconds:g}')
+    return path
+
+
+def _answer(
+    arguments: argparse.Namespace, recordings: list[Recording], model: Model, own: list[Effect]
+) -> dict[str, Any]:
+    """The explanation: the one given, or a new one."""
+    from leo_diffmodel.explain.explanation import explain
+
+    if arguments.explain is None:
+        with common.progress('explaining', common.search_steps(model)) as told:
+            return explain(recordings, model, (), own, told).to_json()
+    path = Path(arguments.explain)
+    path = path / 'explain.json' if path.is_dir() else path
+    try:
+        answer = json.loads(path.read_text(encoding='utf-8'))
+    except (OSError, ValueError) as error:
+        raise UserError(f'cannot read {path} ({error}); leo explain -o DIR writes it') from error
+    _check(path, answer, recordings)
+    return answer
+
+
+def _check(path: Path, answer: Any, recordings: list[Recording]) -> None:
+    if not isinstance(answer, dict) or not set(answer) >= NEEDED:
+        raise UserError(f'{path} is not an explain.json of leo explain')
+    known = {bag['sha256'] for bag in answer['provenance']['bags']}
+    for recording in recordings:
+        if recording.sha256 not in known:
+            raise UserError(f'{path} is not about {recording.path}; give the bags it explained')
+
+
+def _show(found: Proposal, answer: dict[str, Any], target: Path) -> None:
+    console = Console()
+    console.print(f'[bold]{answer["verdict"]}[/bold]: {answer["sentence"]}', highlight=False)
+    if found.aim == 'nothing':
+        return _say_nothing(answer, console)
+    about = {'separate': 'nothing here tells these apart', 'show': 'these could not be tested'}
+    console.print(f'{about[found.aim]}: {"; ".join([*found.points, *found.hopeless])}')
+    if found.points:
+        console.print(_table(found))
+    if found.hopeless:
+        console.print(f'no run of the menu helps with: {"; ".join(found.hopeless)}')
+    if found.best is None:
+        return None
+    console.print(_sentence(found, found.best), highlight=False)
+    print(f'wrote {target}\nnext: leo play {target}    (on the robot, while it is recorded)')
+    return None
+
+
+def _say_nothing(answer: dict[str, Any], console: Console) -> None:
+    if answer['verdict'] == 'unknown':
+        console.print('What is missing is no known effect, so no two of them are left to part; '
+                      'leo explain --write-effect makes an effect of it.')  # fmt: skip
+    else:
+        console.print('Nothing is open, and every effect was testable: no further run is needed.')
+
+
+def _sentence(found: Proposal, best: Option) -> str:
+    from leo_diffmodel.next_run.proposal import decisive
+    from leo_diffmodel.next_run.show import is_shown
+
+    if found.aim == 'show':
+        count = sum(bool(is_shown(n)) for n in best.nats)
+        return f'"{best.run.name}" would show {count} of the {len(found.points)}: {best.run.about}'
+    worst = found.points[best.nats.index(min(best.nats))]
+    told = f'"{best.run.name}" ({best.run.about}) tells {worst} apart by {min(best.nats):.1f} nats'
+    if decisive(best):
+        return told
+    return f'{told}; 5 are needed, so record it more than once, or longer (--seconds)'
+
+
+def _table(found: Proposal) -> Table:
+    kind = 'nats apart' if found.aim == 'separate' else 'nats of evidence'
+    table = Table(title=f'menu, best first; predicted {kind}')
+    table.add_column('run')
+    table.add_column('least', justify='right')
+    for point in found.points[:PAIRS_SHOWN]:
+        table.add_column(point, justify='right')
+    table.add_column('what it does')
+    for option in found.options:
+        nats = [_number(n) for n in option.nats[:PAIRS_SHOWN]]
+        about = f'left out: {option.unsafe}' if option.unsafe else option.run.about
+        table.add_row(option.run.name, _number(min(option.nats)), *nats, about)
+    return table
+
+
+def _number(nats: float) -> str:
+    return 'over 1000' if nats > 1000 else f'{nats:.1f}'

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A run file goes to a robot node and comes back as what was applied."""
+
+import time
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.next_run.menu import menu
+from leo_diffmodel.next_run.run_file import read_run, write_run
+from leo_msgs_py import topics
+from leo_msgs_py.node import api
+from leo_msgs_py.qos import reliable
+from leo_msgs_py.values import Applied
+from leo_sim.robot import load_robot
+
+pytestmark = pytest.mark.graph
+PATIENCE = 60.0
+ROBOT = 'import sys; from leo_sim.nodes.robot import main; sys.exit(main(sys.argv[1:]))'
+PLAY = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
+PENDULUM = load_robot('pendulum')
+
+
+@pytest.fixture
+def listener(domain):
+    yield api.create_node('listener', [])
+    api.shutdown()
+
+
+def periods(heard: list[Applied]) -> np.ndarray:
+    """Index of what was heard first in each control period."""
+    number = [a.stamp_ns // round(1e9 * PENDULUM.control_period) for a in heard]
+    return np.unique(number, return_index=True)[1]
+
+
+def test_what_the_file_says_is_what_the_robot_applies(listener, spawn, tmp_path):
+    (run,) = [r for r in menu(PENDULUM, 2 * np.ones(1), 5.0) if r.name == 'kick and let go']
+    path = write_run(tmp_path / 'run.csv', run, PENDULUM)
+    heard: list[Applied] = []
+    topic = topics.DYNAMIC_JOINT_STATES
+    listener.create_subscription(
+        topic.type, topic.name, lambda m: heard.append(Applied.from_message(m)), reliable(1000)
+    )
+    spawn('-c', ROBOT, '--ros-args', '-p', 'robot:=pendulum', '-p', 'realtime_factor:=0')
+    player = spawn('-c', PLAY, 'play', str(path))
+    end = time.monotonic() + PATIENCE
+    while player.poll() is None or not periods(heard).size >= run.count:
+        assert time.monotonic() < end, len(heard)
+        api.spin_once(listener, 0.05)
+    assert player.returncode == 0
+    applied = [heard[k] for k in periods(heard)[-run.count :]]
+    values = np.array([a.values for a in applied])
+    enabled = np.array([a.enabled[0] for a in applied])
+    np.testing.assert_allclose(values, run.inputs, atol=1e-5)
+    np.testing.assert_array_equal(enabled, run.enabled)
+    assert not enabled.all()
+
+
+def test_a_run_file_reads_as_it_was_written(tmp_path):
+    for run in menu(PENDULUM, 2 * np.ones(1), 5.0):
+        again = read_run(write_run(tmp_path / 'run.csv', run, PENDULUM)).run_for(PENDULUM)
+        np.testing.assert_allclose(again.inputs, run.inputs, atol=1e-5)
+        np.testing.assert_array_equal(again.enabled, run.enabled)
+        assert again.name == run.name
