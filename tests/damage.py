@@ -4,6 +4,7 @@
 from collections.abc import Callable
 import copy
 from dataclasses import dataclass
+import json
 from pathlib import Path
 import shutil
 from typing import Any
@@ -132,6 +133,16 @@ def damage_yaml(path: Path, rng: Rng) -> Damage:
     content = yaml.safe_load(path.read_text(encoding='utf-8'))
     what = _mistyped(content, rng)
     path.write_text(yaml.safe_dump(content), encoding='utf-8')
+    return Damage(f'{path.name}: {what}', 0)
+
+
+def damage_json(path: Path, rng: Rng) -> Damage:
+    """Mistype a JSON file, or do to it what happens to bytes."""
+    if rng.random() < 0.3:
+        return damage_bytes(path, rng)
+    content = json.loads(path.read_text(encoding='utf-8'))
+    what = _mistyped(content, rng)
+    path.write_text(json.dumps(content), encoding='utf-8')
     return Damage(f'{path.name}: {what}', 0)
 
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damaged bags, maps, models, robots and logs: read up to the damage, or one clear line.
 
-LEO_DAMAGED=1000 runs all cases (a tenth by default), 50 of them as commands of their own.
+LEO_DAMAGED=1000 runs all cases, a tenth run by default; tests/e2e/test_damaged_commands.py runs
+some as commands.
 """
 
 from collections import Counter
@@ -10,26 +11,22 @@ import faulthandler
 import os
 from pathlib import Path
 import shutil
-import sys
 import time
 from typing import Any
 import warnings
 
-from mcap.writer import CompressionType, Writer
 import numpy as np
 import pytest
 from tests import damage
 from tests.damage import Damage, Rng
+from tests.damage_shop import fill, PENDULUM
 
-from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.add.patch import from_explanation
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recording import read_bag
-from leo_diffmodel.bags.types import definition, JOINT_STATE
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.values import JointStates
-from leo_msgs_py.wire.types import serialize
 from leo_sim.batch import rollout
 from leo_sim.model import Model
 from leo_sim.model_file import load_model
@@ -37,77 +34,16 @@ from leo_sim.robot import load_robot
 
 CASES = int(os.environ.get('LEO_DAMAGED', '100'))
 BATCHES = 10
-COMMANDS = 50 if CASES >= 1000 else 5
 HANG = 120.0
 MAGIC = 8
 LONE = 2
 """States between damage and a break, which make no stretch."""
-LEO = Path(sys.executable).with_name('leo')
-PENDULUM = load_robot('pendulum')
-MAP = """
-topics: {joint_states: /joint_states, dynamic_joint_states: /dynamic_joint_states}
-joints: {pivot: {name: pivot, sign: -1, offset: 0.1}}
-input: auto
-interface: voltage
-command_order: [pivot]
-hold: next
-"""
-MODEL = """
-robot: pendulum
-constants:
-  actuators.pivot.resistance: {value: 9.0, unit: ohm, uncertain: [8, 11]}
-effects:
-- {name: viscous_friction, where: pivot, parameters: {b: {value: 1.0e-5, unit: N m s/rad}}}
-- name: command_delay
-  where: all
-  parameters: {delay: {value: 0.01, unit: s, ci95: [0.005, 0.015]}}
-history: [{added: viscous_friction, by: hand}]
-"""
-COLUMNS = """
-robot: pendulum
-columns: {volts: duty * 12}
-time: {column: t, unit: ms}
-joints: {pivot: {position: {column: angle, unit: deg, sign: -1, offset: 0.1}, velocity: speed}}
-inputs: {pivot: {voltage: {expression: volts * 1}, enabled: on}}
-"""
 
 
 @pytest.fixture(scope='module')
 def shop(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """One of each, whole."""
-    root = tmp_path_factory.mktemp('whole')
-    write_runs(root / 'plain', [_swing(), _swing()], {'robot': 'pendulum'})
-    for compression in (CompressionType.ZSTD, CompressionType.LZ4):
-        _chunked(root / compression.name.lower(), compression)
-    (root / 'map.yaml').write_text(MAP)
-    (root / 'model.yaml').write_text(MODEL)
-    (root / 'columns.yaml').write_text(COLUMNS)
-    rows = [f'{10 * k},{k % 90},{k % 7},{0.1 * (k % 5)},1' for k in range(200)]
-    (root / 'log.csv').write_text('t,angle,speed,duty,on\n' + '\n'.join(rows) + '\n')
-    shutil.copytree(PENDULUM.folder, root / 'robot')
-    return root
-
-
-def _swing(count: int = 300) -> Run:
-    t = 0.01 * np.arange(count)
-    inputs = {'pivot': {'voltage': np.sign(np.sin(7 * t)), 'enabled': np.ones(count)}}
-    return Run(t, ['pivot'], np.sin(t)[:, None], np.cos(t)[:, None], inputs=inputs)
-
-
-def _chunked(folder: Path, compression: CompressionType) -> None:
-    """A bag of another writer: small compressed chunks, no metadata.yaml."""
-    folder.mkdir()
-    with (folder / 'bag_0.mcap').open('wb') as stream:
-        writer = Writer(stream, compression=compression, chunk_size=2000)
-        writer.start('ros2')
-        text, _ = definition(JOINT_STATE)
-        schema = writer.register_schema(JOINT_STATE, 'ros2msg', text.encode())
-        channel = writer.register_channel('/joint_states', 'cdr', schema)
-        for k in range(400):
-            q, dq = np.array([np.sin(0.01 * k)]), np.array([np.cos(0.01 * k)])
-            message = JointStates(k * 10**7, ('pivot',), q, dq).to_message()
-            writer.add_message(channel, k * 10**7, serialize(message), k * 10**7)
-        writer.finish()
+    return fill(tmp_path_factory.mktemp('whole'))
 
 
 def _bag(root: Path, folder: Path, rng: Rng) -> Damage:
@@ -186,6 +122,13 @@ def _log(root: Path, folder: Path, rng: Rng) -> Damage:
     return done
 
 
+def _explanation(root: Path, folder: Path, rng: Rng) -> Damage:
+    path = Path(shutil.copy(root / 'explain.json', folder))
+    done = damage.damage_json(path, rng)
+    _told(lambda: from_explanation(Model(PENDULUM), path))
+    return done
+
+
 def _spoiled(path: Path, rng: Rng) -> Damage:
     how = (damage.damage_yaml,) * 6 + (damage.damage_bytes, damage.damage_path)
     return how[rng.integers(len(how))](path, rng)
@@ -209,8 +152,8 @@ def _told(read: Callable[[], Any]) -> None:
     assert '\n' not in said and 0 < len(said) < 3000, said[:3000]
 
 
-KINDS = {'bag': (_bag, 0.5), 'map': (_map, 0.1), 'model': (_model, 0.1), 'robot': (_robot, 0.2),
-         'log': (_log, 0.1)}
+KINDS = {'bag': (_bag, 0.5), 'map': (_map, 0.1), 'model': (_model, 0.1), 'robot': (_robot, 0.15),
+         'log': (_log, 0.1), 'explanation': (_explanation, 0.05)}
 
 
 @pytest.fixture

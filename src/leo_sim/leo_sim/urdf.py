@@ -12,6 +12,8 @@ from leo_msgs_py.errors import UserError
 from leo_sim.effects.base import Body
 
 KINDS = ('revolute', 'continuous', 'prismatic', 'fixed')
+AXIS = '1 0 0'
+"""Where a URDF names none."""
 Vector = tuple[float, float, float]
 Matrix = tuple[float, ...]
 Read = TypeVar('Read')
@@ -102,7 +104,7 @@ def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
             joint.remove(old)
         axis = joint.find('axis')
         if axis is not None and joint.get('type') != 'fixed':
-            direction = np.array(_vector(axis.get('xyz')))
+            direction = np.array(_vector(axis.get('xyz'), AXIS))
             axis.set('xyz', _written(direction / np.linalg.norm(direction)))
         if joint.get('type') == 'revolute':
             joint.set('type', 'continuous')
@@ -171,7 +173,7 @@ def _joint(element: ElementTree.Element) -> Joint:
     ends = [element.find(tag) for tag in ('parent', 'child')]
     parent, child = (e.get('link', '') if e is not None else '' for e in ends)
     translation, rotation = origin(element)
-    axis = np.array(_vector(_attribute(element, 'axis', 'xyz'), '1 0 0'))
+    axis = np.array(_vector(_attribute(element, 'axis', 'xyz'), AXIS))
     if kind != 'fixed':
         if not 1e-6 < np.linalg.norm(axis) < 1e6:
             raise ValueError(f'the axis {axis} is no direction')

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One of everything a user may damage: bags, maps, models, robots, logs, explanations."""
+
+import json
+from pathlib import Path
+import shutil
+
+from mcap.writer import CompressionType, Writer
+import numpy as np
+
+from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.bags.types import definition, JOINT_STATE
+from leo_msgs_py.values import JointStates
+from leo_msgs_py.wire.types import serialize
+from leo_sim.robot import load_robot
+
+PENDULUM = load_robot('pendulum')
+MAP = """
+topics: {joint_states: /joint_states, dynamic_joint_states: /dynamic_joint_states}
+joints: {pivot: {name: pivot, sign: -1, offset: 0.1}}
+input: auto
+interface: voltage
+command_order: [pivot]
+hold: next
+"""
+MODEL = """
+robot: pendulum
+constants:
+  actuators.pivot.resistance: {value: 9.0, unit: ohm, uncertain: [8, 11]}
+effects:
+- {name: viscous_friction, where: pivot, parameters: {b: {value: 1.0e-5, unit: N m s/rad}}}
+- name: command_delay
+  where: all
+  parameters: {delay: {value: 0.01, unit: s, ci95: [0.005, 0.015]}}
+history: [{added: viscous_friction, by: hand}]
+"""
+COLUMNS = """
+robot: pendulum
+columns: {volts: duty * 12}
+time: {column: t, unit: ms}
+joints: {pivot: {position: {column: angle, unit: deg, sign: -1, offset: 0.1}, velocity: speed}}
+inputs: {pivot: {voltage: {expression: volts * 1}, enabled: on}}
+"""
+EXPLANATION = {
+    'verdict': 'named',
+    'effects': [{
+        'name': 'viscous_friction', 'where': 'pivot', 'error_before': 0.1, 'error_after': 0.01,
+        'parameters': {'b': {'value': 1e-5, 'unit': 'N m s/rad', 'ci95': [0.9e-5, 1.1e-5]}},
+    }],
+    'constants': {'actuators.pivot.resistance': {'value': 9.0, 'unit': 'ohm'}},
+    'provenance': {'robot': 'pendulum', 'bags': [{'path': 'a', 'sha256': 'b'}], 'date': 'today'},
+}
+
+
+def fill(root: Path) -> Path:
+    """Write one of each, whole."""
+    write_runs(root / 'plain', [_swing(), _swing()], {'robot': 'pendulum'})
+    for compression in (CompressionType.ZSTD, CompressionType.LZ4):
+        _chunked(root / compression.name.lower(), compression)
+    (root / 'map.yaml').write_text(MAP)
+    (root / 'model.yaml').write_text(MODEL)
+    (root / 'columns.yaml').write_text(COLUMNS)
+    (root / 'explain.json').write_text(json.dumps(EXPLANATION))
+    rows = [f'{10 * k},{k % 90},{k % 7},{0.1 * (k % 5)},1' for k in range(200)]
+    (root / 'log.csv').write_text('t,angle,speed,duty,on\n' + '\n'.join(rows) + '\n')
+    shutil.copytree(PENDULUM.folder, root / 'robot')
+    return root
+
+
+def _swing(count: int = 300) -> Run:
+    t = 0.01 * np.arange(count)
+    inputs = {'pivot': {'voltage': np.sign(np.sin(7 * t)), 'enabled': np.ones(count)}}
+    return Run(t, ['pivot'], np.sin(t)[:, None], np.cos(t)[:, None], inputs=inputs)
+
+
+def _chunked(folder: Path, compression: CompressionType) -> None:
+    """A bag of another writer: small compressed chunks, no metadata.yaml."""
+    folder.mkdir()
+    with (folder / 'bag_0.mcap').open('wb') as stream:
+        writer = Writer(stream, compression=compression, chunk_size=2000)
+        writer.start('ros2')
+        text, _ = definition(JOINT_STATE)
+        schema = writer.register_schema(JOINT_STATE, 'ros2msg', text.encode())
+        channel = writer.register_channel('/joint_states', 'cdr', schema)
+        for k in range(400):
+            q, dq = np.array([np.sin(0.01 * k)]), np.array([np.cos(0.01 * k)])
+            message = JointStates(k * 10**7, ('pivot',), q, dq).to_message()
+            writer.add_message(channel, k * 10**7, serialize(message), k * 10**7)
+        writer.finish()
