@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the benchmarks share: logs to bags, leo commands, refits of a fixed hypothesis, scores."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+import subprocess
+import sys
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.compare.thin import thin
+from leo_diffmodel.compare.windows import cut, Windows
+from leo_diffmodel.explain.candidates import candidates
+from leo_diffmodel.explain.engine import uncertain
+from leo_diffmodel.explain.fit import fit
+from leo_diffmodel.explain.hypothesis import Hypothesis
+from leo_diffmodel.explain.pose import pose
+from leo_sim.batch import rollout
+from leo_sim.model import Model
+
+DATA = Path(__file__).resolve().parents[2] / 'shared/data'
+START_SECONDS = 0.02
+
+
+def leo(*words: object) -> None:
+    """Run a leo command; 0 and 1 are answers, anything else ends the benchmark."""
+    command = [Path(sys.executable).with_name('leo'), *map(str, words)]
+    status = subprocess.run(command, check=False)
+    if status.returncode > 1:
+        sys.exit(status.returncode)
+
+
+def imported(logs: Iterable[Path], column_map: str, folder: Path) -> list[Path]:
+    """One bag for each log, in the order of the names."""
+    logs = sorted(logs)
+    if not logs:
+        sys.exit('no logs there; give the folder of the recordings as argument')
+    leo('import', *logs, '--map', column_map, '--bag-per-log', '-o', folder)
+    return [folder / log.stem for log in logs]
+
+
+def refitted(
+    model: Model, labels: Sequence[str], recordings: Sequence[Recording],
+    hold_out: Sequence[Recording],
+) -> Model:
+    """`model` with the effects `labels` and its uncertain constants fitted to `recordings`.
+
+    The fit is the one of `leo explain`, on the same windows. It starts from several amplitudes,
+    because dry friction has no slope at zero, and the best is taken.
+    """
+    data = thin([*recordings, *hold_out])
+    split = len(recordings)
+    problem = pose(data[:split], data[split:], model).problem
+    known = {c.label: c for c in candidates(model)}
+    hypothesis = Hypothesis(tuple(known[label] for label in labels), uncertain(model))
+    effects = hypothesis.size - len(hypothesis.constants)
+    fits = []
+    for amplitude in (0.0, 0.01, 0.05, 0.2) if effects else (0.0,):
+        theta = hypothesis.neutral.copy()
+        theta[:effects] += amplitude
+        fits.append(fit(problem, hypothesis, theta, iterations=20))
+    best = min(fits, key=lambda f: float(f.loss[problem.train].sum()))
+    return hypothesis.model(model, best.theta)
+
+
+def window_errors(model: Model, recordings: Sequence[Recording], seconds: float) -> np.ndarray:
+    """Rms angle error [rad] of open-loop windows, one every 0.1 s, that move 0.1 rad or more.
+
+    A window starts from a parabola through the angles within 0.02 s of its first sample: reported
+    rates may be late.
+    """
+    windows = cut(recordings, seconds, stride=0.1, history=0.15)
+    windows = windows.take(np.ptp(windows.q, axis=1).max(axis=-1) > 0.1)
+    q, dq = starts(recordings, windows)
+    predicted, _ = rollout(
+        model, q, dq, windows.inputs, windows.dt,
+        enabled=windows.enabled, history=windows.history,
+    )  # fmt: skip
+    return np.sqrt(((windows.q - predicted) ** 2).mean(axis=(1, 2)))
+
+
+def starts(recordings: Sequence[Recording], windows: Windows) -> tuple[np.ndarray, np.ndarray]:
+    """Angle and rate at each window's start from the angles around it, shape (W, J) each."""
+    found = [
+        _parabola(recordings[source], float(start))
+        for source, start in zip(windows.source, windows.start, strict=True)
+    ]
+    return np.stack([f[0] for f in found]), np.stack([f[1] for f in found])
+
+
+def _parabola(recording: Recording, start: float) -> np.ndarray:
+    episode = next(e for e in recording.episodes if e.t[0] <= start <= e.t[-1])
+    near = np.abs(episode.t - start) <= START_SECONDS
+    powers = np.vander(episode.t[near] - start, 3, increasing=True)
+    return np.linalg.lstsq(powers, episode.q[near], rcond=None)[0]
+
+
+def simulated(
+    model: Model, seconds: float, noise: tuple[float, float], seed: int = 1
+) -> Recording:
+    """A robot of one joint measured at 100 Hz under steps of random size held for 0.3 s."""
+    rng, dt = np.random.default_rng(seed), 0.01
+    count, (actuator,) = round(seconds / dt), model.robot.actuators
+    sizes = rng.uniform(-1, 1, count // 30 + 1)
+    inputs = 0.35 * actuator.limit * np.repeat(sizes, 30)[:count, None]
+    start = model.start('nominal')
+    q, dq = rollout(model, start.q[None], start.dq[None], inputs[None, :-1], dt)
+    q = q[0] + rng.normal(0, noise[0], q[0].shape)
+    dq = dq[0] + rng.normal(0, noise[1], dq[0].shape)
+    on = np.ones(inputs.shape, dtype=bool)
+    episode = Episode(dt * np.arange(count), q, dq, inputs, on)
+    joints, kind = tuple(model.robot.joint_names), model.robot.input
+    return Recording(
+        Path('simulated'), '0' * 64, joints, (actuator.joint,), kind, dt, (episode,), {}
+    )
