@@ -8,11 +8,12 @@ import pytest
 from tests.first_round import first_search
 from tests.simulate import PENDULUM, record, TORQUE
 
-from leo_diffmodel.explain.engine import Search
+from leo_diffmodel.compare import noise
+from leo_diffmodel.explain.engine import scales_of, Search, Trial
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.fit import fit
+from leo_diffmodel.explain.review import review
 from leo_diffmodel.explain.scored import dispersion
-from leo_diffmodel.explain.search import eliminate_backward
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model_file import load_model
@@ -76,14 +77,24 @@ def test_two_effects_are_both_named_with_their_sizes():
     assert rows[0]['rmse'][0] > rows[1]['rmse'][0] > rows[2]['rmse'][0]
 
 
-def test_a_mixture_is_dropped_again(friction):
+def test_a_spurious_effect_is_dropped_and_a_mixture_gives_way(friction):
     candidates = {s.candidate.effect.name: s.candidate for s in friction.rounds[0].scored}
-    hypothesis = friction.null.hypothesis
-    for name in ('viscous_friction', 'coulomb_friction'):
-        hypothesis = hypothesis.with_candidate(candidates[name])
-    full = fit(friction.problem, hypothesis, np.array([0.01, 0.18]))
-    kept = eliminate_backward(friction.problem, full, friction.rounds[0].threshold).hypothesis
-    assert [c.effect.name for c in kept.candidates] == ['coulomb_friction']
+    data = record(TORQUE, place(TORQUE, 'coulomb_friction', 'pivot', c=0.2), seconds=10)
+    windows = friction.problem.windows
+    tried = Trial(
+        list(candidates.values()), scales_of(Model(TORQUE), windows), noise.short_windows([data])
+    )
+    for names, theta in ((('viscous_friction', 'coulomb_friction'), [0.01, 0.18]),
+                         (('stribeck_friction',), [0.15, 0.25, 0.5])):
+        hypothesis = friction.null.hypothesis
+        for name in names:
+            hypothesis = hypothesis.with_candidate(candidates[name])
+        full = fit(friction.problem, hypothesis, np.array(theta))
+        found = review(friction.posed, full, {}, tried)
+        assert found.changed
+        assert [c.effect.name for c in found.final.hypothesis.candidates] == ['coulomb_friction']
+        (step,) = found.members.values()
+        assert step.best.candidate.effect.name == 'coulomb_friction'
 
 
 def test_uncertain_constants_are_refitted_before_anything_is_named(tmp_path):

@@ -14,16 +14,18 @@ from leo_diffmodel.compare.sizes import inertia_scale, mass_scale, torque_scale
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.fit import Fit, fit, Problem
-from leo_diffmodel.explain.hypothesis import Hypothesis
+from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.pose import pose, Posed
+from leo_diffmodel.explain.review import Explore, review, Reviewed
 from leo_diffmodel.explain.scan import Scales
-from leo_diffmodel.explain.search import eliminate_backward, explore, Round
+from leo_diffmodel.explain.search import explore, Round
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 from leo_sim.robot import Constant
 
 Array = np.ndarray
 MOST_EFFECTS = 5
+MOST_REVIEWS = 3
 
 
 @dataclass(frozen=True)
@@ -33,19 +35,36 @@ class Search:
     Attributes:
         null: the model as given, constants refitted.
         final: the supported hypothesis, jointly refitted.
-        rounds: one per effect added, and a last one in which nothing was supported.
+        rounds: of the forward search, the first on the model as given.
+        members: for each effect of `final`, all candidates in its place with the others kept.
         posed: the problem, with the noise as settled in the end.
     """
 
     null: Fit
     final: Fit
     rounds: tuple[Round, ...]
+    members: tuple[Round, ...]
     posed: Posed
 
     @property
     def problem(self) -> Problem:
         """The short windows that the search was made in."""
         return self.posed.problem
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Tries every candidate that is not in a hypothesis yet; see `explore`."""
+
+    pool: Sequence[Candidate]
+    scales: Scales
+    short: Sequence[Windows]
+    progress: Callable[[str], None] = lambda _: None
+
+    def __call__(self, posed: Posed, null: Fit, full: Fit | None) -> Round:
+        """One round on top of `null`; `full` is `null` with an effect that is to be defended."""
+        untried = [c for c in self.pool if c not in null.hypothesis.candidates]
+        return explore(posed, null, untried, self.scales, self.short, self.progress, full)
 
 
 def search(
@@ -55,7 +74,7 @@ def search(
     extra: Sequence[Effect] = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> Search:
-    """Greedy forward search with joint refit and one backward pass.
+    """Forward selection with joint refit; then every effect defends its place.
 
     Args:
         recordings: what to learn from; without `hold_out` every fourth block is held out.
@@ -67,19 +86,44 @@ def search(
     posed = pose(recordings, hold_out, model)
     short = noise.short_windows([*recordings, *hold_out])
     scales = scales_of(model, posed.problem.windows)
-    null = first = fit(posed.problem, Hypothesis(constants=uncertain(model)))
-    rounds: list[Round] = []
-    while True:
-        untried = [c for c in candidates(model, extra) if c not in null.hypothesis.candidates]
-        rounds.append(explore(posed, null, untried, scales, short, progress))
-        posed, best = rounds[-1].posed, rounds[-1].best
-        if best is None or best.fit is None or len(rounds) > MOST_EFFECTS:
-            null = rounds[-1].null
+    tried = Trial(candidates(model, extra), scales, short, progress)
+    first = fit(posed.problem, Hypothesis(constants=uncertain(model)))
+    rounds = forward(posed, first, tried)
+    reviewed = _settled(rounds, tried)
+    first = fit(reviewed.posed.problem, first.hypothesis, first.theta, first.start)
+    members = tuple(reviewed.members[c] for c in reviewed.final.hypothesis.candidates)
+    return Search(first, reviewed.final, tuple(rounds), members, reviewed.posed)
+
+
+def forward(posed: Posed, null: Fit, tried: Explore) -> list[Round]:
+    """Rounds, each on top of the best of the one before, until nothing more is supported."""
+    rounds = [tried(posed, null, None)]
+    while (best := rounds[-1].best) is not None and best.fit is not None:
+        if len(best.fit.hypothesis.candidates) >= MOST_EFFECTS:
             break
-        null = best.fit
-    final = eliminate_backward(posed.problem, null, rounds[-1].threshold)
-    first = fit(posed.problem, first.hypothesis, first.theta, first.start)
-    return Search(first, final, tuple(rounds), posed)
+        rounds.append(tried(rounds[-1].posed, best.fit, None))
+    return rounds
+
+
+def _settled(rounds: Sequence[Round], tried: Explore) -> Reviewed:
+    """Review the set that forward search found; where that changes it, search on from there."""
+    for _ in range(MOST_REVIEWS):
+        last = rounds[-1]
+        full = last.best.fit if last.best is not None and last.best.fit else last.null
+        reviewed = review(last.posed, full, _known(rounds, full), tried)
+        if not reviewed.changed:
+            break
+        rounds = forward(reviewed.posed, reviewed.final, tried)
+    return reviewed
+
+
+def _known(rounds: Sequence[Round], full: Fit) -> dict[Candidate, Round]:
+    """The round of the effect found last: all others were in the model already."""
+    kept = full.hypothesis.candidates
+    for step in rounds:
+        if step.best and set(kept) == {*step.null.hypothesis.candidates, step.best.candidate}:
+            return {step.best.candidate: step}
+    return {}
 
 
 def uncertain(model: Model) -> tuple[Constant, ...]:

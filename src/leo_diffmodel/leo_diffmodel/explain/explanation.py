@@ -119,7 +119,8 @@ def explain(
     progress('what no known effect explains')
     outside = find([*recordings, *hold_out], found)
     if outside:
-        found = replace(found, final=outside.beside)
+        members = tuple(found.members[i] for i in outside.kept)
+        found = replace(found, final=outside.beside, members=members)
     held = held_windows([*recordings, *hold_out], found, model)
     free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
     context = rows.Context(found, model, Facts(model.robot, bool(free)), held, step)
@@ -277,7 +278,7 @@ def _next_run(decision: str, context: rows.Context, unknown: Unknown | None) -> 
     if decision == 'ambiguous':
         close = [
             r.scored.candidate.effect
-            for step in context.found.rounds
+            for step in context.found.members
             for r in evidence.open_rivals(evidence.rivals(step, context.facts))
         ]
         return '; '.join(dict.fromkeys(e.reveal for e in close))

@@ -74,6 +74,13 @@ class Hypothesis:
         rest = self.candidates[:index] + self.candidates[index + 1 :]
         return Hypothesis(rest, self.constants)
 
+    def carried(self, other: Hypothesis, theta: Array) -> Array:
+        """The vector of this hypothesis with the values of another one that holds all of it."""
+        first = [other.offset(other.candidates.index(c)) for c in self.candidates]
+        counts = [len(c.parameters) for c in self.candidates]
+        own = [theta[i : i + n] for i, n in zip(first, counts, strict=True)]
+        return np.concatenate([*own, theta[len(theta) - len(self.constants) :]])
+
     def offset(self, index: int) -> int:
         """Where in the vector the parameters of candidate `index` begin."""
         return sum(len(c.parameters) for c in self.candidates[:index])

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -14,8 +14,7 @@ from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import evidence
 from leo_diffmodel.explain.classes import Facts
 from leo_diffmodel.explain.engine import Search
-from leo_diffmodel.explain.fit import Fit
-from leo_diffmodel.explain.hypothesis import Candidate
+from leo_diffmodel.explain.fit import Fit, fit
 from leo_diffmodel.explain.scored import Scored
 from leo_diffmodel.explain.search import Round
 from leo_diffmodel.explain.verdict import Named
@@ -53,20 +52,19 @@ class Context:
 
 
 def effect_rows(context: Context) -> list[dict]:
-    """One row for each supported effect, in the order found."""
+    """One row for each supported effect; its error before is that of the model without it."""
     found, final = context.found, context.found.final
-    before = context.headline(found.null)
+    after = context.headline(final)
     rows = []
     for index, candidate in enumerate(final.hypothesis.candidates):
-        step = _round_of(found, candidate)
-        after = context.headline(step.scored[0].fit or final)
-        row = _row(step.scored[0], final, index, before, after)
+        step = found.members[index]
+        mine = step.of(candidate)
+        row = _row(mine, final, index, context.headline(step.null), after)
         row['inclusion_probability'] = evidence.inclusion(
-            step, context.facts, found.posed.blocks.index(step.posed.problem.windows)
+            step, context.facts, found.posed.blocks.index(step.posed.problem.windows), mine
         )
-        row['confusable_with'] = _confusable(step, context.facts)
+        row['confusable_with'] = _confusable(step, context.facts, mine)
         rows.append(row)
-        before = after
     return rows
 
 
@@ -93,8 +91,9 @@ def named(context: Context) -> list[Named]:
     found, final = context.found, context.found.final
     out = []
     for index, candidate in enumerate(final.hypothesis.candidates):
-        step = _round_of(found, candidate)
-        near = evidence.rivals(step, context.facts)
+        step = found.members[index]
+        mine = step.of(candidate)
+        near = evidence.rivals(step, context.facts, mine)
         out.append(
             Named(
                 candidate.label,
@@ -147,12 +146,7 @@ def ladder(context: Context, after: Prediction) -> list[dict]:
     found = context.found
     kept = found.final.hypothesis.candidates
     steps = [('as given', found.null)]
-    for step in found.rounds:
-        top = step.scored[0]
-        if top.candidate in kept and top.fit is not None and top.candidate != kept[-1]:
-            steps.append((f'+ {top.candidate.label}', top.fit))
-    if kept:
-        steps.append((f'+ {kept[-1].label}', found.final))
+    steps += [(f'+ {c.label}', _up_to(found, i + 1)) for i, c in enumerate(kept)]
     rows = [
         {
             'model': name,
@@ -164,6 +158,16 @@ def ladder(context: Context, after: Prediction) -> list[dict]:
     floor = errors.floor_ahead(after, HEADLINE_SECONDS)
     rows.append({'model': 'noise floor', 'rmse': floor, 'median': [0.6745 * f for f in floor]})
     return [{**row, 'seconds': HEADLINE_SECONDS} for row in rows]
+
+
+def _up_to(found: Search, count: int) -> Fit:
+    """The first effects of the final set, refitted without the others."""
+    full = found.final
+    if count == len(full.hypothesis.candidates):
+        return full
+    part = replace(full.hypothesis, candidates=full.hypothesis.candidates[:count])
+    theta = part.carried(full.hypothesis, full.theta)
+    return fit(found.problem, part, theta, full.start)
 
 
 def constant_rows(found: Search) -> dict[str, dict]:
@@ -193,10 +197,6 @@ def not_testable(found: Search) -> list[dict]:
         for s in first.scored
         if s.evidence < first.threshold
     ]
-
-
-def _round_of(found: Search, candidate: Candidate) -> Round:
-    return next(r for r in found.rounds if r.scored[0].candidate == candidate)
 
 
 def _row(scored: Scored, fitted: Fit, index: int, before: float, after: float) -> dict:

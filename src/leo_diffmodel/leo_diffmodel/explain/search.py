@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Forward selection with joint refit, then backward elimination."""
+"""One step of the search: every candidate on top of one hypothesis."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -24,6 +24,7 @@ Array = np.ndarray
 REFINED = 8
 LISTENED = 3
 WORTH_A_FIT = 1.5
+EQUAL_NATS = 1.0
 T = TypeVar('T')
 
 
@@ -42,6 +43,10 @@ class Round:
     scored: tuple[Scored, ...]
     threshold: float
     posed: Posed
+
+    def of(self, candidate: Candidate) -> Scored:
+        """A candidate of this round."""
+        return next(s for s in self.scored if s.candidate == candidate)
 
     @property
     def best(self) -> Scored | None:
@@ -64,22 +69,32 @@ def explore(
     scales: Scales,
     short: Sequence[Windows],
     progress: Callable[[str], None] = lambda _: None,
+    incumbent: Fit | None = None,
 ) -> Round:
     """Scan all candidates, refit the most promising, and settle the noise on the way.
 
     The noise is the least that any of the leading hypotheses leaves in short windows: a wrong
     model can only add to it.
+
+    Args:
+        posed: the problem.
+        null: the hypothesis to add to.
+        candidates: what to add.
+        scales: sizes of this robot and data.
+        short: the windows that noise is read from.
+        progress: told what is being tried.
+        incumbent: a fit of the hypothesis with one of the candidates; it is tried from there.
     """
     problem = posed.problem
     scanner = Scanner(problem, null, scales)
     scans = [_told(progress, c, scanner.scan(c)) for c in candidates]
-    scans.sort(key=lambda s: -s.gain)
+    scans = _ordered(scans, null, incumbent)
     leading = [_told(progress, s.candidate, _refit(problem, null, s)) for s in scans[:LISTENED]]
     calmer = np.minimum(_least_noise(problem, leading, short), problem.sigma)
     if np.any(calmer < 0.97 * problem.sigma):
         calm = quieter(posed, calmer)
         again = fit(calm.problem, null.hypothesis, null.theta, null.start)
-        return explore(calm, again, candidates, scales, short, progress)
+        return explore(calm, again, candidates, scales, short, progress, incumbent)
     rest = [s for s in scans[LISTENED:REFINED] if s.gain > WORTH_A_FIT]
     leading += [_told(progress, s.candidate, _refit(problem, null, s)) for s in rest]
     spread = min(dispersion(f) for f in leading)
@@ -92,13 +107,25 @@ def explore(
         Scored(s.candidate, None, s.gain, 0.0, s.evidence, dispersion=spread)
         for s in scans[len(leading) :]
     ]
-    return Round(null, (*_ranked(scored), *out), limit, posed)
+    return Round(null, (*_ranked(scored, candidates), *out), limit, posed)
 
 
-def _ranked(scored: Sequence[Scored]) -> list[Scored]:
+def _ordered(scans: Sequence[Scan], null: Fit, incumbent: Fit | None) -> list[Scan]:
+    """The most promising first, the incumbent with its fitted values before all."""
+    ordered = sorted(scans, key=lambda s: -s.gain)
+    if incumbent is None:
+        return ordered
+    first = next(s for s in ordered if s.candidate in incumbent.hypothesis.candidates)
+    hypothesis = null.hypothesis.with_candidate(first.candidate)
+    theta = hypothesis.carried(incumbent.hypothesis, incumbent.theta)
+    return [replace(first, theta=theta), *(s for s in ordered if s is not first)]
+
+
+def _ranked(scored: Sequence[Scored], candidates: Sequence[Candidate]) -> list[Scored]:
     """Best first by training score, those that held-out data refute behind the others.
 
-    What training cannot separate, held-out data may.
+    What training cannot separate, held-out data may; of what nothing can, the first in the
+    catalogue leads.
     """
     ranked = sorted(scored, key=lambda s: (not s.confirmed, -s.score))
     leader = ranked[0]
@@ -109,31 +136,15 @@ def _ranked(scored: Sequence[Scored]) -> list[Scored]:
         if leader.score - s.score < MARGIN_NATS
         and s.gain_held_out - leader.gain_held_out > margin
     ]
+    equal = [
+        s
+        for s in ranked
+        if leader.score - s.score < EQUAL_NATS and s.confirmed == leader.confirmed
+    ]
+    first = min(equal, key=lambda s: candidates.index(s.candidate))
     if tied:
         first = max(tied, key=lambda s: s.gain_held_out)
-        ranked.remove(first)
-        ranked.insert(0, first)
-    return ranked
-
-
-def eliminate_backward(problem: Problem, full: Fit, limit: float) -> Fit:
-    """Drop, one at a time, every effect whose removal costs less than `limit` nats."""
-    everything = np.ones(problem.windows.count, dtype=bool)
-    while len(full.hypothesis.candidates) > 1:
-        smaller = [_without(problem, full, i) for i in range(len(full.hypothesis.candidates))]
-        costs = [gain(s, full, everything) / dispersion(full) for s in smaller]
-        least = int(np.argmin(costs))
-        if costs[least] > limit:
-            break
-        full = smaller[least]
-    return full
-
-
-def _without(problem: Problem, full: Fit, index: int) -> Fit:
-    hypothesis, first = full.hypothesis, full.hypothesis.offset(index)
-    count = len(hypothesis.candidates[index].parameters)
-    theta = np.delete(full.theta, np.arange(first, first + count))
-    return fit(problem, hypothesis.without(index), theta, full.start)
+    return [first, *(s for s in ranked if s is not first)]
 
 
 def _refit(problem: Problem, null: Fit, scan: Scan) -> Fit:

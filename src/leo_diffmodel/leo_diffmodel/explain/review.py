@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Review a set of effects: all candidates in each one's place, with the others kept.
+
+A first pick may be a mixture of two effects that are missing together, and a name is only worth
+as much as its distance from what else could stand there once everything else is in the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from leo_diffmodel.explain.fit import Fit, fit, Problem
+from leo_diffmodel.explain.hypothesis import Candidate
+from leo_diffmodel.explain.pose import Posed
+from leo_diffmodel.explain.search import Round
+
+MOST_SWAPS = 4
+Explore = Callable[[Posed, Fit, Fit | None], Round]
+
+
+@dataclass(frozen=True)
+class Reviewed:
+    """A set in which every effect holds its place.
+
+    Attributes:
+        final: the set, jointly fitted.
+        members: the round of each effect: all candidates in its place.
+        posed: the problem, with the noise as settled in the end.
+        changed: an effect was dropped or gave way to another.
+    """
+
+    final: Fit
+    members: Mapping[Candidate, Round]
+    posed: Posed
+    changed: bool
+
+
+def review(
+    posed: Posed, final: Fit, known: Mapping[Candidate, Round], explore: Explore
+) -> Reviewed:
+    """Let every effect defend its place; drop it or swap it where another does better.
+
+    Args:
+        posed: the problem.
+        final: the set, jointly fitted.
+        known: rounds already made with all the others kept.
+        explore: tries all candidates on top of a fit; its last argument is the fit of the set.
+    """
+    members, swaps, changed = dict(known), 0, False
+    while True:
+        stale = [c for c in final.hypothesis.candidates if c not in members]
+        if not stale:
+            return Reviewed(final, members, posed, changed)
+        rest = without(posed.problem, final, final.hypothesis.candidates.index(stale[0]))
+        found = explore(posed, rest, final)
+        posed, best = found.posed, found.best
+        if best is None or best.fit is None:
+            final, members, changed = found.null, {}, True
+        elif best.candidate == stale[0] or swaps == MOST_SWAPS:
+            members[stale[0]] = found
+        else:
+            final, members, changed = best.fit, {best.candidate: found}, True
+            swaps += 1
+
+
+def without(problem: Problem, full: Fit, index: int) -> Fit:
+    """The set less its effect at `index`, refitted."""
+    smaller = full.hypothesis.without(index)
+    return fit(problem, smaller, smaller.carried(full.hypothesis, full.theta), full.start)
