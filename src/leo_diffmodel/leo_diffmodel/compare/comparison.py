@@ -12,13 +12,16 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.provenance import provenance
+from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.torque import missing_torque, MissingTorque
 from leo_diffmodel.compare.where import Where, where
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.windows import sample_period, Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
 HORIZON_SECONDS = 2.0
+BUDGET_SECONDS = 0.5
+RATES_APART = 1.5
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,8 @@ def compare(
         UserError: the recordings are too short for a single window, or a step out of reach.
     """
     began = time.monotonic()
+    origin = provenance(recordings, model)
+    recordings = _at_one_rate(recordings)
     step = errors.step_seconds(recordings, step)
     try:
         windows = _windows(recordings, model, step)
@@ -79,11 +84,18 @@ def compare(
         'joints': places.joints,
         'where': places.rows,
         'noise_only': places.noise_only,
+        'events': places.events,
         'budget': _budget(prediction),
         'seconds': time.monotonic() - began,
-        'provenance': provenance(recordings, model),
+        'provenance': origin,
     }
     return Comparison(data, missing, places, prediction)
+
+
+def _at_one_rate(recordings: Sequence[Recording]) -> Sequence[Recording]:
+    """As they are, or thinned where one is sampled half as often again as another."""
+    periods = [sample_period([r]) for r in recordings]
+    return thin(recordings) if max(periods) > RATES_APART * min(periods) else recordings
 
 
 def _windows(recordings: Sequence[Recording], model: Model, step: float) -> Windows:
@@ -118,14 +130,21 @@ def _floor_row(row: dict) -> dict:
 def _budget(prediction: errors.Prediction) -> dict:
     """Shares of the measured motion: what the model explains, what it misses, what is noise.
 
-    The motion is the change of the states within the windows; every state is weighed by its
-    own mean square, so that angles and rates count alike.
+    The motion is the change of the states within half a second; every state is weighed by its
+    own mean square, so that angles and rates count alike. Errors larger than the motion leave
+    nothing explained.
     """
-    measured = prediction.windows.measured
+    elapsed = np.cumsum(prediction.windows.dt, axis=1)
+    count = 1 + max(1, int((elapsed.mean(axis=0) <= BUDGET_SECONDS).sum()))
+    measured = prediction.windows.measured[:, :count]
     motion = ((measured - measured[:, :1]) ** 2).mean(axis=(0, 1))
-    error = (prediction.error**2).mean(axis=(0, 1))
-    floor = np.minimum(prediction.floor.mean(axis=(0, 1)), error)
-    noise_share = float(np.mean(np.minimum(floor / motion, 1.0)))
-    missed = float(np.mean(np.clip((error - floor) / motion, 0.0, 1.0)))
-    explained = max(0.0, 1.0 - missed - noise_share)
-    return {'explained': explained, 'unexplained': missed, 'noise': noise_share}
+    error = (prediction.error[:, :count] ** 2).mean(axis=(0, 1))
+    floor = np.minimum(prediction.floor[:, :count].mean(axis=(0, 1)), error)
+    whole = np.maximum(motion, error)
+    noise_share = float((floor / whole).mean())
+    missed = float(((error - floor) / whole).mean())
+    return {
+        'explained': max(0.0, 1.0 - missed - noise_share),
+        'unexplained': missed,
+        'noise': noise_share,
+    }

@@ -20,6 +20,7 @@ Array = np.ndarray
 HORIZONS = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 STATE_STEP = 1e-4
 LONGEST_STEP = 1.0
+NEAR_STEPS, NEAR = 0.75, 0.05
 REACHED = 0.5
 """Share of the windows that must be long enough for an error that far ahead."""
 
@@ -222,10 +223,10 @@ def _at(prediction: Prediction, seconds: float) -> _Instant:
 
 
 def _reached(prediction: Prediction, seconds: float, step: float) -> _Instant | None:
-    """The same in windows that come within half a step of it; None where most do not."""
+    """The same in windows that come near it, by a step or a twentieth; None where few do."""
     at = _at(prediction, seconds)
     elapsed = np.cumsum(prediction.windows.dt, axis=1)[at.windows, at.sample - 1]
-    near = np.abs(elapsed - seconds) <= 0.5 * step
+    near = np.abs(elapsed - seconds) <= max(NEAR_STEPS * step, NEAR * seconds)
     if near.mean() < REACHED:
         return None
     return _Instant(at.windows[near], at.sample[near], float(elapsed[near].mean()))

@@ -19,6 +19,8 @@ WORST_WINDOWS = 5
 STANDARD_ERRORS = 4.0
 CHANCE = 3.0
 MARKED = 1.2
+EVENT = 9.0
+FEW, FEW_SHARE = 3, 0.01
 
 
 @dataclass(frozen=True)
@@ -28,16 +30,20 @@ class Where:
     Torques of different joints are compared in units of their joint's own noise, which is how
     far they move the joint.
 
+    Single events (a push, a glitch: a few windows far above all others) take no part.
+
     Attributes:
         joints: rows {joint, share, torque_nm, noise_nm, volts, stall_percent, mean_nm,
             mean_error_nm}.
         rows: rows of `where` in compare.json.
         noise_only: all of it is within four standard errors of what noise gives.
+        events: rows {joint, torque_nm, window, bag} of single events, largest first.
     """
 
     joints: list[dict]
     rows: list[dict]
     noise_only: bool
+    events: list[dict]
 
 
 def where(missing: MissingTorque, model: Model) -> Where:
@@ -45,6 +51,9 @@ def where(missing: MissingTorque, model: Model) -> Where:
 
     Worst first: by how much more than its part of the joint's time a bin has of the error.
     """
+    loud = single_events(missing)
+    events = _events(missing, model.robot, loud)
+    missing = missing.take(np.flatnonzero(~loud.any(axis=1)))
     excess = _excess(missing)
     total = max(float(excess.sum()), np.sqrt(excess.size))
     joints = [
@@ -58,7 +67,31 @@ def where(missing: MissingTorque, model: Model) -> Where:
     share = {row['joint']: row['share'] for row in joints}
     rows = [{**row, 'joint_share': share[row['joint']]} for row in rows]
     rows.sort(key=lambda r: r['data_share'] * r['joint_share'] - r['share'])
-    return Where(joints, rows, noise_only(missing))
+    return Where(joints, rows, noise_only(missing), events)
+
+
+def single_events(missing: MissingTorque) -> Array:
+    """Windows far above all others at a joint, where they are few, shape (W, J)."""
+    size = np.abs(missing.torque)
+    typical = np.maximum(np.median(size, axis=0), np.median(missing.spread, axis=0))
+    far = size > EVENT * typical
+    few = far.sum(axis=0) <= max(FEW, FEW_SHARE * len(size))
+    return far & few
+
+
+def _events(missing: MissingTorque, robot: Robot, loud: Array) -> list[dict]:
+    windows = missing.windows
+    length = windows.dt.sum(axis=1)
+    found = [
+        {
+            'joint': robot.joint_names[j],
+            'torque_nm': float(missing.torque[w, j]),
+            'window': [float(windows.start[w]), float(windows.start[w] + length[w])],
+            'bag': int(windows.source[w]),
+        }
+        for w, j in np.argwhere(loud)
+    ]
+    return sorted(found, key=lambda e: -abs(e['torque_nm']))
 
 
 def worst_places(rows: Sequence[dict]) -> list[dict]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.where import where as places_of
 from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.explain.seen import training_errors
@@ -19,6 +20,7 @@ from leo_diffmodel.report.sections import (
     hypotheses,
     missing,
     origin,
+    unknown,
     untested,
     verdict,
     where,
@@ -40,6 +42,8 @@ def write_explanation(
     sections = [verdict.answer(explanation)]
     if explanation.search is not None:
         sections += _evidence(explanation, recordings)
+    if explanation.unknown is not None:
+        sections.insert(1, unknown.section(explanation.unknown))
     sections += [
         untested.section(explanation.not_testable),
         origin.section(explanation.provenance, recordings, explanation.seconds),
@@ -52,6 +56,7 @@ def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list
     """The sections that a finished search fills."""
     found, errors = explanation.search, explanation.errors
     assert found is not None
+    recordings = thin(recordings)
     curves = trace(recordings, found)
     worst = stretches(before_and_after(recordings, found))
     return [

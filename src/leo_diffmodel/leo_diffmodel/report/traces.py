@@ -16,6 +16,7 @@ from leo_diffmodel.report.figures import Line
 Array = np.ndarray
 LOW = 230
 BAND_SIGMAS = 2.0
+MOST_DOTS = 100
 
 
 def window(
@@ -34,7 +35,8 @@ def window(
     middle = np.asarray(lines[-1].values)
     low, high = middle - BAND_SIGMAS * band, middle + BAND_SIGMAS * band
     plot.varea(time, low, high, color=palette.NOISE_FILL)
-    dots = plot.scatter(time, measured, size=3.5, color=palette.INK, line_color=None)
+    few = slice(None, None, -(-len(time) // MOST_DOTS))
+    dots = plot.scatter(time[few], measured[few], size=4, color=palette.INK, line_color=None)
     hover(plot, dots, [('bag time', '@x{0.000} s'), ('measured', '@y{0.0000}')])
     for line in lines:
         plot.line(

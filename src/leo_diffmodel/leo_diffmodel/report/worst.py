@@ -50,7 +50,8 @@ def stretches(predictions: Sequence[Prediction]) -> list[Stretch]:
     """
     first = predictions[0]
     joints = first.windows.q.shape[-1]
-    excess = ((first.error**2) / first.floor)[..., :joints].mean(axis=1)
+    count = _samples(first)
+    excess = ((first.error**2) / first.floor)[:, :count, :joints].mean(axis=1)
     return [
         _stretch(predictions, int(w), int(np.argmax(excess[w])))
         for w in _apart(first, np.argsort(-excess.max(axis=1)))
@@ -67,9 +68,15 @@ def before_and_after(recordings: Sequence[Recording], found: Search) -> list[Pre
     return [predict_windows(model, windows, sigma) for model in models]
 
 
+def _samples(prediction: Prediction) -> int:
+    """How many samples of a window lie within the first second."""
+    elapsed = np.cumsum(prediction.windows.dt, axis=1).mean(axis=0)
+    return 1 + max(1, int((elapsed <= 1.001 * SECONDS).sum()))
+
+
 def _apart(prediction: Prediction, order: Array) -> list[int]:
     windows = prediction.windows
-    length = windows.dt.sum(axis=1)
+    length = windows.dt[:, : _samples(prediction) - 1].sum(axis=1)
     chosen: list[int] = []
     for w in order:
         near = [
@@ -87,12 +94,13 @@ def _apart(prediction: Prediction, order: Array) -> list[int]:
 
 def _stretch(predictions: Sequence[Prediction], w: int, joint: int) -> Stretch:
     windows, last = predictions[0].windows, predictions[-1]
-    elapsed = np.concatenate([[0.0], np.cumsum(windows.dt[w])])
+    count = _samples(last)
+    elapsed = np.concatenate([[0.0], np.cumsum(windows.dt[w])])[:count]
     return Stretch(
         bag=int(windows.source[w]),
         joint=joint,
         time=windows.start[w] + elapsed,
-        measured=windows.q[w, :, joint],
-        predicted=np.stack([p.predicted[w, :, joint] for p in predictions]),
-        band=np.sqrt(last.floor[w, :, joint]),
+        measured=windows.q[w, :count, joint],
+        predicted=np.stack([p.predicted[w, :count, joint] for p in predictions]),
+        band=np.sqrt(last.floor[w, :count, joint]),
     )

@@ -57,6 +57,9 @@ def _parser() -> argparse.ArgumentParser:
 def _print(data: dict) -> None:
     console = Console(highlight=False)
     console.print(_horizons(data))
+    if data['events']:
+        events = '; '.join(_event(e, data) for e in data['events'][:WINDOWS])
+        console.print(f'left out below as single events (a push? a glitch?): {events}')
     if data['noise_only']:
         console.print('It fails nowhere: the torque it lacks stays within the noise.')
         return
@@ -134,6 +137,11 @@ def _sentence(data: dict, row: dict) -> str:
         f'(noise {row["noise_nm"]:.2g} N m), {percent(row["share"])} of the error in '
         f'{percent(row["data_share"])} of the time; look at {at}'
     )
+
+
+def _event(event: dict, data: dict) -> str:
+    bag = Path(data['provenance']['bags'][event['bag']]['path']).name
+    return f'{event["joint"]} {event["torque_nm"]:+.2g} N m at {bag} {event["window"][0]:.2f} s'
 
 
 def _or_dash(value: float | None, unit: str = '') -> str:

@@ -51,8 +51,8 @@ def measured(budget: Mapping[str, float]) -> Section:
         *_remainder(budget['unexplained'], budget['noise']),
     ]
     note = (
-        'Shares of the mean square of the motion within the windows (up to 1 s); every state '
-        'counts alike. Noise is what a perfect model would be charged.'
+        'Shares of the mean square of the motion within half a second; every state counts '
+        'alike. Noise is what a perfect model would be charged.'
     )
     return _section(parts, 'How much of the motion the model explains', note, [], [])
 

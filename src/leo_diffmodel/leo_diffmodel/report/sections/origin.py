@@ -19,7 +19,10 @@ def section(
     """Bags with hashes, length and rate; model, versions, command, date and runtime [s]."""
     hashes = {bag['path']: bag['sha256'] for bag in provenance['bags']}
     values = {
-        'bags': [_bag(r, hashes.get(str(r.path), r.sha256)) for r in recordings],
+        'bags': [
+            {'number': number, **_bag(r, hashes.get(str(r.path), r.sha256))}
+            for number, r in zip(numbered(recordings), recordings, strict=True)
+        ],
         'facts': {
             'robot': provenance['robot'],
             'model sha256': provenance['model_sha256'],
@@ -33,6 +36,12 @@ def section(
         },
     }
     return Section('origin.html', values)
+
+
+def numbered(recordings: Sequence[Recording]) -> list[str]:
+    """What the page calls each bag: #1, #2 and so on; nothing where there is only one."""
+    several = len(recordings) > 1
+    return [f'#{i + 1}' if several else '' for i in range(len(recordings))]
 
 
 def _bag(recording: Recording, sha256: str) -> dict[str, Any]:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from leo_diffmodel.bags.recording import Recording
@@ -13,6 +12,7 @@ from leo_diffmodel.report import palette
 from leo_diffmodel.report.figures import Line
 from leo_diffmodel.report.palette import Stroke
 from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.sections.origin import numbered
 from leo_diffmodel.report.text import percent, quantity, span, torque, unit
 from leo_diffmodel.report.traces import window
 from leo_diffmodel.report.worst import Stretch
@@ -21,6 +21,7 @@ from leo_sim.model import Model
 WORST = 6
 MOST_JOINTS = 6
 WINDOWS = 3
+MOST_EVENTS = 4
 ORDER = ('speed', 'direction', 'load', 'angle', 'position', 'turned', 'input', 'motor', 'time')
 MODELS = (
     ('as given', Stroke(palette.BEFORE, 'solid')),
@@ -40,7 +41,7 @@ def section(
         recordings: the bags that times refer to.
         worst: the windows that are predicted worst.
     """
-    names = [r.path.name for r in recordings]
+    names = numbered(recordings)
     joints = sorted(places.joints, key=lambda r: -r['share'])
     highest = max((_level(r) for r in places.rows), default=0.0)
     values = {
@@ -49,6 +50,7 @@ def section(
         'hidden': len(joints[MOST_JOINTS:]),
         'worst': [_worst(r, names) for r in worst_places(places.rows)[:WORST]],
         'against': [_against(*found) for found in against_motion(places.rows)],
+        'events': [_event(e, names) for e in places.events[:MOST_EVENTS]],
         'stretches': [_title(s, model, names) for s in worst],
         'legend': _legend(worst),
     }
@@ -80,7 +82,7 @@ def _strip(
             {
                 'share': f'{100 * r["share"]:.0f}\u00a0%',
                 'shade': round(_level(r) / highest, 3) if highest else 0.0,
-                'range': _range(r),
+                'range': _range(r, bags),
                 'tip': _tip(r, bags),
             }
             for r in ordered
@@ -99,10 +101,12 @@ def _level(row: Row) -> float:
     return float(row['torque_nm'] / row['noise_nm'])
 
 
-def _range(row: Row) -> str:
+def _range(row: Row, bags: list[str]) -> str:
+    """A bin as in print, a stretch of time with its bag where there are several."""
     if isinstance(row['bin'], str):
         return row['bin']
-    return span(*row['bin'])
+    prefix = f'{bags[row["bag"]]} ' if row['bag'] is not None and len(bags) > 1 else ''
+    return prefix + span(*row['bin'])
 
 
 def _tip(row: Row, bags: list[str]) -> str:
@@ -118,7 +122,7 @@ def _worst(row: Row, bags: list[str]) -> dict[str, Any]:
     return {
         'joint': row['joint'],
         'variable': row['variable'],
-        'range': f'{_range(row)} {unit(row["unit"])}',
+        'range': f'{_range(row, bags)} {unit(row["unit"])}',
         'share': percent(row['share']),
         'time': percent(row['data_share']),
         'torque': torque(row['torque_nm']),
@@ -155,8 +159,13 @@ def _against(joint: str, forward: float, backward: float) -> str:
     return f'{joint} lacks {ahead} moving forward and {back} moving backward (means)'
 
 
+def _event(event: Row, bags: list[str]) -> str:
+    when = f'{bags[event["bag"]]} {event["window"][0]:.2f} s'.strip()
+    return f'{event["joint"]} {torque(event["torque_nm"])} at {when}'
+
+
 def _title(stretch: Stretch, model: Model, bags: list[str]) -> str:
-    where = f'{Path(bags[stretch.bag]).name}, ' if len(bags) > 1 else ''
+    where = f'{bags[stretch.bag]} ' if len(bags) > 1 else ''
     joint = model.robot.joint_names[stretch.joint]
     return f'{where}{stretch.time[0]:.2f} … {stretch.time[-1]:.2f} s, {joint}'
 
