@@ -35,6 +35,7 @@ class Attempt:
         text: the effect file; '' where none can hold it.
         gain_train: loss saved on the training windows [nats].
         gain_held_out: loss saved on the windows no fit saw [nats].
+        per_torque: input that gives 1 N m at the joint [V], 1 for a torque input.
     """
 
     base: Fit
@@ -43,6 +44,7 @@ class Attempt:
     text: str
     gain_train: float
     gain_held_out: float
+    per_torque: float = 1.0
 
     @property
     def dispersion(self) -> float:
@@ -80,30 +82,23 @@ def _linear(base: Fit, law: Law) -> Attempt:
 
 
 def _fitted(problem: Problem, base: Fit, law: Law, joint: str) -> Attempt:
-    text = effect_file.write(law, joint, input_per_torque(problem, joint))
+    per_torque = in_volts(problem.base.robot, joint, 1.0) or 1.0
+    text = effect_file.write(law, joint, per_torque)
     candidate = Candidate(effect_file.compiled(text), joint, law.parameters)
     hypothesis = base.hypothesis.with_candidate(candidate)
     first = hypothesis.offset(len(hypothesis.candidates) - 1)
     theta = np.concatenate([base.theta[:first], law.values, base.theta[first:]])
     full = fit(problem, hypothesis, theta, base.start)
-    saved = base.loss - full.loss
-    return Attempt(
-        base,
-        replace(law, values=full.theta[first : first + len(law.values)]),
-        full,
-        text,
-        float(saved[problem.train].sum()),
-        float(saved[~problem.train].sum()),
-    )
+    saved, train = base.loss - full.loss, problem.train
+    gains = float(saved[train].sum()), float(saved[~train].sum())
+    return with_fit(Attempt(base, law, None, text, *gains, per_torque), full)
 
 
 def with_fit(tried: Attempt, full: Fit) -> Attempt:
     """The same law with the values of another joint fit, in which it is the last effect."""
+    last = full.hypothesis.candidates[-1]
     first = full.hypothesis.offset(len(full.hypothesis.candidates) - 1)
-    values = full.theta[first : first + len(tried.law.values)]
-    return replace(tried, law=replace(tried.law, values=values), fit=full)
+    law = tried.law.settled(full.theta[first : first + len(tried.law.values)])
+    text = effect_file.write(law, last.where, tried.per_torque)
+    return replace(tried, law=law, fit=full, text=text)
 
-
-def input_per_torque(problem: Problem, joint: str) -> float:
-    """Input that gives 1 N m at a joint: V, or 1 for a torque input."""
-    return in_volts(problem.base.robot, joint, 1.0) or 1.0

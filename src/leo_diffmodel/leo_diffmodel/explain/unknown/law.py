@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,6 +43,15 @@ class Law:
         given = dict(zip(names, self.values.tolist(), strict=True))
         y: Array = eval(self.family.text, {'np': np, 'x': x, **given})  # noqa: S307 (text of `families`)
         return y
+
+    def settled(self, values: Array) -> Law:
+        """The same law with other values, which are also where its shape is neutral."""
+        count = len(self.family.linear)
+        shapes = [
+            replace(p, neutral=float(v))
+            for p, v in zip(self.parameters[count:], values[count:], strict=True)
+        ]
+        return replace(self, parameters=(*self.parameters[:count], *shapes), values=values)
 
     @property
     def words(self) -> str:
