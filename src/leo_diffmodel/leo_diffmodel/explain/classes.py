@@ -91,6 +91,12 @@ CLASSES = (
         'a refitted torque constant makes one of the other',
     ),
     SameThing(
+        frozenset({'back_emf_scale', 'torque_scale', 'viscous_friction', 'voltage_scale'}),
+        lambda f, where: f.refits(where, 'torque_constant') and not f.ever_free,
+        'with a refitted torque constant friction and a weaker motor are one while it is never '
+        'free',
+    ),
+    SameThing(
         frozenset({'encoder_offset', 'external_force', 'link_com', 'torque_ripple'}),
         lambda f, _: f.one_hinge,
         'on a single hinge a shifted zero, a shifted CoM, a sideways force and a ripple once per '
