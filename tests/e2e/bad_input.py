@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A folder full of what users get wrong: bags, logs, models, effects."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,7 @@ def fill(folder: Path) -> Path:
     _bags(folder)
     _models(folder)
     _logs(folder)
+    _runs(folder)
     seal(folder / 'truth.sealed', 'robot: pendulum\neffects: []\n')
     damaged = (folder / 'truth.sealed').read_text().splitlines()
     (folder / 'damaged.sealed').write_text('\n'.join([damaged[0], '0' * 64, *damaged[2:]]))
@@ -83,6 +85,21 @@ def _bags(folder: Path) -> None:
     (folder / 'damaged' / 'damaged_0.mcap').write_bytes(damaged)
     (folder / 'text.mcap').write_text('this is text, not a bag')
     (folder / 'no_mcap').mkdir()
+
+
+def _runs(folder: Path) -> None:
+    head = 'time [s],pivot [V],torque\n0,1,on\n'
+    files = {
+        'run': head + '0.1,1,off\n0.2,0,on\n',
+        'run_back': head + '0.1,1,off\n0.05,0,on\n',
+        'run_nan': head + 'nan,1,off\n0.2,0,on\n',
+        'run_torque': head + '0.1,1,free\n0.2,0,on\n',
+        'run_unit': head.replace(' [V]', '') + '0.1,1,on\n',
+    }
+    for name, text in files.items():
+        (folder / f'{name}.csv').write_text(text)
+    told = {'effects': [], 'not_testable': [], 'provenance': {'bags': []}}
+    (folder / 'other.json').write_text(json.dumps(told))
 
 
 def _models(folder: Path) -> None:

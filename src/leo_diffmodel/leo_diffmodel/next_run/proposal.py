@@ -25,8 +25,6 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 LEAST_USEFUL = 1.0
-ENOUGH = 50.0
-"""Nats beyond which more evidence on one point changes nothing."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +43,8 @@ class Option:
 
     @property
     def worth(self) -> tuple[float, float]:
-        """The least on any point, then the mean; what is beyond all doubt counts no further."""
-        capped = np.minimum(self.nats, ENOUGH) if self.nats else np.zeros(1)
-        return float(capped.min()), float(capped.mean())
+        """The least on any point, then the sum over all [nats]."""
+        return min(self.nats, default=0.0), sum(self.nats)
 
     def to_json(self) -> dict[str, Any]:
         """Plain values."""
@@ -164,14 +161,14 @@ def _ranked(
     safe = np.array([d is None for d in danger])
     most = np.where(safe[:, None], nats, 0.0).max(axis=0)
     useful = is_shown(most) if aim == 'show' else most > LEAST_USEFUL
-    kept = np.flatnonzero(useful)
+    kept = np.flatnonzero(useful).tolist()
     options = [Option(r, tuple(float(n) for n in nats[i, kept]), danger[i])
                for i, r in enumerate(runs)]  # fmt: skip
-    if aim == 'show':
-        worth = {o.run.name: (int(is_shown(np.array(o.nats)).sum()), o.worth[1]) for o in options}
-        options.sort(key=lambda o: (o.unsafe is not None, *(-w for w in worth[o.run.name])))
-    else:
-        options.sort(key=lambda o: (o.unsafe is not None, *(-w for w in o.worth)))
+    def rank(option: Option) -> tuple[bool, float, float]:
+        first = float(is_shown(np.array(option.nats)).sum()) if aim == 'show' else option.worth[0]
+        return option.unsafe is not None, -first, -option.worth[1]
+
+    options.sort(key=rank)
     return Proposal(
         aim, tuple(points[i] for i in kept),
         tuple(p for p, good in zip(points, useful, strict=True) if not good),

@@ -49,6 +49,6 @@ def shown(
     return np.array(out)
 
 
-def is_shown(nats: Array) -> Array:
+def is_shown(nats: float | Array) -> Array:
     """Where an effect would stand out of noise in 19 runs of 20."""
     return np.asarray(nats > needed(LEAST_NATS))

@@ -61,7 +61,7 @@ def simulate(runs: Sequence[Run], model: Model, period: float) -> list[Recording
     start = model.start('nominal', np.random.default_rng(0))
     q0, dq0 = (np.broadcast_to(x, (len(runs), len(x))) for x in (start.q, start.dq))
     q, dq = rollout(model, q0, dq0, inputs, dt, enabled=enabled)
-    t = dt * np.arange(inputs.shape[1])
+    t = dt * np.arange(inputs.shape[1], dtype=np.float64)
     return [
         _recording(run, model, Episode(t, q[i, :-1], dq[i, :-1], inputs[i], enabled[i]))
         for i, run in enumerate(runs)

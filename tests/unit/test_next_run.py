@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""leo next: the menu stays safe, and what it predicts is what the run then shows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.simulate import DT, PENDULUM, record, steps
+
+from leo_diffmodel.compare.windows import sample_period
+from leo_diffmodel.explain.candidates import candidates
+from leo_diffmodel.explain.pose import pose
+from leo_diffmodel.next_run.menu import menu
+from leo_diffmodel.next_run.proposal import propose, Proposal
+from leo_diffmodel.next_run.questions import fit_labels, Question, questions
+from leo_diffmodel.next_run.run import Run
+from leo_diffmodel.next_run.run_file import read_run, write_run
+from leo_diffmodel.next_run.simulate import seen, simulate, too_far
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import place
+from leo_sim.model import Model
+from leo_sim.robot import load_robot
+
+MODEL = Model(PENDULUM)
+DEAD_BAND = place(PENDULUM, 'voltage_deadband', 'pivot', v=0.05)
+TWO_LEVELS = record(PENDULUM, DEAD_BAND, inputs=1.2 * np.sign(steps(PENDULUM, 8, 3)))
+
+
+def near(name: str, nats: float, why: str | None = None) -> dict:
+    return {'name': name, 'where': 'pivot', 'separable_nats': nats, 'same_thing': why}
+
+
+def answer(*close: dict, blind: tuple[str, ...] = ()) -> dict:
+    row = {'name': 'voltage_scale', 'where': 'pivot', 'confusable_with': list(close)}
+    return {
+        'effects': [row] if close else [],
+        'not_testable': [{'name': n, 'where': 'pivot', 'why': ''} for n in blind],
+    }
+
+
+@pytest.fixture(scope='module')
+def proposal() -> Proposal:
+    return propose([TWO_LEVELS], MODEL, answer(near('voltage_deadband', 0.1)), seconds=6.0)
+
+
+def test_open_are_close_rivals_that_are_not_the_same_thing():
+    close = [near('torque_scale', 3.0), near('voltage_deadband', 0.1), near('armature', 9.0),
+             near('voltage_limit', 1.0, 'equal')]  # fmt: skip
+    (found,) = questions(answer(*close))
+    assert found == Question((), ('voltage_scale:pivot', 'voltage_deadband:pivot',
+                                  'torque_scale:pivot'))  # fmt: skip
+    assert questions(answer()) == []
+
+
+@pytest.mark.parametrize('robot', ['pendulum', 'double_pendulum'])
+def test_every_run_of_the_menu_stays_within_the_levels(robot):
+    robot = load_robot(robot)
+    levels = 0.5 * robot.limits
+    runs = menu(robot, levels, 12.0)
+    assert len({r.name for r in runs}) == len(runs) >= 14
+    for run in runs:
+        assert run.inputs.shape == (round(12 / robot.control_period), len(levels))
+        assert np.all(np.abs(run.inputs) <= levels + 1e-12) and np.abs(run.inputs).max() > 0
+        assert not run.inputs[~run.enabled].any()
+    assert any(not r.enabled.all() for r in runs)
+
+
+def test_a_run_that_is_faster_than_anything_seen_is_not_safe():
+    slow = seen([record(PENDULUM, inputs=np.full((500, 1), 0.2))], DT)
+    fast = Run('fast', '', np.full((100, 1), 3.0), np.ones(100, bool))
+    (track,) = simulate([fast], MODEL, DT)
+    assert 'rad/s' in str(too_far(track, PENDULUM, slow))
+    assert too_far(track, PENDULUM, replace(slow, speed=np.array([100.0]))) is None
+
+
+def test_a_simulated_run_is_what_the_model_does():
+    (run,) = [r for r in menu(PENDULUM, np.ones(1), 4.0) if not r.enabled.all()]
+    (track,) = simulate([run], MODEL, DT)
+    (episode,) = track.episodes
+    state = MODEL.start('nominal', np.random.default_rng(0))
+    for k in range(100):
+        at = round(k * DT / PENDULUM.control_period - 0.5 + 1e-9)
+        assert episode.inputs[k] == run.inputs[k // 5] and at <= k // 5
+        np.testing.assert_allclose(episode.q[k], state.q, atol=1e-6)
+        state = MODEL.step(state, run.inputs[k // 5], DT, enabled=run.enabled[k // 5 : k // 5 + 1])
+
+
+def test_it_proposes_other_levels_where_two_levels_left_it_open(proposal):
+    assert proposal.aim == 'separate' and proposal.hopeless == ()
+    assert proposal.best is not None and proposal.best.worth[0] > 50
+    nats = {o.run.name: o.worth[0] for o in proposal.options}
+    assert nats['binary'] < 0.5 * proposal.best.worth[0]
+    ranks = [o.worth for o in proposal.options if not o.unsafe]
+    assert ranks == sorted(ranks, reverse=True)
+
+
+def test_the_predicted_gain_is_what_the_run_then_gives(proposal):
+    run = proposal.best.run
+    new = record(PENDULUM, DEAD_BAND, inputs=np.repeat(run.inputs, 5, axis=0), seed=5)
+    problem = pose([TWO_LEVELS, new], (), MODEL).problem
+    problem = replace(problem, train=np.ones_like(problem.train))
+    known = {c.label: c for c in candidates(MODEL)}
+    right, wrong = (fit_labels(problem, [label], known)
+                    for label in ('voltage_deadband:pivot', 'voltage_scale:pivot'))  # fmt: skip
+    assert right.loss.sum() + 0.2 * min(proposal.best.worth[0], 1000) < wrong.loss.sum()
+
+
+def test_with_nothing_open_it_shows_what_could_not_be_tested():
+    still = record(PENDULUM, inputs=1e-3 * steps(PENDULUM, 8, 1))
+    found = propose([still], MODEL, answer(blind=('viscous_friction', 'armature')), seconds=4.0)
+    assert found.aim == 'show' and set(found.points) | set(found.hopeless) == {
+        'viscous_friction:pivot', 'armature:pivot'
+    }  # fmt: skip
+    assert propose([still], MODEL, answer(), seconds=4.0).aim == 'nothing'
+
+
+def test_the_sample_period_of_the_bag_is_kept(proposal):
+    (track,) = simulate([proposal.options[0].run], MODEL, DT)
+    assert sample_period([track]) == pytest.approx(DT)
+
+
+GOOD = '# robot: pendulum\ntime [s],pivot [V],torque\n0,1,on\n0.2,-1,off\n0.4,0,on\n'
+
+
+def test_a_run_file_by_hand_is_held_from_row_to_row(tmp_path):
+    path = tmp_path / 'mine.csv'
+    path.write_text(GOOD.replace('-1', '-9'))
+    run = read_run(path).run_for(PENDULUM)
+    assert run.inputs[:, 0].tolist() == [1.0] * 4 + [-3.0] * 4, 'within the limits'
+    assert run.enabled.tolist() == [True] * 4 + [False] * 4
+    with pytest.raises(UserError, match='takes pivot in N m'):
+        read_run(path).run_for(load_robot('torque_pendulum'))
+    with pytest.raises(UserError, match='folder is not there'):
+        write_run(tmp_path / 'no' / 'run.csv', run, PENDULUM)
