@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import scipy.io
 
+from leo_diffmodel.bags import arrays
 from leo_diffmodel.bags.importing import import_logs
 from leo_diffmodel.bags.importing.convert import load_map, read_runs
 from leo_diffmodel.bags.importing.expression import evaluate
@@ -241,3 +242,16 @@ class TestRealMeasurements:
         assert abs(np.concatenate([e.q for e in recording.episodes]).mean()) < 0.05
         held_out = read_runs(log, load_map('map_single_pendulum_validation'))
         assert [len(run.t) for run in held_out] == [9167, 9166]
+
+
+def test_an_interrupted_import_leaves_no_half_bag(tmp_path, monkeypatch):
+    (tmp_path / 'log.csv').write_text('t,angle\n0,1\n1,2\n')
+    (tmp_path / 'map.yaml').write_text('time: t\njoints: {pivot: {position: angle}}\n')
+
+    def interrupted(message):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(arrays, 'serialize', interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        import_logs([tmp_path / 'log.csv'], tmp_path / 'map.yaml', tmp_path / 'bag')
+    assert not (tmp_path / 'bag').exists()

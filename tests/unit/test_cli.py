@@ -20,6 +20,13 @@ def interrupt(argv):
     raise KeyboardInterrupt
 
 
+def interrupt_an_import(argv):
+    try:
+        raise KeyboardInterrupt
+    except KeyboardInterrupt as error:
+        raise ImportError('initialization failed') from error
+
+
 class Entry:
     def __init__(self, name, function):
         self.name, self.load = name, lambda: function
@@ -31,6 +38,7 @@ def verbs(monkeypatch):
         Entry('fine', lambda argv: len(argv)),
         Entry('refuse', refuse),
         Entry('interrupt', interrupt),
+        Entry('import', interrupt_an_import),
     ]
     monkeypatch.setattr(cli, 'entry_points', lambda group: entries)
 
@@ -45,8 +53,9 @@ def test_bad_input_is_one_line(verbs, capsys):
     assert capsys.readouterr().err == 'leo: error: the bag x is empty; record one\n'
 
 
-def test_an_interrupt_is_130(verbs, capsys):
-    assert cli.main(['interrupt']) == 130
+@pytest.mark.parametrize('verb', ['interrupt', 'import'])
+def test_an_interrupt_is_130(verb, verbs, capsys):
+    assert cli.main([verb]) == 130
     assert capsys.readouterr().err == ''
 
 

@@ -68,6 +68,10 @@ def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
         # Whoever read the output is gone; keep the interpreter from flushing into it at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
+    except ImportError as error:
+        if not isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
+            raise
+        return _INTERRUPTED  # an extension module that was just being loaded
     return status
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+import shutil
 from typing import Any
 
 import numpy as np
@@ -63,6 +64,15 @@ def write_runs(folder: Path, runs: Sequence[Run], metadata: Mapping[str, str]) -
         UserError: the folder exists or cannot be made.
     """
     writer = BagWriter(folder, metadata)
+    try:
+        _write(writer, runs)
+    except BaseException:  # half a bag is none, unlike half a recording
+        shutil.rmtree(folder)
+        raise
+    return folder
+
+
+def _write(writer: BagWriter, runs: Sequence[Run]) -> None:
     channels = {
         topic.name: writer.add_topic(f'/{topic.name}', type_name, to_yaml(topic.qos))
         for topic, type_name in (
@@ -81,7 +91,6 @@ def write_runs(folder: Path, runs: Sequence[Run], metadata: Mapping[str, str]) -
             writer.write(channels[name], serialize(message), stamp)
         start = int(stamps[-1]) + EPISODE_PAUSE_NS
     writer.close()
-    return folder
 
 
 def _messages(run: Run, stamps: list[int]) -> Iterator[tuple[str, int, Any]]:
