@@ -100,6 +100,7 @@ OTHERS = [
     (['check', 'good', 'good', *P], ['the same bag', 'give each once']),
     (['check', 'good', *P, '--effect', 'nothing.py'], ['no effect file nothing.py']),
     (['check', 'good', *P, '--topic-map', 'broken.yaml'], ['broken.yaml']),
+    (['next', 'tiny', *P], ['tiny', '2 s']),
     (['next', 'nowhere', *P], ['no bag at nowhere']),
     (['next', 'good', *P, '-o', 'notes.txt'], ['notes.txt', '.csv']),
     (['next', 'good', *P, '-o', 'no/next.csv'], ['no/next.csv', 'make it first']),

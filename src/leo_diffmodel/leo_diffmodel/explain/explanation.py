@@ -30,6 +30,10 @@ from leo_sim.model import Model
 HORIZON_SECONDS = 1.0
 PUSH_SIGMAS = 6.0
 PUSH_TIMES = 6.0
+NEXT = (
+    'leo next with the same bags and model simulates a menu of safe runs with every answer that '
+    'is still open, picks the one that tells them apart best, and writes it for leo play'
+)
 REVEALED = {
     'angle': 'move slowly over the whole range of the angle, both ways',
     'rate': 'sweep the speed slowly from end to end',
@@ -281,7 +285,7 @@ def _next_run(decision: str, context: rows.Context, unknown: Unknown | None) -> 
             for step in context.found.members
             for r in evidence.open_rivals(evidence.rivals(step, context.facts))
         ]
-        return '; '.join(dict.fromkeys(e.reveal for e in close))
+        return '; '.join([*dict.fromkeys(e.reveal for e in close), NEXT])
     if unknown:
         return f'repeat the run, and {REVEALED[unknown.variable]}'
     if decision == 'unknown':

@@ -72,11 +72,16 @@ def _triangle(period: float) -> Shape:
     return lambda time, rng: 2 / np.pi * np.arcsin(np.sin(2 * np.pi * time / period))
 
 
-def _sines(time: Array, rng: np.random.Generator) -> Array:
-    waves = [np.sin(2 * np.pi * f * time + rng.uniform(0, 6))
-             for f in np.exp(rng.uniform(np.log(0.2), np.log(5), 5))]  # fmt: skip
-    total = np.sum(waves, axis=0)
-    return np.asarray(total / np.abs(total).max())
+def _sines(low: float, high: float) -> Shape:
+    """Five sines of random frequency and phase between `low` and `high` Hz."""
+
+    def shape(time: Array, rng: np.random.Generator) -> Array:
+        waves = [np.sin(2 * np.pi * f * time + rng.uniform(0, 6))
+                 for f in np.exp(rng.uniform(np.log(low), np.log(high), 5))]  # fmt: skip
+        total = np.sum(waves, axis=0)
+        return np.asarray(total / np.abs(total).max())
+
+    return shape
 
 
 def _chirp(time: Array, rng: np.random.Generator) -> Array:
@@ -86,6 +91,12 @@ def _chirp(time: Array, rng: np.random.Generator) -> Array:
 
 def _binary(time: Array, rng: np.random.Generator) -> Array:
     return np.sign(_held(time, 0.4, lambda n: rng.uniform(-1, 1, n)))
+
+
+def _flicker(time: Array, rng: np.random.Generator) -> Array:
+    """Full level one way or the other, drawn anew every second control period."""
+    index = np.arange(len(time)) // 2
+    return rng.choice([-1.0, 1.0], index[-1] + 1)[index]
 
 
 def _stairs(time: Array, rng: np.random.Generator) -> Array:
@@ -113,8 +124,10 @@ SHAPES: tuple[tuple[str, str, Shape, float], ...] = (
     ('binary', 'full level one way or the other, random, held for 0.4 s', _binary, 1.0),
     ('triangle, slow', 'triangle of 8 s: slow motion through every angle', _triangle(8.0), 1.0),
     ('triangle, fast', 'triangle of 1.5 s', _triangle(1.5), 1.0),
-    ('sines', 'five sines of 0.2 to 5 Hz', _sines, 1.0),
-    ('sines, small', 'five sines of 0.2 to 5 Hz, to a third of the level', _sines, 0.33),
+    ('flicker', 'full level one way or the other, drawn every second period', _flicker, 1.0),
+    ('sines', 'five sines of 0.2 to 5 Hz', _sines(0.2, 5), 1.0),
+    ('sines, small', 'five sines of 0.2 to 5 Hz, to a third of the level', _sines(0.2, 5), 0.33),
+    ('sines, fast', 'five sines of 2 to 8 Hz', _sines(2, 8), 1.0),
     ('chirp', 'one sine from 0.1 to 4 Hz', _chirp, 1.0),
     ('stairs', 'constant inputs of 2 s: rest in several poses', _stairs, 1.0),
     ('one way', 'steps of one sign, then of the other', _one_way, 1.0),

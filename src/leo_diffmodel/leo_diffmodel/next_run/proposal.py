@@ -20,6 +20,7 @@ from leo_diffmodel.next_run.run import Run
 from leo_diffmodel.next_run.separate import separable
 from leo_diffmodel.next_run.show import is_shown, shown
 from leo_diffmodel.next_run.simulate import seen, simulate, too_far
+from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -105,7 +106,15 @@ def propose(
         extra: a user's own effects.
         seconds: length of the runs.
         progress: told what is being looked at.
+
+    Raises:
+        UserError: the bags are too short to plan from.
     """
+    try:
+        short = noise.short_windows(recordings)
+    except ValueError as error:
+        told = ', '.join(str(r.path) for r in recordings)
+        raise UserError(f'{told}: {error}; record 2 s or more to plan from') from error
     period = sample_period(recordings)
     before = seen(recordings, period)
     runs = menu(model.robot, before.allowed(model.robot), seconds)
@@ -118,7 +127,7 @@ def propose(
     if not blind:
         return Proposal('nothing', (), (), (), model.robot.name)
     tracks = simulate(runs, model, period)
-    sigma = noise.estimate(model, noise.short_windows(recordings)).max(axis=0)
+    sigma = noise.estimate(model, short).max(axis=0)
     nats = shown(model, tracks, period, sigma, blind, extra)
     danger = [too_far(t, model.robot, before) for t in tracks]
     return _ranked('show', blind, nats, runs, danger, model)

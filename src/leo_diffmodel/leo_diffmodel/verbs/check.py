@@ -178,5 +178,8 @@ def _number(value: float | None) -> str:
 def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Check) -> None:
     if folder:
         print(f'wrote {folder}/check.json')
+    if any(f.severity == 'error' for f in result.findings):
+        print('next: mend what is marked error, then check again')
+        return
     verb = 'explain' if result.is_good else 'next'
     print(f'next: leo {verb} {" ".join(arguments.bags)} --model {arguments.model}')
