@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Laws that are no known effect: the variable is found, and known effects keep their names."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from tests.first_round import first_search
+from tests.simulate import PENDULUM, record, TORQUE
+
+from leo_diffmodel.blind import kinds, outside
+from leo_diffmodel.explain.unknown.answer import tell, Unknown
+from leo_diffmodel.explain.unknown.find import find
+from leo_sim.effects import get_effect, place
+from leo_sim.model import Model
+from leo_sim.robot import Robot
+
+SECONDS = 15
+LAWS = {
+    'periodic_torque': {'a': 0.3, 'f': 1.3, 'phase': 0.5},
+    'sector_friction': {'c': 0.5, 'centre': 0.4, 'width': 0.3},
+    'cable': {'k': 0.6, 'slack': 0.2, 'side': 1.0},
+    'hysteresis': {'c': 0.25, 'reach': 0.5},
+    'winding_drift': {'rise': 0.4, 'tau': 6.0},
+}
+VARIABLES = {**outside.VARIABLES, 'hysteresis': 'path', 'winding_drift': 'time'}
+
+
+def unknown(robot: Robot, *effects, **run) -> Unknown | None:
+    """What a search finds beyond the known effects."""
+    data = [record(robot, *effects, seconds=SECONDS, **run)]
+    found = find(data, first_search(data, Model(robot)))
+    return found and tell(data, found)
+
+
+def hidden(robot: Robot, kind: str, **parameters):
+    """A law of `outside` at the only joint."""
+    file = kinds.__file__.replace('__init__', kind)
+    return place(robot, get_effect(file), 'pivot', **parameters)
+
+
+@pytest.mark.parametrize('kind', outside.KINDS)
+def test_the_variable_of_every_kind_is_found(kind):
+    answer = unknown(TORQUE, hidden(TORQUE, kind, **LAWS[kind]))
+    assert answer is not None and answer.joint == 'pivot'
+    assert answer.variable == VARIABLES[kind]
+    assert answer.r2_held_out > 0.8
+
+
+def test_the_law_of_a_cable_is_told_with_its_values():
+    answer = unknown(TORQUE, hidden(TORQUE, 'cable', **LAWS['cable']))
+    assert answer is not None and answer.formula.startswith('k max(0, q - x0) with k = -0.')
+    assert answer.parameters['k']['value'] == pytest.approx(-0.6, rel=0.1)
+    assert answer.parameters['x0']['value'] == pytest.approx(0.2, abs=0.1)
+
+
+def test_the_curve_has_the_true_torque_within_its_intervals():
+    answer = unknown(TORQUE, hidden(TORQUE, 'periodic_torque', **LAWS['periodic_torque']))
+    assert answer is not None
+    x, y, half = (np.array(answer.curve[k]) for k in ('x', 'y', 'ci95'))
+    truth = 0.3 * np.sin(2 * np.pi * 1.3 * x + 0.5)
+    assert len(x) >= 10 and np.mean(np.abs(y - truth) < 2 * half) > 0.8
+
+
+def _square(t: np.ndarray) -> np.ndarray:
+    return 0.3 * np.sign(np.sin(2 * np.pi * 0.9 * t))
+
+
+def _beat(t: np.ndarray) -> np.ndarray:
+    return 0.3 * np.sin(2 * np.pi * 0.7 * t) ** 3
+
+
+@pytest.mark.parametrize('law', [_square, _beat], ids=lambda law: law.__name__)
+def test_a_rhythm_of_another_shape_is_a_matter_of_time(law: Callable):
+    push = law(0.01 * np.arange(100 * SECONDS))[:, None]
+    answer = unknown(TORQUE, push=push)
+    assert answer is not None and answer.variable == 'time'
+    assert answer.r2_held_out > 0.5
+
+
+@pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
+def test_noise_alone_has_no_law(robot):
+    assert all(unknown(robot, seed=seed) is None for seed in (5, 6, 7))
+
+
+@pytest.mark.parametrize(
+    ('robot', 'effect', 'parameters'),
+    [
+        (TORQUE, 'coulomb_friction', {'c': 0.15}),
+        (TORQUE, 'joint_spring', {'k': 0.5, 'rest': 0.3}),
+        (TORQUE, 'command_delay', {'delay': 0.015}),
+        (TORQUE, 'torque_ripple', {'a': 0.3, 'n': 3.0, 'phase': 1.0}),
+        (PENDULUM, 'voltage_deadband', {'v': 0.4}),
+        (PENDULUM, 'viscous_friction', {'b': 1e-5}),
+    ],
+)
+def test_a_known_effect_keeps_its_name(robot, effect, parameters):
+    assert unknown(robot, place(robot, effect, 'pivot', **parameters)) is None

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""leo explain --write-effect, and leo add of what it wrote."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.simulate import bag, record, TORQUE
+
+from leo_diffmodel.verbs import add, compare, explain
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import get_effect, place
+
+
+@pytest.fixture(scope='module')
+def rhythm(tmp_path_factory) -> Path:
+    """Two bags of a robot with a torque periodic in time, and what explain made of the first."""
+    folder = tmp_path_factory.mktemp('rhythm')
+    push = 0.3 * np.sin(2 * np.pi * 1.3 * 0.01 * np.arange(1500))[:, None]
+    for seed, name in ((1, 'one'), (2, 'two')):
+        bag(folder / name, record(TORQUE, seconds=15, seed=seed, push=push))
+    words = [str(folder / 'one'), '--model', 'torque_pendulum', '-o', str(folder / 'out')]
+    assert explain.main([*words, '--write-effect', str(folder / 'found.py'), '--json']) == 1
+    return folder
+
+
+def error(model: str, bag: Path, capsys) -> float:
+    """Rms error of the angle half a second ahead [rad]."""
+    capsys.readouterr()
+    compare.main([str(bag), '--model', model, '--json'])
+    rows = json.loads(capsys.readouterr().out)['horizon']
+    return next(r['rmse'][0] for r in rows if r['steps'] == 50)
+
+
+def test_explain_json_says_what_is_unknown(rhythm):
+    told = json.loads((rhythm / 'out' / 'explain.json').read_text())
+    assert told['verdict'] == 'unknown' and told['effects'] == []
+    assert told['unknown']['joint'] == 'pivot' and told['unknown']['variable'] == 'time'
+    assert told['unknown']['r2_held_out'] > 0.9
+    assert told['unknown']['error_after'] < 0.3 * told['unknown']['error_before']
+    assert 'What no known effect explains' in (rhythm / 'out' / 'report.html').read_text()
+
+
+def test_added_from_explain_json_it_lowers_the_error_on_another_bag(rhythm, capsys):
+    source, target = str(rhythm / 'out' / 'explain.json'), str(rhythm / 'from.yaml')
+    assert add.main(['torque_pendulum', '--from', source, '-o', target]) == 0
+    before = error('torque_pendulum', rhythm / 'two', capsys)
+    assert error(target, rhythm / 'two', capsys) < 0.4 * before
+
+
+def test_added_by_hand_only_its_amplitude_is_needed(rhythm, capsys):
+    effect, target = f'{rhythm / "found.py"}:pivot', str(rhythm / 'hand.yaml')
+    assert add.main(['torque_pendulum', effect, 'a=0.3', '-o', target]) == 0
+    before = error('torque_pendulum', rhythm / 'two', capsys)
+    assert error(target, rhythm / 'two', capsys) < 0.4 * before
+
+
+def test_the_effect_file_says_what_it_is(rhythm):
+    effect = get_effect(str(rhythm / 'found.py'))
+    assert effect.name == 'found_time_torque' and effect.timed
+    assert [p.unit for p in effect.parameters] == ['N m', 'Hz', 'rad']
+
+
+def test_nothing_is_overwritten(rhythm):
+    words = [str(rhythm / 'one'), '--model', 'torque_pendulum', '--write-effect']
+    with pytest.raises(UserError, match='always written to a new file'):
+        explain.main([*words, str(rhythm / 'found.py')])
+    with pytest.raises(UserError, match=r'ends in \.py'):
+        explain.main([*words, str(rhythm / 'found.txt')])
+
+
+def test_a_known_effect_makes_no_file(tmp_path, capsys):
+    friction = place(TORQUE, 'coulomb_friction', 'pivot', c=0.15)
+    bag(tmp_path / 'bag', record(TORQUE, friction, seconds=12))
+    target = tmp_path / 'found.py'
+    words = [str(tmp_path / 'bag'), '--model', 'torque_pendulum', '--write-effect', str(target)]
+    assert explain.main(words) == 0
+    assert not target.exists() and 'no effect file' in capsys.readouterr().out
