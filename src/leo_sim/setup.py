@@ -35,7 +35,7 @@ setup(
         'pyyaml',
         'scipy>=1.11',
     ],
-    extras_require={'test': ['pytest', 'hypothesis']},
+    extras_require={'mujoco': ['mujoco>=3.3,<4'], 'test': ['pytest', 'hypothesis', 'mujoco<4']},
     entry_points={
         'console_scripts': [f'{n} = {t}' for n, t in NODES.items() if UNDER_COLCON],
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],

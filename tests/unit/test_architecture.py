@@ -66,10 +66,9 @@ def forbidden(module: str, source: str) -> list[str]:
     for name in imports(source, module):
         if any(within(name, other) for other in later):
             found.append(f'{name}: {package} comes before it')
-        if name.split('.')[0] in ('pybullet', 'pybullet_data', 'pybullet_utils') and (
-            module != 'leo_sim.engines.pybullet'
-        ):
-            found.append(f'{name}: leo_sim/engines/pybullet.py alone imports PyBullet')
+        for engine in ('pybullet', 'mujoco'):
+            if name.split('.')[0].startswith(engine) and module != f'leo_sim.engines.{engine}':
+                found.append(f'{name}: leo_sim/engines/{engine}.py alone imports it')
         if within(name, TRUTH) and module not in MAY_SEE_THE_TRUTH | {TRUTH}:
             found.append(f'{name}: the truth stays with the simulated driver and leo reveal')
         if within(name, 'rclpy') and not module.startswith('leo_msgs_py.'):
@@ -111,6 +110,8 @@ def test_imports_are_allowed(module: str) -> None:
         ('leo_sim.model', 'from leo_diffmodel.bags import recording'),
         ('leo_diffmodel.explain.main', 'def f():\n    import leo_learner.ddpg'),
         ('leo_sim.model', 'import pybullet as p'),
+        ('leo_sim.model', 'import pybullet_data'),
+        ('leo_sim.model', 'import mujoco'),
         ('leo_sim.nodes.robot', 'from leo_sim import hidden'),
         ('leo_sim.nodes.robot', 'from .. import hidden'),
         ('leo_diffmodel.explain.main', 'from leo_sim.hidden import draw'),

@@ -45,6 +45,7 @@ class Laws:
         gap: Backlash rad, (..., J); None without backlash.
         stops: Joint limits rad (low, high), (J,); None where all are infinite.
         dynamic: The command at the motors changes while the input is held (delay, lag).
+        steady: While the input is held, torques change with the rates alone, linearly.
         sensors: What the encoders read.
         dry: Some joint has dry friction.
         needs_load: A law uses the load torque.
@@ -74,6 +75,7 @@ class Laws:
                         if not (u.effect.motor_side or u.effect.dry)]
         self._dry = [u for u in by_hook['torque'] if u.effect.dry]
         self.dynamic = any(u.effect.dynamic for u in (*self._commands, *self._late))
+        self.steady = not (by_hook['torque'] or self.dynamic)
         self._remembering = [u for u in by_hook['torque'] if u.effect.remembers]
         self.needs_load = any(u.effect.uses_load for u in by_hook['torque'])
         self.gravity = _squeezed(values['gravity'])

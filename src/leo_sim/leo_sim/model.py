@@ -20,7 +20,10 @@ from leo_sim.starts import Starts
 from leo_sim.state_check import check_possible, check_sizes
 from leo_sim.substep import integrate, substeps
 
-ENGINES = ('pybullet', 'rigid', 'rk4')
+MUJOCO_STEP = 0.001
+"""It integrates implicitly: shorter substeps take longer and change little, s."""
+
+ENGINES = ('pybullet', 'rigid', 'rk4', 'mujoco')
 
 
 @dataclass(frozen=True)
@@ -46,8 +49,9 @@ class Model:
         effects: Effects placed on it.
         constants: Other values for constants of the robot, by path; arrays (S, 1, 1) scan S
             values in `leo_sim.batch.rollout`.
-        engine: 'pybullet', 'rigid' (the same numbers without PyBullet), or 'rk4'.
-        integration_step: Longest substep s; the robot's when None.
+        engine: 'pybullet', 'rigid' (the same numbers without PyBullet), 'rk4', or 'mujoco'
+            (another simulator, to be installed; see `leo_sim.engines.mujoco`).
+        integration_step: Longest substep s; the robot's, for MuJoCo at least 1 ms, when None.
         history: What was added and why, as model.yaml keeps it.
         difference_model: File of a learned difference model that goes with this model.
 
@@ -66,7 +70,8 @@ class Model:
         if engine not in ENGINES:
             raise UserError(f'no engine {engine!r}{nearest(engine, ENGINES)}')
         self.engine = engine
-        self.integration_step = integration_step or self.robot.integration_step
+        least = MUJOCO_STEP if engine == 'mujoco' else 0.0
+        self.integration_step = integration_step or max(self.robot.integration_step, least)
         joints = (len(self.robot.joint_names),)
         self._shapes = joints, joints, (len(self.robot.actuators),)
         self.history, self.difference_model = tuple(history), difference_model
@@ -146,6 +151,8 @@ class Model:
             return self.rigid
         from leo_sim.engines.pybullet import Bullet
         return Bullet(self.robot.urdf, self.robot.joints, self.laws.bodies, self.laws.gravity)
+        if self.engine == 'mujoco':
+            return _mujoco().World(self.robot, self.laws, self.constants)
 
     @cached_property
     def _integrate(self) -> Any:
@@ -156,6 +163,8 @@ class Model:
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the PyBullet client, which the next process starts itself."""
+        if self.engine == 'mujoco':
+            return _mujoco().integrate
         return {k: v for k, v in self.__dict__.items() if k not in ('_dynamics', '_integrate')}
 
 
@@ -163,5 +172,14 @@ def _all_constants(robot: Robot, changed: Mapping[str, Any]) -> dict[str, Any]:
     for path in changed:
         if path not in robot.constants:
             raise UserError(f'{robot.name} has no constant {path!r}'
+def _mujoco() -> Any:
+    try:
+        from leo_sim.engines import mujoco
+    except ModuleNotFoundError as error:
+        raise UserError("engine mujoco needs the package mujoco: pip install 'mujoco<4'"
+                        ) from error
+    return mujoco
+
+
                             f'{nearest(path, robot.constants)}')
     return {path: c.value for path, c in robot.constants.items()} | dict(changed)

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+"""MuJoCo as an engine: the same robots, laws and ground, stepped another way."""
+import sys
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import place
+from leo_sim.model import Model, State
+from leo_sim.robot import load_robot
+
+LEO = load_robot('leo')
+BALL = """<robot name="ball"><link name="world"/>
+{slides}<link name="ball"><inertial><mass value="2"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="motor" type="continuous"><parent link="ball"/><child link="disc"/>
+<axis xyz="0 -1 0"/></joint><link name="disc"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+SLIDE = """<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>
+<axis xyz="{axis}"/></joint><link name="{child}"><inertial><mass value="{mass}"/>
+<inertia ixx="1e-9" iyy="1e-9" izz="1e-9" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
+YAML = """
+name: ball
+base: planar
+input: torque
+control_period: 0.01
+integration_step: 0.001
+state_rate: 100
+episode_seconds: 1
+actuators: {motor: {limit: {value: 1, unit: N m}}}
+ground:
+  stiffness: {value: 25000, unit: N/m}
+  damping: {value: 250, unit: N s/m}
+  friction: {value: 10, unit: ''}
+contacts: {under: {link: ball, x: 0, z: 0, radius: 0.1}}
+start_poses: {nominal: {angles: {base_z: 0.1}}}
+"""
+
+
+def ball(tmp_path):
+    """3 kg on a sphere over the ground."""
+    x = SLIDE.format(name='base_x', kind='prismatic', parent='world', child='slide_x',
+                     axis='1 0 0', mass='1e-6')
+    z = SLIDE.format(name='base_z', kind='prismatic', parent='slide_x', child='slide_z',
+                     axis='0 0 1', mass='1e-6')
+    pitch = ('<joint name="pitch" type="continuous"><parent link="slide_z"/>'
+             '<child link="ball"/><axis xyz="0 -1 0"/></joint>')
+    (tmp_path / 'robot.urdf').write_text(BALL.format(slides=x + z + pitch))
+    (tmp_path / 'robot.yaml').write_text(YAML)
+    return load_robot(tmp_path)
+
+
+def run(model, state, inputs, dt):
+    states = [state]
+    for u in inputs:
+        states.append(model.step(states[-1], u, dt))
+    return states
+
+
+def airborne(rng):
+    q = np.concatenate([[0, 1], rng.uniform(-0.5, 0.5, 1), rng.uniform(0, 1, 2),
+                        rng.uniform(-1.5, -0.2, 2), rng.uniform(-0.8, 0.8, 2)])
+    return State(q, rng.normal(0, 3, 9))
+
+
+def test_the_ground_is_a_spring_and_a_damper(tmp_path):
+    model = Model(ball(tmp_path), engine='mujoco', integration_step=1e-4)
+    start = State(np.array([0, 0.1, 0, 0.0]), np.array([0, -0.2, 0, 0]))
+    states = run(model, start, np.zeros((40, 1)), 0.002)
+    heights = [s.q[1] - 0.1 for s in states]
+
+    def law(_t, y):
+        return y[1], max(0.0, -25000 * y[0] - 250 * y[1]) * (y[0] < 0) / 3 - 9.81
+
+    times = np.arange(41) * 0.002
+    exact = solve_ivp(law, (0, 0.08), (0.0, -0.2), t_eval=times, rtol=1e-9, atol=1e-12).y[0]
+    assert heights == pytest.approx(exact, abs=0.03 * np.abs(exact).max())
+    settled = run(model, states[-1], np.zeros((20, 1)), 0.02)[-1]
+    assert settled.q[1] - 0.1 == pytest.approx(-3 * 9.81 / 25000, rel=1e-3)
+
+
+def test_in_the_air_it_converges_to_the_other_engines():
+    rng, ours = np.random.default_rng(0), Model(LEO, engine='rigid')
+    for _ in range(3):
+        state, volts = airborne(rng), rng.uniform(-8.6, 8.6, 6)
+        exact = ours.step(state, volts, 0.03)
+        errors = []
+        for step in (1e-3, 1e-4):
+            there = Model(LEO, engine='mujoco', integration_step=step).step(state, volts, 0.03)
+            errors.append(np.abs(there.dq - exact.dq).max())
+        assert errors[0] < 0.2
+        assert errors[1] < 0.2 * errors[0]
+
+
+@pytest.mark.parametrize('effect', [
+    ('link_mass', 'torso', {'m': 0.3}),
+    ('link_com', 'left_thigh', {'x': 0.02, 'z': 0.0}),
+    ('external_force', 'torso', {'x': 3.0, 'z': 0.0}),
+    ('viscous_friction', 'all', {'b': 0.05}),
+    ('joint_spring', 'left_hip', {'k': 2.0, 'rest': 1.0}),
+    ('torque_scale', 'right_knee', {'k': 0.7}),
+    ('armature', 'left_ankle', {'J': 0.02}),
+    ('voltage_limit', 'left_hip', {'v': 2.0}),
+    ('command_delay', 'left_hip', {'delay': 0.01}),
+], ids=lambda e: e[0])
+def test_effects_do_what_they_do_elsewhere(effect):
+    name, where, values = effect
+    where = [a.joint for a in LEO.actuators] if where == 'all' else where
+    placed = (place(LEO, name, where, **values),)
+    state, volts = airborne(np.random.default_rng(1)), np.full(6, 6.0)
+    change = []
+    for engine, step in (('rigid', None), ('mujoco', 2e-4)):
+        plain, changed = (Model(LEO, e, engine=engine, integration_step=step)
+                          .step(state, volts, 0.03) for e in ((), placed))
+        change.append(np.concatenate([changed.q - plain.q, changed.dq - plain.dq]))
+    assert np.abs(change[0]).max() > 1e-3
+    assert change[1] == pytest.approx(change[0], abs=0.1 * np.abs(change[0]).max())
+
+
+def test_steps_are_pure_in_contact_too():
+    rng = np.random.default_rng(2)
+    volts, model = rng.uniform(-8.6, 8.6, (60, 6)), Model(LEO, engine='mujoco')
+    states = run(model, model.start(), volts, 0.03)
+    again = Model(LEO, engine='mujoco')
+    for k in rng.permutation(60):
+        for other in (model, again):
+            following = other.step(states[k], volts[k], 0.03)
+            assert following.q.tolist() == states[k + 1].q.tolist()
+            assert following.dq.tolist() == states[k + 1].dq.tolist()
+
+
+@pytest.mark.parametrize(('name', 'values'), [
+    ('backlash', {'gap': 0.02}), ('load_dependent_friction', {'mu': 0.1})])
+def test_what_it_does_not_know_is_said(name, values):
+    robot = load_robot('leo_ode')
+    model = Model(robot, (place(robot, name, 'left_hip', **values),), engine='mujoco')
+    with pytest.raises(UserError, match='engine mujoco knows no backlash and no load_dependent'):
+        model.step(model.start(), np.zeros(6), 0.03)
+
+
+def test_without_the_package_it_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'mujoco', None)
+    monkeypatch.delattr('leo_sim.engines.mujoco', raising=False)
+    monkeypatch.delitem(sys.modules, 'leo_sim.engines.mujoco', raising=False)
+    model = Model(LEO, engine='mujoco')
+    with pytest.raises(UserError, match=r"pip install 'mujoco<4'"):
+        model.step(model.start(), np.zeros(6), 0.03)
