@@ -60,8 +60,13 @@ def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) 
     history = HISTORY if has_memory(model) else 0.0
     windows = cut(recordings, window_seconds(recordings), history=history)
     found = estimate(model, windows, sigma)
+    return found.take(telling(found, model))
+
+
+def telling(found: MissingTorque, model: Model) -> Array:
+    """Indices of the windows in which a torque would show; all of them where none does."""
     told = np.all(found.spread < 0.1 * torque_scale(model.robot), axis=1)
-    return found.take(np.flatnonzero(told)) if told.any() else found
+    return np.flatnonzero(told if told.any() else ~told)
 
 
 def window_seconds(recordings: Sequence[Recording]) -> float:

@@ -78,5 +78,5 @@ def _training(explanation: Explanation, recordings: Sequence[Recording]) -> list
     """Errors on the data that the fits saw, at the horizons of the held-out ones."""
     rows, found = explanation.errors['horizon'], explanation.search
     assert found is not None
-    step = rows[0]['seconds'] / rows[0]['steps']
+    step = rows[-1]['seconds'] / rows[-1]['steps']
     return training_errors(recordings, found, rows[-1]['seconds'], step)

@@ -112,6 +112,7 @@ def label(row: Mapping[str, Any]) -> str:
 def prose(text: str) -> Markup:
     """A sentence as HTML: escaped, effects set apart, arrows and units as in print."""
     plain = re.sub(r'\b(kg m|N m s)2', r'\1²', text.replace('->', '→'))
+    plain = re.sub(r'(?<![\w.])-(?=[\d.])', '−', plain)
     return Markup(LABEL.sub(r'<b class="effect">\g<0></b>', str(escape(plain))))
 
 

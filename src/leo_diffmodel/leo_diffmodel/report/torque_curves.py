@@ -11,7 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.errors import predict_windows
 from leo_diffmodel.compare.noise import HISTORY
-from leo_diffmodel.compare.torque import estimate, MissingTorque, window_seconds
+from leo_diffmodel.compare.torque import estimate, MissingTorque, telling, window_seconds
 from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit
@@ -59,6 +59,9 @@ def trace(recordings: Sequence[Recording], found: Search) -> Curves:
     base, sigma = found.problem.base, found.problem.sigma
     model = found.null.hypothesis.model(base, found.null.theta)
     windows = _windows(recordings)
+    measured = estimate(model, windows, sigma)
+    shown = telling(measured, model)
+    measured, windows = measured.take(shown), windows.take(shown)
     curves = []
     for name, fitted in _leading(found):
         supposed = fitted.hypothesis.model(base, fitted.theta)
@@ -66,7 +69,7 @@ def trace(recordings: Sequence[Recording], found: Search) -> Curves:
         joints = states.shape[-1] // 2
         replayed = replace(windows, q=states[..., :joints], dq=states[..., joints:])
         curves.append(Curve(name, estimate(model, replayed, sigma).torque))
-    return Curves(model, estimate(model, windows, sigma), tuple(curves))
+    return Curves(model, measured, tuple(curves))
 
 
 def _leading(found: Search) -> list[tuple[str, Fit]]:

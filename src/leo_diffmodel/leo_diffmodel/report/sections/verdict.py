@@ -33,7 +33,7 @@ def answer(explanation: Any) -> Section:
         'sentence': explanation.sentence,
         'effects': [_effect(e, explanation.model) for e in explanation.effects],
         'figures': _figures(explanation.errors) if explanation.effects else [],
-        'next_run': None if told else explanation.next_run,
+        'next_run': None if told else _as_list(explanation.next_run),
     }
     return Section('verdict.html', values)
 
@@ -61,6 +61,11 @@ def score(data: Mapping[str, Any]) -> Section:
         'next_run': None,
     }
     return Section('verdict.html', values)
+
+
+def _as_list(sentences: str | None) -> str | None:
+    """Sentences joined by semicolons, without the full stops before those."""
+    return sentences and sentences.replace('.; ', '; ')
 
 
 def _effect(row: Mapping[str, Any], model: Model) -> dict[str, Any]:
