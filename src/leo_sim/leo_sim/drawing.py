@@ -34,6 +34,8 @@ MOST = {'': 0.5, 's': 0.1, 'rad': 0.3}
 GROWS = ('link_mass', 'link_inertia')
 SHRINKS = ('voltage_limit',)
 
+LATER = ('encoder_scale', 'velocity_lag', 'measurement_delay')
+
 WINDOWS, SECONDS = 16, 0.5
 
 Shape = dict[str, tuple[float, float]]
@@ -47,15 +49,27 @@ def draw(robot: Robot, rng: np.random.Generator) -> Placed:
         UserError: no effect of the catalogue shows on this robot.
     """
     windows = Windows(robot, rng)
-    for name in rng.permutation(sorted(EFFECTS)).tolist():
+    for name in _order(robot, rng):
         places = EFFECTS[name].places(robot)
-        if not places:
-            continue
-        where = places[rng.integers(len(places))]
+        where = 'all' if EFFECTS[name].late else places[rng.integers(len(places))]
         size = math.exp(rng.uniform(*np.log(SIZES)))
         if (placed := of_size(windows, name, where, size, rng)) is not None:
             return placed
     raise UserError(f'no effect of the catalogue shows on {robot.name}')
+
+
+def _order(robot: Robot, rng: np.random.Generator) -> list[str]:
+    """Effects that this robot can have, in random order.
+
+    Where those that joined the catalogue later come is drawn apart: a seed keeps its secret.
+    """
+    _, later = rng.spawn(2)
+    possible = [name for name in sorted(EFFECTS) if EFFECTS[name].applies(robot)]
+    order = rng.permutation([name for name in possible if name not in LATER]).tolist()
+    for name in possible:
+        if name in LATER:
+            order.insert(later.integers(len(order) + 1), name)
+    return order
 
 
 class Sized(Protocol):
