@@ -40,7 +40,7 @@ from leo_sim.model import Model
 from leo_sim.robot import Robot
 
 FIRST_SECONDS = 8.0
-NEXT_SECONDS = 10.0
+NEXT_SECONDS = 20.0
 OTHER_NOISE = 1_000_000
 KINDS = ('proposed', 'random')
 

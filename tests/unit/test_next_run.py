@@ -11,7 +11,7 @@ from leo_diffmodel.compare.windows import sample_period
 from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.pose import pose
 from leo_diffmodel.next_run.menu import menu
-from leo_diffmodel.next_run.proposal import propose, Proposal
+from leo_diffmodel.next_run.proposal import Proposal, propose
 from leo_diffmodel.next_run.questions import fit_labels, Question, questions
 from leo_diffmodel.next_run.run import Run
 from leo_diffmodel.next_run.run_file import read_run, write_run
@@ -44,12 +44,24 @@ def proposal() -> Proposal:
 
 
 def test_open_are_close_rivals_that_are_not_the_same_thing():
-    close = [near('torque_scale', 3.0), near('voltage_deadband', 0.1), near('armature', 9.0),
-             near('voltage_limit', 1.0, 'equal')]  # fmt: skip
-    (found,) = questions(answer(*close))
+    close = [near('torque_scale', 3.0), near('voltage_deadband', 0.1), near('armature', 9.0)]
+    (found,) = questions(answer(*close), PENDULUM)
     assert found == Question((), ('voltage_scale:pivot', 'voltage_deadband:pivot',
                                   'torque_scale:pivot'))  # fmt: skip
-    assert questions(answer()) == []
+    assert questions(answer(), PENDULUM) == []
+    torque = load_robot('torque_pendulum')
+    assert questions(answer(near('torque_scale', 0.0, 'no back-EMF')), torque) == []
+
+
+def test_what_is_the_same_only_while_motors_are_on_is_a_question():
+    row = {'name': 'viscous_friction', 'where': 'pivot',
+           'confusable_with': [near('back_emf_scale', 0.0, 'both brake')]}  # fmt: skip
+    bag = record(PENDULUM, place(PENDULUM, 'viscous_friction', 'pivot', b=1e-4), seconds=8.0)
+    found = propose([bag], MODEL, {'effects': [row], 'not_testable': []}, seconds=8.0)
+    assert found.best is not None and not found.best.run.enabled.all()
+    assert [o.worth[0] for o in found.options if o.run.enabled.all()] == pytest.approx(
+        [0.0] * (len(found.options) - 1), abs=0.5
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize('robot', ['pendulum', 'double_pendulum'])

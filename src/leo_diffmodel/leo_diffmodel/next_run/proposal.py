@@ -13,13 +13,12 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import sample_period
-from leo_diffmodel.explain.scored import MARGIN_NATS
 from leo_diffmodel.next_run.menu import menu
-from leo_diffmodel.next_run.questions import fit_all, Fitted, Question, questions
+from leo_diffmodel.next_run.questions import always_same, fit_all, Fitted, Question, questions
 from leo_diffmodel.next_run.run import Run
 from leo_diffmodel.next_run.separate import separable
 from leo_diffmodel.next_run.show import is_shown, shown
-from leo_diffmodel.next_run.simulate import seen, simulate, too_far
+from leo_diffmodel.next_run.simulate import Seen, seen, simulate, tamed, too_far
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -117,8 +116,8 @@ def propose(
         raise UserError(f'{told}: {error}; record 2 s or more to plan from') from error
     period = sample_period(recordings)
     before = seen(recordings, period)
-    runs = menu(model.robot, before.allowed(model.robot), seconds)
-    asked = questions(answer)
+    runs = tamed(menu(model.robot, before.allowed(model.robot), seconds), model, before)
+    asked = questions(answer, model.robot)
     if asked:
         fitted = fit_all(recordings, model, asked, extra, progress)
         points, nats, danger = _parted(fitted, model, runs, before, progress)
@@ -134,7 +133,7 @@ def propose(
 
 
 def _parted(
-    fitted: Sequence[Fitted], model: Model, runs: Sequence[Run], before: Any,
+    fitted: Sequence[Fitted], model: Model, runs: Sequence[Run], before: Seen,
     progress: Callable[[str], None],
 ) -> tuple[list[str], Array, list[str | None]]:
     """Pairs of hypotheses, the least nats either way for each run, and which runs are unsafe."""
@@ -149,13 +148,19 @@ def _parted(
             tracks.append(made)
             danger = [d or too_far(t, model.robot, before)
                       for d, t in zip(danger, made, strict=True)]  # fmt: skip
-        pairs = itertools.combinations(range(len(tracks)), 2)
-        for i, j in pairs:
+        for i, j in itertools.combinations(range(len(tracks)), 2):
+            if always_same(_thing(question, i), _thing(question, j), model.robot):
+                continue
             both = [separable(model, tracks[a], before.period, question.sigma, question.fits[b])
                     for a, b in ((i, j), (j, i))]  # fmt: skip
             points.append(_pair(question.question, i, j))
             columns.append(np.min(both, axis=0))
     return points, np.stack(columns, axis=1), danger
+
+
+def _thing(fitted: Fitted, choice: int) -> dict[str, str]:
+    name, _, where = fitted.question.choices[choice].partition(':')
+    return {'name': name, 'where': where}
 
 
 def _pair(question: Question, i: int, j: int) -> str:
@@ -183,8 +188,3 @@ def _ranked(
         tuple(p for p, good in zip(points, useful, strict=True) if not good),
         tuple(options), model.robot.name,
     )  # fmt: skip
-
-
-def decisive(option: Option) -> bool:
-    """Whether a run alone would settle every point."""
-    return option.worth[0] > MARGIN_NATS

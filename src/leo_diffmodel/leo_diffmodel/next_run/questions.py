@@ -12,6 +12,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.explain.candidates import candidates
+from leo_diffmodel.explain.classes import Facts, why_same
 from leo_diffmodel.explain.engine import scales_of, uncertain
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
@@ -21,6 +22,7 @@ from leo_diffmodel.explain.scored import MARGIN_NATS
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
+from leo_sim.robot import Robot
 
 Array = np.ndarray
 MOST_CHOICES = 5
@@ -54,21 +56,28 @@ class Fitted:
     sigma: Array
 
 
-def questions(answer: dict[str, Any]) -> list[Question]:
+def questions(answer: dict[str, Any], robot: Robot) -> list[Question]:
     """The open questions of an explain.json: effects with rivals that nothing tells apart.
 
-    What is the same thing in any data of this kind is no open question.
+    What is the same thing in any run is no open question; what is so only as long as the motors
+    are never free is one.
     """
     labels = [_label(row) for row in answer['effects']]
     out = []
     for row, label in zip(answer['effects'], labels, strict=True):
         close = [c for c in row['confusable_with']
-                 if not c['same_thing'] and c['separable_nats'] < MARGIN_NATS]  # fmt: skip
+                 if c['separable_nats'] < MARGIN_NATS and not always_same(row, c, robot)]
         rivals = [_label(c) for c in sorted(close, key=lambda c: c['separable_nats'])]
         if rivals:
             others = tuple(other for other in labels if other != label)
             out.append(Question(others, (label, *rivals[: MOST_CHOICES - 1])))
     return out
+
+
+def always_same(a: dict[str, Any], b: dict[str, Any], robot: Robot) -> bool:
+    """Whether two effects are equal in every run, even one with the motors off."""
+    one, other = (a['name'], a['where']), (b['name'], b['where'])
+    return why_same(one, other, Facts(robot, ever_free=True)) is not None
 
 
 def fit_all(

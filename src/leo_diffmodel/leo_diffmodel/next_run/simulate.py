@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ Array = np.ndarray
 MORE_INPUT = 1.25
 LEAST_LEVEL = 0.3
 MORE_SPEED = 1.5
+MOST_TAMING, TAMING = 3, 0.6
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,21 @@ def simulate(runs: Sequence[Run], model: Model, period: float) -> list[Recording
         _recording(run, model, Episode(t, q[i, :-1], dq[i, :-1], inputs[i], enabled[i]))
         for i, run in enumerate(runs)
     ]
+
+
+def tamed(runs: Sequence[Run], model: Model, before: Seen) -> list[Run]:
+    """The runs, those that the model predicts to go too far at lower levels."""
+    calm, wild = list(runs), list(range(len(runs)))
+    for _ in range(MOST_TAMING):
+        tracks = simulate([calm[i] for i in wild], model, before.period)
+        wild = [i for i, track in zip(wild, tracks, strict=True)
+                if too_far(track, model.robot, before)]  # fmt: skip
+        if not wild:
+            break
+        for i in wild:
+            calm[i] = replace(calm[i], inputs=TAMING * calm[i].inputs)
+    return [new if new is old else replace(new, name=f'{old.name}, gentle')
+            for old, new in zip(runs, calm, strict=True)]  # fmt: skip
 
 
 def too_far(recording: Recording, robot: Robot, before: Seen) -> str | None:

@@ -48,7 +48,7 @@ def main(argv: list[str]) -> int:
     if arguments.json:
         print(json.dumps(found.to_json() | {'file': str(target) if found.best else None}))
     else:
-        _show(found, answer, target)
+        _show(found, answer, target, arguments.seconds)
     return 0 if found.best or found.aim == 'nothing' else 1
 
 
@@ -116,7 +116,7 @@ def _check(path: Path, answer: Any, recordings: list[Recording]) -> None:
             raise UserError(f'{path} is not about {recording.path}; give the bags it explained')
 
 
-def _show(found: Proposal, answer: dict[str, Any], target: Path) -> None:
+def _show(found: Proposal, answer: dict[str, Any], target: Path, seconds: float) -> None:
     console = Console()
     console.print(f'[bold]{answer["verdict"]}[/bold]: {answer["sentence"]}', highlight=False)
     if found.aim == 'nothing':
@@ -129,7 +129,7 @@ def _show(found: Proposal, answer: dict[str, Any], target: Path) -> None:
         console.print(f'no run of the menu helps with: {"; ".join(found.hopeless)}')
     if found.best is None:
         return None
-    console.print(_sentence(found, found.best), highlight=False)
+    console.print(_sentence(found, found.best, seconds), highlight=False)
     print(f'wrote {target}\nnext: leo play {target}    (on the robot, while it is recorded)')
     return None
 
@@ -142,18 +142,21 @@ def _say_nothing(answer: dict[str, Any], console: Console) -> None:
         console.print('Nothing is open, and every effect was testable: no further run is needed.')
 
 
-def _sentence(found: Proposal, best: Option) -> str:
-    from leo_diffmodel.next_run.proposal import decisive
+def _sentence(found: Proposal, best: Option, seconds: float) -> str:
+    from leo_diffmodel.check.amplitudes import needed
+    from leo_diffmodel.explain.scored import MARGIN_NATS
     from leo_diffmodel.next_run.show import is_shown
 
     if found.aim == 'show':
         count = sum(bool(is_shown(n)) for n in best.nats)
         return f'"{best.run.name}" would show {count} of the {len(found.points)}: {best.run.about}'
-    worst = found.points[best.nats.index(min(best.nats))]
-    told = f'"{best.run.name}" ({best.run.about}) tells {worst} apart by {min(best.nats):.1f} nats'
-    if decisive(best):
+    a, b = found.points[best.nats.index(min(best.nats))].split(' | ')
+    told = (f'"{best.run.name}" ({best.run.about}) tells {a} from {b} by '
+            f'{_number(min(best.nats))} nats')  # fmt: skip
+    if min(best.nats) > needed(MARGIN_NATS):
         return told
-    return f'{told}; 5 are needed, so record it more than once, or longer (--seconds)'
+    longer = seconds * needed(MARGIN_NATS) / min(best.nats)
+    return f'{told}; more are needed to be sure: record {longer:.0f} s of it (--seconds)'
 
 
 def _table(found: Proposal) -> Table:
