@@ -57,7 +57,7 @@ def draw_ground(canvas: Canvas, view: View, slope: float) -> None:
         foot = view.pixels(np.array([x, np.tan(slope) * x]))
         length = 10 if mark % 5 == 0 else 5
         canvas.line(np.stack([foot, foot + (0, length)]), mixed(MUTED, GROUND, 0.3), 1)
-        if mark % 5 == 0:
+        if mark % 5 == 0 and view.left + 16 < foot[0] < view.right - 16:
             canvas.text((foot[0], foot[1] + 13), f'{x:g} m', MUTED, 11, 'ma')
     canvas.line(line, MUTED, 1.5)
 
@@ -77,10 +77,8 @@ def draw_pose(canvas: Canvas, view: View, pose: Pose) -> None:
         canvas.line(view.pixels(line), colour, 3.5)
     for hinge in view.pixels(pose.hinges):
         canvas.disc(hinge, 4.2, PAPER, INK, 1.6)
-    centres = view.pixels(pose.contacts)
-    for centre, radius, touches in zip(centres, pose.radii, pose.touching, strict=True):
-        if touches:
-            canvas.disc(centre, min(7.0, max(5.4, radius * view.scale + 2.2)), TOUCH)
+    for place in view.pixels(pose.touched):
+        canvas.disc(place, 5.4, TOUCH)
 
 
 def draw_ghost(canvas: Canvas, view: View, pose: Pose, faint: float) -> None:

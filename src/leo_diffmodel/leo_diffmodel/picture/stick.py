@@ -30,21 +30,19 @@ class Pose:
         outlines: filled shapes: corners (N, 2) and colour.
         sticks: lines (N, 2) and colour.
         hinges: (H, 2).
-        contacts: centres (C, 2).
-        radii: of the contacts, (C,).
-        touching: which contacts touch the ground, (C,).
+        touching: which contacts of the robot touch the ground, (C,).
+        touched: where they do, (N, 2).
     """
 
     outlines: list[tuple[np.ndarray, str]]
     sticks: list[tuple[np.ndarray, str]]
     hinges: np.ndarray
-    contacts: np.ndarray
-    radii: np.ndarray
     touching: np.ndarray
+    touched: np.ndarray
 
     def points(self) -> np.ndarray:
         """All corners, (N, 2)."""
-        parts = [p for p, _ in (*self.outlines, *self.sticks)] + [self.hinges, self.contacts]
+        parts = [p for p, _ in (*self.outlines, *self.sticks)] + [self.hinges, self.touched]
         return np.concatenate([part.reshape(-1, 2) for part in parts])
 
 
@@ -71,6 +69,7 @@ class Stick:
             [first.translation[axis] for axis in self._axes])
         slope = robot.constants['ground.slope'].value if robot.contacts else 0.0
         self.ground = slope if robot.contacts else None
+        self._up = np.array([-np.sin(slope), np.cos(slope)])
 
     def pose(self, q: np.ndarray) -> Pose:
         """The figure at joint angles q (J,)."""
@@ -87,17 +86,12 @@ class Stick:
         sticks = [(seen(link, points), self._colours.get(link, PLAIN))
                   for link, points in self._lines]
         hinges = [seen(child, np.zeros(3))[0] for child in self._hinged]
-        contacts = [seen(c.link, np.array([c.x, 0.0, c.z]))[0] for c in self.robot.contacts]
-        centres, radii = np.array(contacts).reshape(-1, 2), self._radii()
-        return Pose(outlines, sticks, np.array(hinges).reshape(-1, 2), centres, radii,
-                    self._clearance(centres, radii) < TOUCHING)
-
-    def _radii(self) -> np.ndarray:
-        return np.array([c.radius for c in self.robot.contacts])
-
-    def _clearance(self, centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
-        slope = self.ground or 0.0
-        return centres[:, 1] * np.cos(slope) - centres[:, 0] * np.sin(slope) - radii
+        centres = np.array([seen(c.link, np.array([c.x, 0.0, c.z]))[0]
+                            for c in self.robot.contacts]).reshape(-1, 2)
+        radii = np.array([c.radius for c in self.robot.contacts])
+        touching = centres @ self._up - radii < TOUCHING
+        touched = (centres - np.multiply.outer(radii, self._up))[touching]
+        return Pose(outlines, sticks, np.array(hinges).reshape(-1, 2), touching, touched)
 
 
 def _lines(robot: Robot) -> list[tuple[str, np.ndarray]]:
