@@ -147,31 +147,27 @@ class Model:
 
     @cached_property
     def _dynamics(self) -> Any:
+        if self.engine == 'mujoco':
+            return _mujoco().World(self.robot, self.laws, self.constants)
         if self.engine != 'pybullet':
             return self.rigid
         from leo_sim.engines.pybullet import Bullet
         return Bullet(self.robot.urdf, self.robot.joints, self.laws.bodies, self.laws.gravity)
-        if self.engine == 'mujoco':
-            return _mujoco().World(self.robot, self.laws, self.constants)
 
     @cached_property
     def _integrate(self) -> Any:
         if self.engine == 'rk4':
             from leo_sim.engines import rk4
             return rk4.integrate
+        if self.engine == 'mujoco':
+            return _mujoco().integrate
         return integrate
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the PyBullet client, which the next process starts itself."""
-        if self.engine == 'mujoco':
-            return _mujoco().integrate
         return {k: v for k, v in self.__dict__.items() if k not in ('_dynamics', '_integrate')}
 
 
-def _all_constants(robot: Robot, changed: Mapping[str, Any]) -> dict[str, Any]:
-    for path in changed:
-        if path not in robot.constants:
-            raise UserError(f'{robot.name} has no constant {path!r}'
 def _mujoco() -> Any:
     try:
         from leo_sim.engines import mujoco
@@ -181,5 +177,9 @@ def _mujoco() -> Any:
     return mujoco
 
 
+def _all_constants(robot: Robot, changed: Mapping[str, Any]) -> dict[str, Any]:
+    for path in changed:
+        if path not in robot.constants:
+            raise UserError(f'{robot.name} has no constant {path!r}'
                             f'{nearest(path, robot.constants)}')
     return {path: c.value for path, c in robot.constants.items()} | dict(changed)
