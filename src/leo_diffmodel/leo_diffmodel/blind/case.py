@@ -96,8 +96,8 @@ def _pair(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
 def _outside(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
     """A law of no catalogue, each kind on every robot and engine in turn."""
     kind = outside.KINDS[seed // (2 * len(ROBOTS)) % len(outside.KINDS)]
-    placed = outside.draw(kind, run.robot, rng, run.inputs)
-    return (placed,), (float(OpenLoop(run, (placed,)).size(placed)[0]),)
+    placed, size = outside.draw(kind, run, rng)
+    return (placed,), (size,)
 
 
 KINDS: dict[str, Callable[[int, Run, np.random.Generator], Drawn]] = {
