@@ -3,6 +3,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+import re
 
 import numpy as np
 import pytest
@@ -70,8 +71,11 @@ def test_the_whole_page(verdict, recording, explanation, tmp_path):
               'What this data could not test', 'Where this comes from')  # fmt: skip
     places = [text.index(f'<h2>{title}</h2>') for title in titles]
     assert places == sorted(places)
-    for name in ('viscous_friction', 'back_emf_scale', 'N m s/rad', 'nats', 'held-out'):
-        assert name in text
+    for name in ('viscous_friction', 'back_emf_scale', 'N m s/rad', 'nats', 'held-out',
+                 'repaired, training', 'noise floor', 'worst predicted windows', 'of stall',
+                 'Autocorrelation of what is left', 'of bootstraps', 'runtime'):  # fmt: skip
+        assert name in text, name
+    assert re.search(r'(src|href)=.?(https?:)?//', text) is None
 
 
 def test_bins_leave_out_thin_ones():

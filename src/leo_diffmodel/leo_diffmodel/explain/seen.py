@@ -32,10 +32,10 @@ def training_errors(
         windows = horizon_windows(recordings, models[1], seconds, 4 * MOST_WINDOWS)
     except ValueError:
         return []
-    windows = windows.take(blocks.train(windows))
-    if not windows.count:
+    seen = np.flatnonzero(blocks.train(windows))
+    if not seen.size:
         return []
-    windows = windows.take(slice(None, None, -(-windows.count // MOST_WINDOWS)))
+    windows = windows.take(seen[:: -(-seen.size // MOST_WINDOWS)])
     start, none = windows.measured[:, 0], np.zeros_like(windows.measured)
     predictions = [Prediction(windows, predict(m, windows, start), none) for m in models]
     tables = [horizon_table(p, step) for p in predictions]

@@ -65,10 +65,9 @@ def correlation(problem: Problem, fitted: Fit) -> Correlation:
     middle, spread = np.mean(drawn, axis=0), np.std(drawn, axis=0)
     strength = float((((value - middle) / spread) ** 2).mean())
     highest = float((((np.array(drawn) - middle) / spread) ** 2).mean(axis=(1, 2)).max())
-    return Correlation(
-        lags * float(np.median(windows.dt)), value, *np.quantile(drawn, BAND, axis=0),
-        strength, strength <= highest,
-    )  # fmt: skip
+    low, high = np.quantile(drawn, BAND, axis=0)
+    seconds = lags * float(np.median(windows.dt))
+    return Correlation(seconds, value, low, high, strength, strength <= highest)
 
 
 def chi_squared(fitted: Fit) -> Array:

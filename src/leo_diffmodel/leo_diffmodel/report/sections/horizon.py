@@ -48,7 +48,7 @@ def held_out(
         keys = {'before': ('the model', BEFORE)}
     rows = errors['horizon']
     suffix = ', held out' if training else ''
-    series: Series = {
+    series: dict[str, tuple[list[list[float]], Stroke]] = {
         f'{n}{suffix}': ([r[k] for r in rows], stroke) for k, (n, stroke) in keys.items()
     }
     if training:

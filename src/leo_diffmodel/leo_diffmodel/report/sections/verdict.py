@@ -90,7 +90,7 @@ def _change(ahead: str, row: Mapping[str, Any]) -> str:
     before, after = (np.asarray(row[k]) for k in ('before', 'after'))
     ratio = float(np.sqrt(np.mean((after / before) ** 2)))
     size = f'{percent(abs(1 - ratio))} {"smaller" if ratio < 1 else "larger"}'
-    over = number(_over_noise(after, row['noise_floor']), 2)
+    over = number(_over_noise(row['after'], row['noise_floor']), 2)
     return f'{ahead} the held-out error is {size}: {over} × what noise alone leaves'
 
 
