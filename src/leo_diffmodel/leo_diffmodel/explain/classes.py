@@ -46,7 +46,8 @@ class Facts:
         """Whether a motor constant is refitted at a joint, or for 'all' at every one."""
         motors = [a.joint for a in self.robot.actuators if joint in (a.joint, 'all')]
         paths = [f'actuators.{motor}.{constant}' for motor in motors]
-        return bool(paths) and all(self.robot.constants[p].uncertain for p in paths)
+        known = self.robot.constants
+        return bool(paths) and all(p in known and known[p].uncertain for p in paths)
 
 
 @dataclass(frozen=True)
