@@ -2,12 +2,11 @@
 """The page from hand-made results: five verdicts, escapes, no network, whole or not at all."""
 
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
-import re
 
 import numpy as np
 import pytest
+from tests.page import read
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.comparison import Comparison
@@ -26,7 +25,6 @@ from leo_diffmodel.report.sections import where as where_section
 from leo_sim.model import Model
 from leo_sim.robot import load_robot
 
-LARGEST = 5_000_000
 STATES = [{'name': 'pivot', 'unit': 'rad'}, {'name': 'pivot rate', 'unit': 'rad/s'}]
 PROVENANCE = {
     'bags': [{'path': 'bags/<run> & "1"', 'sha256': 'f00d'}],
@@ -42,37 +40,6 @@ PROVENANCE = {
 NOT_TESTABLE = [
     {'name': 'torque_ripple', 'where': 'pivot', 'why': 'its trace is 1.0 nats, 12.7 are needed'},
 ]
-
-
-class Links(HTMLParser):
-    """Collects what a browser would load or link to, and the visible text."""
-
-    def __init__(self):
-        super().__init__()
-        self.urls, self.text, self.scripts, self._in = [], [], 0, ''
-
-    def handle_starttag(self, tag, attrs):
-        self._in = tag
-        self.scripts += tag == 'script'
-        self.urls += [v for k, v in attrs if k in ('src', 'href', 'srcset', 'data', 'action')]
-        assert tag != 'link'
-
-    def handle_endtag(self, tag):
-        self._in = ''
-
-    def handle_data(self, data):
-        if self._in == 'style':
-            assert 'url(' not in data and '@import' not in data
-        if self._in not in ('script', 'style'):
-            self.text.append(data)
-
-
-def read(path: Path) -> tuple[Links, str]:
-    """The page, parsed, and its visible text."""
-    assert path.stat().st_size < LARGEST
-    links = Links()
-    links.feed(path.read_text(encoding='utf-8'))
-    return links, re.sub(r'\s+', ' ', ''.join(links.text))
 
 
 @pytest.fixture(scope='module')

@@ -3,10 +3,10 @@
 
 from dataclasses import replace
 from pathlib import Path
-import re
 
 import numpy as np
 import pytest
+from tests.page import read
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.explain.explanation import explain, Explanation
@@ -64,7 +64,6 @@ def test_the_whole_page(verdict, recording, explanation, tmp_path):
     path = tmp_path / 'out' / 'report.html'
     write_explanation(path, replace(explanation, verdict=verdict), [recording])
     text = path.read_text()
-    assert path.stat().st_size < 5_000_000
     assert f'>{verdict}<' in text
     titles = ('Where the error goes', 'Where it fails', 'Torque the model lacks', 'Hypotheses',
               'Error against prediction horizon', 'Is what is left only noise?',
@@ -75,7 +74,8 @@ def test_the_whole_page(verdict, recording, explanation, tmp_path):
                  'repaired, training', 'noise floor', 'worst predicted windows', 'of stall',
                  'Autocorrelation of what is left', 'of bootstraps', 'runtime'):  # fmt: skip
         assert name in text, name
-    assert re.search(r'(src|href)=.?(https?:)?//', text) is None
+    links, _ = read(path)
+    assert links.urls == []
 
 
 def test_bins_leave_out_thin_ones():

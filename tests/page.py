@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Read a report as a browser would: what it loads, and the text that is seen."""
+
+from html.parser import HTMLParser
+from pathlib import Path
+import re
+
+LARGEST = 5_000_000
+
+
+class Links(HTMLParser):
+    """Collects what a browser would load or link to, and the visible text."""
+
+    def __init__(self):
+        super().__init__()
+        self.urls, self.text, self.scripts, self._in = [], [], 0, ''
+
+    def handle_starttag(self, tag, attrs):
+        self._in = tag
+        self.scripts += tag == 'script'
+        self.urls += [v for k, v in attrs if k in ('src', 'href', 'srcset', 'data', 'action')]
+        assert tag != 'link'
+
+    def handle_endtag(self, tag):
+        self._in = ''
+
+    def handle_data(self, data):
+        if self._in == 'style':
+            assert 'url(' not in data and '@import' not in data
+        if self._in not in ('script', 'style'):
+            self.text.append(data)
+
+
+def read(path: Path) -> tuple[Links, str]:
+    """The page, parsed, and its visible text."""
+    assert path.stat().st_size < LARGEST
+    links = Links()
+    links.feed(path.read_text(encoding='utf-8'))
+    return links, re.sub(r'\s+', ' ', ''.join(links.text))
