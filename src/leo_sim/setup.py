@@ -29,6 +29,7 @@ setup(
     install_requires=[
         'leo_msgs_py',
         'mcap>=1.2',
+        'numba>=0.60',
         'numpy>=1.26.4',
         'pybullet>=3.2.7',
         'pydantic>=2',

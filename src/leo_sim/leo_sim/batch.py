@@ -4,9 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.laws import Memory, TIME
+from leo_sim.laws import HELD, Memory, TIME
 from leo_sim.model import Model
-from leo_sim.substep import DRIVE, integrate, rested, slowing, substeps
+from leo_sim.substep import DRIVE, rested, slowing, substeps
 
 
 class History(NamedTuple):
@@ -63,11 +63,11 @@ def _rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any
     if history is not None:
         memory, past = warmed(model, History(*history), laws.true_state(q0, dq0)[1], memory)
     q, dq, settled = laws.sensors.true_state(q0, dq0, past)
-    memory = {**memory, **settled}
+    memory = {**memory, **settled} | ({HELD: np.ones(())} if model.held else {})
     measured = [laws.sense(q, dq, memory)]
     for k in range(inputs.shape[-2]):
         h, count = _substep(periods[:, k], model.integration_step)
-        q, dq, memory = integrate(laws, dynamics, q, dq, memory, inputs[..., k, :],
+        q, dq, memory = model.integrate(laws, dynamics, q, dq, memory, inputs[..., k, :],
                                   _on(enabled, k), h, count,
                                   0.0 if push is None else push[..., k, :])
         measured.append(laws.sense(q, dq, memory))
@@ -121,7 +121,7 @@ def _faster(model: Model, state: tuple[Any, Any], past: list[tuple[Any, Any]], m
     """Mean acceleration of the joints over one interval from a reading, and its length."""
     laws, (inputs, enabled, h) = model.reading_laws, held
     q, dq, _ = laws.sensors.true_state(*state, past)
-    after = integrate(laws, model.rigid, q, dq, memory, inputs, enabled, h, count)[1]
+    after = model.integrate(laws, model.rigid, q, dq, memory, inputs, enabled, h, count)[1]
     return (after - dq) / np.maximum(h * count, 1e-12), h * count
 
 

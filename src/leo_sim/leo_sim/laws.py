@@ -5,12 +5,13 @@ Arrays have the joints (or actuators) as last axis and any leading axes; scanned
 constants are arrays (S, 1, 1).
 """
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from leo_sim.constants import bodies
-from leo_sim.effects.base import Body, Drive, Placed
+from leo_sim.effects.base import Body, Drive, Ground, Placed
 from leo_sim.late import act_late
 from leo_sim.motor import Motor, torque_source, voltage_motor
 from leo_sim.places import added, Index, index_of, put, Use
@@ -18,6 +19,7 @@ from leo_sim.robot import Robot
 from leo_sim.sensors import Memory, Sensors
 
 TIME = 'time'
+HELD = 'held'  # in the memory of a state whose base does not move
 NOTHING: Memory = {}
 
 
@@ -42,6 +44,7 @@ class Laws:
         bodies: Inertial figures of the links, body effects included.
         gravity: m/s2.
         rotor_inertia: Of the motor sides, kg m2, (..., J).
+        ground: The floor; None where nothing touches one.
         gap: Backlash rad, (..., J); None without backlash.
         stops: Joint limits rad (low, high), (J,); None where all are infinite.
         dynamic: The command at the motors changes while the input is held (delay, lag).
@@ -83,8 +86,16 @@ class Laws:
         self._constants(robot, values)
         self.dry = bool(self._dry) or self._friction is not None
         self._drives(by_hook['drive'])
+        self.ground = _ground(effects, values) if robot.contacts else None
+        self._robot = robot
         self.sensors = Sensors(sensors, self._offset)
         self.remembers = bool(self._remembering) or self.sensors.dynamic
+
+    @cached_property
+    def spheres(self) -> Any:
+        """What touches the ground, of a robot with one."""
+        from leo_sim.ground import Spheres
+        return Spheres(self._robot, self.ground)
 
     def command(self, u: Any, enabled: Any, memory: Memory, h: Any) -> tuple[Any, Any, Memory]:
         """What reaches the motors over the next h s of a held input, and the new memory.
@@ -156,8 +167,8 @@ class Laws:
         names = robot.joint_names
         if placed.effect.hook == 'command':
             names = tuple(a.joint for a in robot.actuators)
-        if placed.effect.hook == 'body':
-            names = robot.moving_links
+        if placed.effect.hook in ('body', 'ground'):
+            names = placed.effect.places(robot)
         index = index_of(tuple(names.index(w) for w in placed.where), len(names))
         return Use(f'{number}:{placed.effect.name}', placed.effect, placed.parameters, index)
 
@@ -244,6 +255,16 @@ def _bodies(robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]
             for name in placed.where:
                 links[name] = placed.effect.body(p, links[name])
     return links
+
+
+def _ground(effects: Sequence[Placed], values: Mapping[str, Any]) -> Ground:
+    """The floor, ground effects included, figures as floats or (S, 1)."""
+    ground = Ground(*(_squeezed(values[f'ground.{name}']) for name in Ground._fields))
+    for placed in effects:
+        if placed.effect.hook == 'ground':
+            p = {name: _squeezed(value) for name, value in placed.parameters.items()}
+            ground = placed.effect.ground(p, ground)
+    return ground
 
 
 def _squeezed(value: Any) -> Any:

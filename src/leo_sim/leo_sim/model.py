@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.effects.base import Placed
 from leo_sim.engines.rigid import Rigid
-from leo_sim.laws import Laws
+from leo_sim.laws import HELD, Laws
 from leo_sim.names import nearest
 from leo_sim.robot import load_robot, Robot
 from leo_sim.starts import Starts
@@ -51,7 +51,10 @@ class Model:
             values in `leo_sim.batch.rollout`.
         engine: 'pybullet', 'rigid' (the same numbers without PyBullet), 'rk4', or 'mujoco'
             (another simulator, to be installed; see `leo_sim.engines.mujoco`).
-        integration_step: Longest substep s; the robot's, for MuJoCo at least 1 ms, when None.
+        integration_step: Longest substep s; that of the scheme, for MuJoCo at least 1 ms, when
+            None.
+        scheme: 'reference', or 'training' (faster, less exact), as robot.yaml has them.
+        held: The base does not move, as in a start pose with `held: true`.
         history: What was added and why, as model.yaml keeps it.
         difference_model: File of a learned difference model that goes with this model.
 
@@ -63,15 +66,24 @@ class Model:
                  constants: Mapping[str, Any] | None = None, engine: str = 'pybullet',
                  integration_step: float | None = None,
                  history: Sequence[Mapping[str, Any]] = (),
-                 difference_model: Path | None = None):
+                 difference_model: Path | None = None, scheme: str = 'reference',
+                 held: bool = False):
         self.robot = load_robot(robot) if isinstance(robot, str) else robot
         self.effects = tuple(effects)
         self.constants = _all_constants(self.robot, constants or {})
         if engine not in ENGINES:
             raise UserError(f'no engine {engine!r}{nearest(engine, ENGINES)}')
+        if engine == 'rk4' and self.robot.contacts:
+            raise UserError(f'engine rk4 knows no ground, which {self.robot.name} stands on; '
+                            'use pybullet, rigid or mujoco')
         self.engine = engine
         least = MUJOCO_STEP if engine == 'mujoco' else 0.0
-        self.integration_step = integration_step or max(self.robot.integration_step, least)
+        if scheme not in self.robot.schemes:
+            raise UserError(f'{self.robot.name} has no scheme {scheme!r}'
+                            f'{nearest(scheme, self.robot.schemes)}')
+        self.scheme, self.held = scheme, held
+        self.integration_step = integration_step or max(
+            self.robot.schemes[scheme].integration_step, least)
         joints = (len(self.robot.joint_names),)
         self._shapes = joints, joints, (len(self.robot.actuators),)
         self.history, self.difference_model = tuple(history), difference_model
@@ -81,7 +93,10 @@ class Model:
         """A model with another robot, effects, constants, engine or integration_step."""
         kept = {'robot': self.robot, 'effects': self.effects, 'constants': self.constants,
                 'engine': self.engine, 'integration_step': self.integration_step,
-                'history': self.history, 'difference_model': self.difference_model}
+                'history': self.history, 'difference_model': self.difference_model,
+                'scheme': self.scheme, 'held': self.held}
+        if 'scheme' in changes:
+            del kept['integration_step']
         return Model(**{**kept, **changes})
 
     def start(self, pose: str = 'nominal', rng: np.random.Generator | None = None) -> State:
@@ -95,7 +110,8 @@ class Model:
             UserError: Unknown pose.
         """
         q, dq = Starts(self.robot).draw(pose, rng or np.random.default_rng())
-        return State(q, dq)
+        held = self.held or self.robot.start_poses[pose].held
+        return State(q, dq, _memory(held))
 
     def state_from(self, q: Any, dq: Any) -> State:
         """The state at rest whose measured angles and rates are q and dq, (J,).
@@ -106,7 +122,7 @@ class Model:
         q, dq = np.asarray(q, dtype=float), np.asarray(dq, dtype=float)
         check_sizes(self.robot, q, dq, self.robot.limits)
         check_possible(self.robot, q, dq)
-        return State(*self.laws.true_state(q, dq))
+        return State(*self.laws.true_state(q, dq), _memory(self.held))
 
     def step(self, state: State, inputs: Any, dt: float, enabled: Any = None) -> State:
         """The state after dt s with the inputs held; a pure function, to the bit.
@@ -141,18 +157,34 @@ class Model:
         return Laws(self.robot, self.effects, self.constants, of_readings=True)
 
     @cached_property
-    def rigid(self) -> Rigid:
-        """The tree's dynamics on arrays."""
-        return Rigid(self.robot.joints, self.laws.bodies, self.laws.gravity)
+    def rigid(self) -> Any:
+        """The tree's dynamics on arrays, compiled where several joints move in one plane."""
+        tree = self.robot.joints, self.laws.bodies, self.laws.gravity
+        if len(self.robot.joint_names) == 1:
+            return Rigid(*tree)
+        if self.robot.contacts:
+            from leo_sim.engines.planar import Planar
+            return Planar(*tree)
+        from leo_sim.engines.flat import Flat, is_flat
+        return Flat(*tree) if is_flat(self.robot.joints) else Rigid(*tree)
 
     @cached_property
     def _dynamics(self) -> Any:
         if self.engine == 'mujoco':
-            return _mujoco().World(self.robot, self.laws, self.constants)
+            return _mujoco().World(self.robot, self.laws)
         if self.engine != 'pybullet':
             return self.rigid
         from leo_sim.engines.pybullet import Bullet
         return Bullet(self.robot.urdf, self.robot.joints, self.laws.bodies, self.laws.gravity)
+
+    @cached_property
+    def integrate(self) -> Any:
+        """One sample period of the laws on `rigid`; `leo_sim.substep.integrate` or its like."""
+        if not self.robot.contacts:
+            return integrate
+        from leo_sim import multirate
+        return partial(multirate.integrate,
+                       geometry_every=self.robot.schemes[self.scheme].geometry_every)
 
     @cached_property
     def _integrate(self) -> Any:
@@ -161,11 +193,15 @@ class Model:
             return rk4.integrate
         if self.engine == 'mujoco':
             return _mujoco().integrate
-        return integrate
+        return self.integrate
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the PyBullet client, which the next process starts itself."""
         return {k: v for k, v in self.__dict__.items() if k not in ('_dynamics', '_integrate')}
+
+
+def _memory(held: bool) -> dict[str, np.ndarray]:
+    return {HELD: np.ones(())} if held else {}
 
 
 def _mujoco() -> Any:

@@ -19,6 +19,7 @@ from leo_sim.robot_file import (
     PoseFile,
     RewardFile,
     RobotFile,
+    SchemeFile,
     SensorFile,
     TerminationFile,
 )
@@ -85,6 +86,7 @@ class Robot:
         actuators: In the order of every input vector.
         input: 'voltage' (V) or 'torque' (N m).
         control_period, integration_step, episode_seconds: s.
+        schemes: How it is integrated: 'reference' (integration_step) and 'training'.
         state_rate: Hz.
         contacts: What may touch the ground; empty for robots without ground.
         feet: Links whose contacts are the feet, the origin of a foot its ankle.
@@ -103,6 +105,7 @@ class Robot:
     base: str
     control_period: float
     integration_step: float
+    schemes: Mapping[str, SchemeFile]
     state_rate: float
     episode_seconds: float
     start_poses: Mapping[str, PoseFile]
@@ -117,8 +120,13 @@ class Robot:
     @property
     def moving_links(self) -> tuple[str, ...]:
         """Links with a joint between them and the base; not the slides of a planar base."""
-        slides = self.joint_names[:2] if self.base == 'planar' else ()
+        slides = self.base_joints[:2]
         return tuple(joint.child for joint in self.joints if joint.name not in slides)
+
+    @property
+    def base_joints(self) -> tuple[str, ...]:
+        """The joints x, z and pitch of a planar base; none where the base is fixed."""
+        return self.joint_names[:3] if self.base == 'planar' else ()
 
     @property
     def actuated(self) -> tuple[int, ...]:
@@ -181,12 +189,18 @@ def _robot(folder: Path, file: RobotFile, text: str, links: tuple[Link, ...],
         name=file.name, folder=folder, urdf=text, links=links, joints=joints, joint_names=moving,
         actuators=tuple(_actuator(joint, values) for joint in file.actuators), input=file.input,
         base=file.base, control_period=file.control_period,
-        integration_step=file.integration_step, state_rate=file.state_rate,
+        integration_step=file.integration_step, schemes=_schemes(file), state_rate=file.state_rate,
         episode_seconds=file.episode_seconds, start_poses=file.start_poses,
         sensors=file.sensors, contacts=tuple(Contact(name, **contact.model_dump())
                                              for name, contact in file.contacts.items()),
         feet=file.feet, observation=file.observation, reward=file.reward,
         termination=tuple(rule for rule in file.termination if rule.active), constants=constants)
+
+
+def _schemes(file: RobotFile) -> dict[str, SchemeFile]:
+    reference = SchemeFile(integration_step=file.integration_step,
+                           geometry_every=file.geometry_every)
+    return {'reference': reference, 'training': file.training or reference}
 
 
 def _actuator(joint: str, values: Mapping[str, float]) -> Actuator:

@@ -114,6 +114,13 @@ class TerminationFile(Schema):
     active: bool = True
 
 
+class SchemeFile(Schema):
+    """How a robot is integrated: longest substep s, substeps between geometry updates."""
+
+    integration_step: Seconds
+    geometry_every: Annotated[int, Field(ge=1)] = 1
+
+
 class RobotFile(Schema):
     """robot.yaml."""
 
@@ -122,6 +129,8 @@ class RobotFile(Schema):
     input: Literal['voltage', 'torque']
     control_period: Seconds
     integration_step: Seconds
+    geometry_every: Annotated[int, Field(ge=1)] = 1
+    training: SchemeFile | None = None
     state_rate: Positive
     episode_seconds: Positive
     gravity: Quantity = Quantity(value=9.81, unit='m/s2')

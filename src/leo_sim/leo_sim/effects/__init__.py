@@ -19,6 +19,9 @@ from leo_sim.effects.coulomb_friction import CoulombFriction
 from leo_sim.effects.encoder_offset import EncoderOffset
 from leo_sim.effects.encoder_scale import EncoderScale
 from leo_sim.effects.external_force import ExternalForce
+from leo_sim.effects.ground_compliance import GroundCompliance
+from leo_sim.effects.ground_friction import GroundFriction
+from leo_sim.effects.ground_slope import GroundSlope
 from leo_sim.effects.joint_spring import JointSpring
 from leo_sim.effects.link_com import LinkCom
 from leo_sim.effects.link_inertia import LinkInertia
@@ -51,6 +54,7 @@ EFFECTS: dict[str, Effect] = {effect.name: effect for effect in (
     LoadDependentFriction(), QuadraticDrag(), BiasTorque(), JointSpring(), Backlash(),
     Armature(), TorqueRipple(),
     LinkMass(), LinkCom(), LinkInertia(), ExternalForce(),
+    GroundFriction(), GroundCompliance(), GroundSlope(),
     EncoderOffset(), EncoderScale(), VelocityLag(), MeasurementDelay(),
 )}
 

@@ -50,13 +50,29 @@ class Body(NamedTuple):
     force: tuple[Any, Any, Any] = (0.0, 0.0, 0.0)
 
 
+class Ground(NamedTuple):
+    """The floor under a robot: a plane through the origin, as broadcastable figures.
+
+    Attributes:
+        stiffness: N/m per sphere that touches it.
+        damping: N s/m per sphere.
+        friction: Coefficient.
+        slope: rad, positive uphill in +x.
+    """
+
+    stiffness: Any
+    damping: Any
+    friction: Any
+    slope: Any
+
+
 class Effect:
     """A physical effect: one law behind one hook (design.md section 6).
 
     A subclass fills in the attributes and exactly one of the methods `command`, `torque`,
-    `drive`, `body`, `sensor`. Laws are plain arithmetic that broadcasts over leading axes, so
-    that the same law runs on one state and on all windows of a bag; `p` maps parameter names to
-    floats or to arrays (S, 1, 1), states have the shape (..., joints of `where`).
+    `drive`, `body`, `ground`, `sensor`. Laws are plain arithmetic that broadcasts over leading
+    axes, so that the same law runs on one state and on all windows of a bag; `p` maps parameter
+    names to floats or to arrays (S, 1, 1), states have the shape (..., joints of `where`).
 
     Attributes:
         dry: The torque hook returns the torque that opposes motion along dq. The model limits
@@ -134,6 +150,10 @@ class Effect:
         """The changed link."""
         raise NotImplementedError
 
+    def ground(self, p: Values, ground: Ground) -> Ground:
+        """The changed ground."""
+        raise NotImplementedError
+
     def sensor(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> tuple[Any, Any, Any]:
         """Measured angles and rates of true ones, and the memory.
 
@@ -167,11 +187,15 @@ class Effect:
         return bool(self.places(robot))
 
     def places(self, robot: Robot) -> tuple[str, ...]:
-        """Joints, or links for body effects, of the robot where the effect can act."""
+        """Joints, links for body effects, or 'ground', where the effect can act on a robot."""
         if self.hook == 'body':
             return robot.moving_links
+        if self.hook == 'ground':
+            return ('ground',) if robot.contacts else ()
         if self.hook in ('command', 'drive') or self.motor_side:
             return tuple(actuator.joint for actuator in robot.actuators)
+        if self.hook == 'torque':
+            return tuple(j for j in robot.joint_names if j not in robot.base_joints)
         return robot.joint_names
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Stiffness and damping of the ground under each contact."""
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from leo_sim.effects.base import Effect, Ground, Parameter, Values
+
+if TYPE_CHECKING:
+    from leo_sim.robot import Robot
+
+
+class GroundCompliance(Effect):
+    """Stiffness and damping of the ground under each contact."""
+
+    name = 'ground_compliance'
+    family = 'ground'
+    hook = 'ground'
+    parameters = (Parameter('k', 'N/m', low=0.0), Parameter('d', 'N s/m', low=0.0))
+    looks_like = ('Feet sink deeper or bounce: base height in stance, and rates after each '
+                  'footfall, differ.')
+    confused_with = 'link_mass, which also lowers the stance height; ground_slope over one spot.'
+    reveal = 'Footfalls of different speed, and standing still on one and on two feet.'
+
+    def ground(self, p: Values, ground: Ground) -> Ground:
+        """The ground, changed."""
+        return ground._replace(stiffness=p['k'], damping=p['d'])
+
+    def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
+        """Neutral is the ground of the robot."""
+        return tuple(replace(p, neutral=robot.constants[f'ground.{figure}'].value)
+                     for p, figure in zip(self.parameters, ('stiffness', 'damping'), strict=True))

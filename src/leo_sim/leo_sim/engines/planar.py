@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rigid-body dynamics of a tree in the x-z plane, compiled: inertia, bias, points on links.
+
+Each link's centre of mass has a Jacobian with one column per joint above it; inertia is the sum
+of m J'J + I w'w, bias that of m J'(acceleration without joint accelerations - g) less external
+forces. Angles count from x towards z, about -y.
+"""
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from numba import njit
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+from leo_sim.effects.base import Body
+from leo_sim.urdf import Joint
+
+FIXED, HINGE, SLIDE = 0, 1, 2
+KINDS = {'fixed': FIXED, 'revolute': HINGE, 'continuous': HINGE, 'prismatic': SLIDE}
+FLAT = 1e-9
+MASS, COM_X, COM_Z, INERTIA, FORCE_X, FORCE_Z = range(6)
+
+
+class Tree(NamedTuple):
+    """Geometry of a planar tree, one entry per joint and its child link.
+
+    Attributes:
+        kind: FIXED, HINGE or SLIDE, (L,).
+        parent: Index of the parent link, -1 for the world, (L,).
+        column: Index in the state, -1 for a fixed joint, (L,).
+        turn: Angle of the joint frame in the parent link, rad, (L,).
+        sense: +1 for a hinge about -y, -1 about +y, (L,).
+        place: Joint origin in the parent link and slide direction in the joint frame, x and z
+            each, (L, 4).
+    """
+
+    kind: Any
+    parent: Any
+    column: Any
+    turn: Any
+    sense: Any
+    place: Any
+
+
+class Planar:
+    """Dynamics of a planar tree over any leading axes.
+
+    Args:
+        joints: Of the robot, parents first.
+        bodies: Inertial figures by link; floats, or arrays (S, 1) that scan S values.
+        gravity: m/s2; a float or an array (S, 1).
+    """
+
+    def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Any):
+        self.tree = tree_of(joints)
+        self.links = {joint.child: i for i, joint in enumerate(joints)}
+        self.figures = _figures([bodies[joint.child] for joint in joints])
+        self.gravity = np.asarray(gravity, dtype=float)
+
+    def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
+        """Joint-space inertia (..., J, J) and bias torques (..., J); see `Rigid`."""
+        shape = np.broadcast_shapes(q.shape[:-1], self.figures.shape[:-2], self.gravity.shape)
+        rows = [_rows(a, shape) for a in (q, dq)]
+        count = rows[0].shape[0]
+        size = q.shape[-1]
+        mass, bias = np.empty((count, size, size)), np.empty((count, size))
+        _dynamics(*self.tree, self._figures(shape), self._gravity(shape), *rows, mass, bias)
+        return mass.reshape(*shape, size, size), bias.reshape(*shape, size)
+
+    def load(self, q: Any) -> Any:
+        """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
+        return -self.mass_and_bias(q, np.zeros_like(q))[1]
+
+    def _figures(self, shape: tuple[int, ...]) -> Any:
+        if self.figures.ndim == 2:
+            return self.figures[None]
+        links = self.figures.shape[-2:]
+        return np.ascontiguousarray(np.broadcast_to(self.figures, shape + links)).reshape(
+            -1, *links)
+
+    def _gravity(self, shape: tuple[int, ...]) -> Any:
+        if self.gravity.ndim == 0:
+            return self.gravity.reshape(1)
+        return np.ascontiguousarray(np.broadcast_to(self.gravity, shape)).reshape(-1)
+
+
+def tree_of(joints: Sequence[Joint]) -> Tree:
+    """The planar geometry of joints.
+
+    Raises:
+        UserError: A joint leaves the x-z plane.
+    """
+    links = {joint.child: i for i, joint in enumerate(joints)}
+    moving = [i for i, joint in enumerate(joints) if joint.kind != 'fixed']
+    column = {i: c for c, i in enumerate(moving)}
+    for joint in joints:
+        _check(joint)
+    return Tree(
+        np.array([KINDS[j.kind] for j in joints]),
+        np.array([links.get(j.parent, -1) for j in joints]),
+        np.array([column.get(i, -1) for i in range(len(joints))]),
+        np.array([np.arctan2(j.rotation[6], j.rotation[0]) for j in joints]),
+        np.array([-j.axis[1] for j in joints]),
+        np.array([[j.translation[0], j.translation[2], j.axis[0], j.axis[2]] for j in joints]))
+
+
+def _check(joint: Joint) -> None:
+    """Raise UserError for a joint that leaves the x-z plane."""
+    turned = abs(joint.rotation[4] - 1.0) < FLAT
+    hinge = KINDS[joint.kind] != HINGE or abs(abs(joint.axis[1]) - 1.0) < FLAT
+    slide = KINDS[joint.kind] != SLIDE or abs(joint.axis[1]) < FLAT
+    if not (turned and hinge and slide):
+        raise UserError(f'joint {joint.name!r} leaves the x-z plane: a robot with a ground has '
+                        'hinges along y and slides along x and z only')
+
+
+def _figures(bodies: Sequence[Body]) -> Any:
+    """Mass, CoM x z, inertia about y, force x z per link, (..., L, 6)."""
+    columns = [(b.mass, b.com[0], b.com[2], b.inertia[1], b.force[0], b.force[2])
+               for b in bodies]
+    parts = np.broadcast_arrays(*(np.asarray(x, dtype=float) for row in columns for x in row))
+    return np.stack(parts, axis=-1).reshape(*parts[0].shape, len(bodies), 6)
+
+
+def _rows(values: Any, shape: tuple[int, ...]) -> Any:
+    """Values (..., J) as contiguous rows (N, J)."""
+    size = values.shape[-1]
+    return np.ascontiguousarray(np.broadcast_to(values, (*shape, size))).reshape(-1, size)
+
+
+@njit(cache=True)
+def poses(kind, parent, column, turn, sense, place, q, dq, pose):  # type: ignore[no-untyped-def]
+    """Fill pose (L, 10): angle, origin x z, rate, velocity x z, acceleration x z, axis x z.
+
+    The acceleration is that without joint accelerations, gravity as -g upwards not included.
+    """
+    for i in range(kind.shape[0]):
+        above = parent[i]
+        angle, ox, oz, rate, vx, vz, ax, az = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        if above >= 0:
+            angle, ox, oz, rate = pose[above, 0], pose[above, 1], pose[above, 2], pose[above, 3]
+            vx, vz, ax, az = pose[above, 4], pose[above, 5], pose[above, 6], pose[above, 7]
+        c, s = np.cos(angle), np.sin(angle)
+        angle += turn[i]
+        rx = c * place[i, 0] - s * place[i, 1]
+        rz = s * place[i, 0] + c * place[i, 1]
+        if kind[i] == SLIDE:
+            c, s = np.cos(angle), np.sin(angle)
+            ux = c * place[i, 2] - s * place[i, 3]
+            uz = s * place[i, 2] + c * place[i, 3]
+            go = dq[column[i]]
+            rx += ux * q[column[i]]
+            rz += uz * q[column[i]]
+            vx += ux * go
+            vz += uz * go
+            ax -= 2.0 * rate * uz * go
+            az += 2.0 * rate * ux * go
+            pose[i, 8], pose[i, 9] = ux, uz
+        pose[i, 1], pose[i, 2] = ox + rx, oz + rz
+        pose[i, 4], pose[i, 5] = vx - rate * rz, vz + rate * rx
+        pose[i, 6], pose[i, 7] = ax - rate * rate * rx, az - rate * rate * rz
+        if kind[i] == HINGE:
+            angle += sense[i] * q[column[i]]
+            rate += sense[i] * dq[column[i]]
+        pose[i, 0], pose[i, 3] = angle, rate
+
+
+@njit(cache=True)
+def jacobian(kind, parent, column, sense, pose, link, px, pz, out):  # type: ignore[no-untyped-def]
+    """Fill out (3, J): x, z and angle rates of a point of a link per joint rate."""
+    out[:] = 0.0
+    i = link
+    while i >= 0:
+        j = column[i]
+        if kind[i] == HINGE:
+            out[0, j] = -sense[i] * (pz - pose[i, 2])
+            out[1, j] = sense[i] * (px - pose[i, 1])
+            out[2, j] = sense[i]
+        elif kind[i] == SLIDE:
+            out[0, j] = pose[i, 8]
+            out[1, j] = pose[i, 9]
+        i = parent[i]
+
+
+@njit(cache=True)
+def _dynamics(kind, parent, column, turn, sense, place,  # type: ignore[no-untyped-def]
+              figures, gravity, q, dq, mass, bias):
+    """Fill mass (N, J, J) and bias (N, J) for states (N, J)."""
+    size = q.shape[1]
+    pose, lever = np.zeros((kind.shape[0], 10)), np.empty((3, size))
+    for n in range(q.shape[0]):
+        poses(kind, parent, column, turn, sense, place, q[n], dq[n], pose)
+        body = figures[n if figures.shape[0] > 1 else 0]
+        down = gravity[n if gravity.shape[0] > 1 else 0]
+        m, b = mass[n], bias[n]
+        m[:], b[:] = 0.0, 0.0
+        for i in range(kind.shape[0]):
+            weight, inertia = body[i, MASS], body[i, INERTIA]
+            c, s = np.cos(pose[i, 0]), np.sin(pose[i, 0])
+            rx = c * body[i, COM_X] - s * body[i, COM_Z]
+            rz = s * body[i, COM_X] + c * body[i, COM_Z]
+            jacobian(kind, parent, column, sense, pose, i, pose[i, 1] + rx, pose[i, 2] + rz,
+                     lever)
+            square = pose[i, 3] * pose[i, 3]
+            fx = weight * (pose[i, 6] - square * rx) - body[i, FORCE_X]
+            fz = weight * (pose[i, 7] - square * rz + down) - body[i, FORCE_Z]
+            for j in range(size):
+                x, z, w = weight * lever[0, j], weight * lever[1, j], inertia * lever[2, j]
+                if x == 0.0 and z == 0.0 and w == 0.0:
+                    continue
+                b[j] += lever[0, j] * fx + lever[1, j] * fz
+                for k in range(j + 1):
+                    m[j, k] += x * lever[0, k] + z * lever[1, k] + w * lever[2, k]
+        for j in range(size):
+            for k in range(j):
+                m[k, j] = m[j, k]
