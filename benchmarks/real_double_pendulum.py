@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The real double pendulum (DFKI, design A.0): torque that the model leaves over, held out.
+
+    python benchmarks/real_double_pendulum.py [--data ../shared/data/dfki_double_pendulum]
+        [--keep DIR]
+
+`leo repair` learns from all files but the last two in name order, its masses, inertias and one
+rotor inertia refitted (rigs/dfki_double_pendulum.yaml). Beside it the same refit without any
+friction. Score: rms of the torque that is missing over windows of 0.1 s of the last two files,
+joints pooled.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+import tempfile
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rig import DATA, imported, leo, refitted
+
+from leo_diffmodel.bags.recording import read_bag, Recording
+from leo_diffmodel.compare import noise
+from leo_diffmodel.compare.thin import thin
+from leo_diffmodel.compare.torque import estimate
+from leo_diffmodel.compare.windows import cut
+from leo_sim.model import Model
+from leo_sim.model_file import load_model
+
+MODEL = Path(__file__).parent / 'rigs/dfki_double_pendulum.yaml'
+SECONDS = 0.1
+
+
+def residual(model: Model, given: Model, recordings: Sequence[Recording]) -> np.ndarray:
+    """Missing torque of each window and joint [N m], shape (W, 2)."""
+    data = thin(recordings)
+    windows = cut(data, SECONDS, stride=SECONDS / 2, history=noise.HISTORY)
+    sigma = noise.estimate(given, noise.short_windows(data))
+    return estimate(model, windows, sigma).torque
+
+
+def main() -> None:
+    """Import, learn, score, print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--data', type=Path, default=DATA / 'dfki_double_pendulum')
+    parser.add_argument('--keep', type=Path, help='folder for bags, model and report')
+    options = parser.parse_args()
+    given = load_model(MODEL)
+    with tempfile.TemporaryDirectory() as name:
+        folder = options.keep or Path(name)
+        bags = imported(options.data.glob('*.csv'), 'dfki_double_pendulum', folder / 'bags')
+        output = folder / 'repair'
+        leo('repair', *bags[:-2], '--hold-out', *bags[-2:], '--model', MODEL, '-o', output)
+        recordings = [read_bag(bag, given.robot) for bag in bags]
+        runs, unseen = recordings[:-2], recordings[-2:]
+        models = {
+            'as given': given,
+            'refitted without friction': refitted(given, (), runs, unseen),
+            'explained': load_model(output / 'model.yaml'),
+        }
+    left = {label: residual(model, given, unseen) for label, model in models.items()}
+    usual = float(np.sqrt((left['refitted without friction'] ** 2).mean()))
+    table = Table('model', 'pooled [N m]', 'shoulder', 'elbow', 'less than without friction',
+                  title=f'rms missing torque over {SECONDS:g} s, last two files')  # fmt: skip
+    for label, torque in left.items():
+        pooled, joints = np.sqrt((torque**2).mean()), np.sqrt((torque**2).mean(axis=0))
+        saved = f'{100 * (1 - pooled / usual):.1f} %'
+        table.add_row(label, f'{pooled:.4f}', *(f'{j:.4f}' for j in joints), saved)
+    Console().print(table)
+
+
+if __name__ == '__main__':
+    main()
