@@ -92,7 +92,7 @@ def test_an_explanation_without_effects_adds_nothing(tmp_path):
 @pytest.mark.parametrize(('robot', 'words', 'said'), [
     ('pendulum', 'viscous_friction b=-1', '-1 is outside 0 to inf N m s/rad'),
     ('pendulum', 'command_delay delay=0.7', '0.7 is outside 0 to 0.5 s'),
-    ('pendulum', 'torque_ripple a=1 n=2 phase=4', '4 is outside -3.14159 to 3.14159 rad'),
+    ('pendulum', 'encoder_scale k=0.05', '0.05 is outside 0.1 to 10'),
     ('pendulum', 'bias_torque t=inf', 'inf is outside'),
     ('pendulum', 'coulomb_friction', 'say c=VALUE [N m]'),
     ('torque_pendulum', 'back_emf_scale k=1.1', 'torque input'),
