@@ -5,20 +5,23 @@ It integrates implicitly and solves contacts, stops and dry friction its own way
 long substeps and differs honestly from the other engines. The laws of the model give the joint
 torques of each substep; what falls with speed becomes damping, which MuJoCo takes implicitly.
 """
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_sim.effects.base import Ground
 from leo_sim.engines.mjcf import mjcf
-from leo_sim.laws import Laws, Memory
+from leo_sim.laws import HELD, Laws, Memory
 from leo_sim.robot import Contact, Robot
 from leo_sim.substep import rested, slowing
 
 STEP = 0.001
 """Longest substep that is worth it, s."""
+
+BASE = 3
+"""Joints of a planar base."""
 
 IMMOVABLE = 1e9
 """Inertia of the joints of a held base, kg or kg m2."""
@@ -31,12 +34,12 @@ class World:
         UserError: An effect MuJoCo has no law for, or a body no real one has.
     """
 
-    def __init__(self, robot: Robot, laws: Laws, constants: Mapping[str, Any]):
+    def __init__(self, robot: Robot, laws: Laws):
         if laws.gap is not None or laws.needs_load:
             raise UserError('engine mujoco knows no backlash and no load_dependent_friction; '
                             'use engine pybullet or rigid')
         text = mjcf(robot.joints, laws.bodies, robot.contacts, laws.gravity,
-                    constants.get('ground.slope', 0.0))
+                    laws.ground.slope if laws.ground else 0.0)
         try:
             self._model = mujoco.MjModel.from_xml_string(text)
         except ValueError as error:
@@ -47,7 +50,7 @@ class World:
         self._rotors = np.zeros(self._model.nv)
         self._rotors[self._at] = laws.rotor_inertia
         self._pull(laws)
-        self._springs = _springs(robot.contacts, constants)
+        self._springs = [_spring(contact, laws.ground) for contact in robot.contacts]
         self._h = 0.0
 
     def begin(self, q: Any, dq: Any, h: float, drag: Any, held: int) -> None:
@@ -80,6 +83,8 @@ class World:
         With m = h (D + h K), k = K / m and b = 1 / h that is the implicit Euler step of a
         spring K with a damper D.
         """
+        self._model.jnt_solref[:] = 2 * h, 1.0  # stops: as hard as the substep allows
+        self._model.jnt_solimp[:] = 0.99, 0.999, 0.001, 0.5, 2.0
         for pair, (stiffness, damping, friction) in enumerate(self._springs):
             geom = self._model.pair_geom2[pair]
             weight = self._model.body_invweight0[self._model.geom_bodyid[geom], 0]
@@ -93,11 +98,11 @@ class World:
 def integrate(laws: Laws, world: World, q: Any, dq: Any, memory: Memory, inputs: Any,
               enabled: Any, h: float, count: int) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held; see `leo_sim.substep`."""
-    memory = rested(laws, q, dq, memory)
+    memory, place = rested(laws, q, dq, memory), q[:BASE]
     u, on, memory = laws.command(inputs, enabled, memory, h)
     falling = slowing(laws, world, q, dq, memory, u, on)
     drag = falling.motor + falling.joint
-    world.begin(q, dq, h, drag, 0)
+    world.begin(q, dq, h, drag, BASE if HELD in memory else 0)
     together = count if laws.steady else 1
     for i in range(0, count, together):
         if i and laws.dynamic:
@@ -107,12 +112,12 @@ def integrate(laws: Laws, world: World, q: Any, dq: Any, memory: Memory, inputs:
         q, dq = world.advance(smooth, torques.level, together)
         if laws.remembers:
             memory = laws.remember(q, dq, memory, h)
+    if HELD in memory:
+        q, dq = np.concatenate([place, q[BASE:]]), np.concatenate([np.zeros(BASE), dq[BASE:]])
     return q, dq, memory
 
 
-def _springs(contacts: Sequence[Contact], ground: Mapping[str, Any]
-             ) -> list[tuple[float, float, float]]:
-    """Stiffness N/m, damping N s/m and friction of every contact."""
-    return [(ground['ground.stiffness'] if c.stiffness is None else c.stiffness,
-             ground['ground.damping'] if c.damping is None else c.damping,
-             ground['ground.friction']) for c in contacts]
+def _spring(contact: Contact, ground: Ground) -> tuple[float, float, float]:
+    """Stiffness N/m, damping N s/m and friction of a contact."""
+    return (ground.stiffness if contact.stiffness is None else contact.stiffness,
+            ground.damping if contact.damping is None else contact.damping, ground.friction)
