@@ -13,7 +13,7 @@ from leo_diffmodel.check.amplitudes import Reach, reaches
 from leo_diffmodel.check.disturbances import disturbances
 from leo_diffmodel.check.excitation import Excitation, excitation, judge
 from leo_diffmodel.check.finding import ERROR, Finding, OK, WARNING
-from leo_diffmodel.check.hold import hold, lag
+from leo_diffmodel.check.hold import hold, Lag, lag
 from leo_diffmodel.check.noise_level import noise_level
 from leo_diffmodel.check.pairs import alike, Pair
 from leo_diffmodel.check.rates import rates
@@ -24,6 +24,7 @@ from leo_diffmodel.check.traces import traces_of
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.explain.classes import Facts
+from leo_diffmodel.explain.engine import uncertain
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -116,7 +117,7 @@ def check(
         return _too_short(bags, model, str(error))
     rows, apart = reaches(data, Facts(model.robot, free))
     pairs = alike(rows, apart, data.seconds)
-    findings += [_hidden(rows, data.seconds)]
+    findings += [_hidden(rows, data.seconds, [c.path for c in uncertain(model)])]
     return Check(
         _sorted(findings), tuple(ranges), tuple(rows), tuple(pairs), data.threshold,
         data.seconds, provenance(recordings, model),
@@ -126,7 +127,8 @@ def check(
 def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
     """What is wrong, or right, with one bag; `sigma` is its noise, shape (2J,)."""
     recording = bag.recording
-    held = hold(recording, bag.other, bag.hold, model, sigma)
+    late = lag(recording, model, sigma)
+    held = hold(recording, bag.other, bag.hold, late, model, sigma)
     found = [
         *timing(recording),
         *reading(recording),
@@ -134,26 +136,28 @@ def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
         *rates(recording),
         *stuck(recording),
         *noise_level(recording, sigma),
-        *disturbances(_on_time(bag, held, model, sigma), model, sigma[None]),
+        *disturbances(_on_time(bag, held, late), model, sigma[None]),
     ]
     return [replace(f, bag=str(recording.path)) for f in found]
 
 
-def _on_time(bag: Bag, held: Sequence[Finding], model: Model, sigma: Array) -> Recording:
+def _on_time(bag: Bag, held: Sequence[Finding], late: Lag | None) -> Recording:
     """The recording with its inputs acting when the data say they do."""
     if bag.other is not None and any(f.code == 'hold' and f.severity == ERROR for f in held):
         return bag.other
-    late = lag(bag.recording, model, sigma) if bag.recording.actuators else None
     return shifted(bag.recording, late.seconds) if late and late.is_sure else bag.recording
 
 
-def _hidden(rows: Sequence[Reach], seconds: float) -> Finding:
-    """Which effects could hide in this data, however large."""
+def _hidden(rows: Sequence[Reach], seconds: float, refitted: Sequence[str]) -> Finding:
+    """Which effects could hide in this data, however large, and whether constants hide them."""
     blind = [r.label for r in rows if r.detectable is None]
     twins = [r.label for r in rows if r.detectable is not None and r.nameable is None]
     if blind:
         what = f'effects that would not show, however large: {", ".join(blind)}'
-        return Finding('untestable', WARNING, what, (), 'leo next proposes a run that shows them')
+        todo = 'leo next proposes a run that shows them'
+        if refitted:
+            todo += f'; or the refitted constants take their place: {", ".join(refitted)}'
+        return Finding('untestable', WARNING, what, (), todo)
     if twins:
         what = f'effects that would show but could not be named: {", ".join(twins)}'
         return Finding('twins', WARNING, what, (), 'leo next proposes a run that parts them')

@@ -39,7 +39,12 @@ class Lag:
 
 
 def hold(
-    recording: Recording, other: Recording | None, hold_now: str, model: Model, sigma: Array
+    recording: Recording,
+    other: Recording | None,
+    hold_now: str,
+    late: Lag | None,
+    model: Model,
+    sigma: Array,
 ) -> list[Finding]:
     """Which way of holding the inputs the data support, and how late the inputs act.
 
@@ -47,14 +52,12 @@ def hold(
         recording: the bag as read.
         other: the same bag read the other way; None leaves that question out.
         hold_now: 'next' or 'previous', how `recording` was read.
+        late: what `lag` found.
         model: the model.
         sigma: noise, shape (2J,).
     """
-    if recording.input == 'none' or not recording.actuators:
-        return []
-    late = lag(recording, model, sigma)
     found = [] if late is None else [_lag(late, 0.25 * sample_period([recording]))]
-    if other is None:
+    if other is None or recording.input == 'none':
         return found
     ahead = preference(recording, other, model, sigma)
     if ahead < -DECISIVE_NATS and _agrees(late, hold_now):
@@ -78,11 +81,13 @@ def preference(recording: Recording, other: Recording, model: Model, sigma: Arra
 
 
 def lag(recording: Recording, model: Model, sigma: Array) -> Lag | None:
-    """The delay of the inputs that fits best; None where the inputs hardly change.
+    """The delay of the inputs that fits best; None where no input changes enough to tell.
 
     A grid of one state period from one and a half commands (60 ms or more) early to as much
     late; a parabola through the best point and its neighbours gives the rest.
     """
+    if recording.input == 'none' or not recording.actuators:
+        return None
     step = sample_period([recording])
     reach = round(max(1.5 * recording.command_period, LATEST) / step) + 1
     grid = step * np.arange(-reach, reach + 1)

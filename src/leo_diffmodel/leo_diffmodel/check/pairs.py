@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 import itertools
 
+import numpy as np
+
 from leo_diffmodel.check.amplitudes import Apart, Reach
 from leo_diffmodel.explain.scored import MARGIN_NATS
 
@@ -38,15 +40,21 @@ class Pair:
 def alike(rows: Sequence[Reach], apart: Apart, seconds: float) -> list[Pair]:
     """The pairs that stay within the margin for a name, closest first.
 
+    Effects that would not even show at their typical size are left out.
+
     Args:
         rows: all effects.
         apart: how far apart they are.
         seconds: how much data there is.
     """
+    seen = {r.label for r in rows if (r.seconds_to_detect or np.inf) <= seconds}
     found = [
         _pair(rows, apart, i, j, seconds) for i, j in itertools.combinations(range(len(rows)), 2)
     ]
-    close = [p for p in found if p.same_thing or p.separable_nats < MARGIN_NATS]
+    close = [
+        p for p in found
+        if p.same_thing or (p.separable_nats < MARGIN_NATS and {p.a, p.b} <= seen)
+    ]  # fmt: skip
     return sorted(close, key=lambda p: (not p.same_thing, p.separable_nats))
 
 

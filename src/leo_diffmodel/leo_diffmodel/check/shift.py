@@ -18,7 +18,7 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 INTERVALS = 12
-MOST_WINDOWS = 150
+MOST_WINDOWS = 80
 
 
 def shifted(recording: Recording, seconds: float) -> Recording:

@@ -21,6 +21,7 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 MOST_WINDOWS = 120
+"""Of a robot with one joint, and fewer of those with more: each window holds more channels."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +84,8 @@ def traces_of(
 
 def fewer(problem: Problem) -> Problem:
     """The problem on fewer windows, evenly chosen, all of them open to the scan."""
-    count = problem.windows.count
-    kept = np.unique(np.linspace(0, count - 1, min(count, MOST_WINDOWS)).astype(int))
+    count, most = problem.windows.count, MOST_WINDOWS // problem.windows.q.shape[-1]
+    kept = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
     windows = problem.windows.take(kept)
     return replace(problem, windows=windows, train=np.ones(len(kept), dtype=bool))
 

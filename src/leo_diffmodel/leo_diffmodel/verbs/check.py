@@ -132,7 +132,7 @@ def _effects_table(result: Check) -> Table:
     for row in sorted(result.reaches, key=lambda r: r.seconds_to_name or 1e9):
         table.add_row(
             row.label, _number(row.detectable), _number(row.nameable), row.unit,
-            _number(row.typical), _seconds(row.seconds_to_name), _like(row),
+            _number(row.typical), _seconds(row.seconds_to_name), _like(row, result.seconds),
         )  # fmt: skip
     return table
 
@@ -154,7 +154,9 @@ def _pairs(result: Check, console: Console) -> None:
         console.print(f'… and {len(close) - PAIRS_SHOWN} more such pairs (--json lists them)')
 
 
-def _like(row: Reach) -> str:
+def _like(row: Reach, seconds: float) -> str:
+    if row.seconds_to_detect is None or row.seconds_to_detect > seconds:
+        return 'does not show at that size'
     name, nats = row.nearest
     return f'{name} ({_nats(nats)})'
 
@@ -182,4 +184,4 @@ def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Check)
         print('next: mend what is marked error, then check again')
         return
     verb = 'explain' if result.is_good else 'next'
-    print(f'next: leo {verb} {" ".join(arguments.bags)} --model {arguments.model}')
+    print(f'next: {common.same_bags(verb, arguments)}')
