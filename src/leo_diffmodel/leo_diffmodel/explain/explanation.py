@@ -7,17 +7,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 import time
 
-import numpy as np
-
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.thin import thin
-from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import evidence, rows, verdict
 from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.classes import Facts, pair_note
 from leo_diffmodel.explain.engine import Search, search
+from leo_diffmodel.explain.held import held_windows
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import pose
 from leo_diffmodel.explain.scored import dispersion, unexplained
@@ -27,21 +25,10 @@ from leo_diffmodel.explain.unknown.paths import with_past
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
-HORIZON_SECONDS = 1.0
-PUSH_SIGMAS = 6.0
-PUSH_TIMES = 6.0
 NEXT = (
     'leo next with the same bags and model simulates a menu of safe runs with every answer that '
     'is still open, picks the one that tells them apart best, and writes it for leo play'
 )
-REVEALED = {
-    'angle': 'move slowly over the whole range of the angle, both ways',
-    'rate': 'sweep the speed slowly from end to end',
-    'input': 'apply the input as a slow triangle',
-    'load': 'add a payload',
-    'time': 'let it last three times as long',
-    'path': 'go slowly back and forth with changing turning points',
-}
 
 
 @dataclass(frozen=True)
@@ -128,7 +115,7 @@ def explain(
     held = held_windows([*recordings, *hold_out], found, model)
     free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
     context = rows.Context(found, model, Facts(model.robot, bool(free)), held, step)
-    unknown = outside and _told([*recordings, *hold_out], outside, context)
+    unknown = _told([*recordings, *hold_out], outside, context) if outside else None
     return _answer(context, origin, began, unknown)
 
 
@@ -162,37 +149,6 @@ def _nothing(
         provenance=origin,
         model=model,
     )
-
-
-def held_windows(recordings: Sequence[Recording], found: Search, model: Model) -> Windows:
-    """Windows of the data no fit has seen, as long as the longest horizon that fits."""
-    held = found.problem.windows.take(~found.problem.train)
-    seconds = HORIZON_SECONDS
-    while seconds > float(held.dt[0].sum()):
-        windows = _windows_of(recordings, model, seconds)
-        mask = found.posed.blocks.held(windows) if windows else np.zeros(0, dtype=bool)
-        if windows and mask.any():
-            return _undisturbed(windows.take(mask), found)
-        seconds /= 2
-    return held
-
-
-def _windows_of(
-    recordings: Sequence[Recording], model: Model, seconds: float
-) -> Windows | None:
-    try:
-        return errors.horizon_windows(recordings, model, seconds)
-    except ValueError:
-        return None
-
-
-def _undisturbed(windows: Windows, found: Search) -> Windows:
-    """Without windows that look like a hand push: far worse predicted than all the others."""
-    model = found.final.hypothesis.model(found.problem.base, found.final.theta)
-    prediction = errors.predict_windows(model, windows, found.problem.sigma)
-    size = np.sqrt((prediction.error**2 / prediction.floor).mean(axis=(1, 2)))
-    calm = size < max(PUSH_SIGMAS, PUSH_TIMES * float(np.median(size)))
-    return windows.take(calm) if calm.sum() >= calm.size / 2 else windows
 
 
 def _told(
@@ -287,7 +243,7 @@ def _next_run(decision: str, context: rows.Context, unknown: Unknown | None) -> 
         ]
         return '; '.join([*dict.fromkeys(e.reveal for e in close), NEXT])
     if unknown:
-        return f'repeat the run, and {REVEALED[unknown.variable]}'
+        return f'repeat the run, and {unknown.reveal}'
     if decision == 'unknown':
         return 'repeat the run, then vary one thing at a time: speed, load, angle, supply'
     return None

@@ -21,6 +21,14 @@ from leo_diffmodel.explain.unknown.variables import ring, Variable
 Array = np.ndarray
 SIDES = {'torque': 'torque', 'friction': 'friction', 'drive': 'share of the motor torque'}
 PATH_KNOTS = 9
+REVEALED = {
+    'angle': 'move slowly over the whole range of the angle, both ways',
+    'rate': 'sweep the speed slowly from end to end',
+    'input': 'apply the input as a slow triangle',
+    'load': 'add a payload',
+    'time': 'let it last three times as long',
+    'path': 'go slowly back and forth with changing turning points',
+}
 
 
 @dataclass(frozen=True)
@@ -70,6 +78,11 @@ class Unknown:
         effects, constants = _fitted(self.fit)
         effects[-1]['source'] = self.source
         return row | {'source': self.source, 'model': {'effects': effects, 'constants': constants}}
+
+    @property
+    def reveal(self) -> str:
+        """The run that would show the law best."""
+        return REVEALED[self.variable]
 
     @property
     def words(self) -> str:

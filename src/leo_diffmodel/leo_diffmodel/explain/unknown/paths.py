@@ -21,12 +21,8 @@ REACHES = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6)
 
 def paths(recordings: Sequence[Recording], left: Influence) -> dict[float, Array]:
     """For each reach the state of Dahl's friction in each stretch, -1 to 1, shape (W, G, J)."""
-    return {reach: _path(recordings, left, reach) for reach in REACHES}
-
-
-def _path(recordings: Sequence[Recording], left: Influence, reach: float) -> Array:
     time, windows = left.time, left.problem.windows
-    z = np.zeros(left.q.shape)
+    z = np.zeros((len(REACHES), *left.q.shape))
     for source, recording in enumerate(recordings):
         for episode in recording.episodes:
             inside = (
@@ -34,17 +30,17 @@ def _path(recordings: Sequence[Recording], left: Influence, reach: float) -> Arr
                 & (time[:, 0] >= episode.t[0])
                 & (time[:, -1] <= episode.t[-1])
             )
-            along = dahl(episode, reach)
-            for j in range(z.shape[-1]):
-                z[inside, :, j] = np.interp(time[inside], episode.t, along[:, j])
-    return z
+            along = dahl(episode, np.array(REACHES))
+            for r, j in np.ndindex(len(REACHES), z.shape[-1]):
+                z[r, inside, :, j] = np.interp(time[inside], episode.t, along[:, r, j])
+    return dict(zip(REACHES, z, strict=True))
 
 
-def dahl(episode: Episode, reach: float) -> Array:
-    """The state along an episode that begins at rest, shape (T, J)."""
-    moved = np.diff(episode.q, axis=0)
-    decay, way = np.exp(-np.abs(moved) / reach), np.sign(moved)
-    z = np.zeros_like(episode.q)
+def dahl(episode: Episode, reach: Array) -> Array:
+    """The state along an episode that begins at rest, for each reach [rad], shape (T, R, J)."""
+    moved = np.diff(episode.q, axis=0)[:, None, :]
+    decay, way = np.exp(-np.abs(moved) / reach[:, None]), np.sign(moved)
+    z = np.zeros((len(episode.q), *decay.shape[1:]))
     for k in range(len(moved)):
         z[k + 1] = way[k] + (z[k] - way[k]) * decay[k]
     return z
@@ -60,8 +56,8 @@ def with_past(recordings: Sequence[Recording], windows: Windows) -> Windows:
     for source, start in zip(windows.source, windows.start, strict=True):
         inside = (e for s, e in episodes if s == source and e.t[0] <= start <= e.t[-1])
         parts.append(_past(next(inside), float(start)))
-    columns = tuple(np.stack(column) for column in zip(*parts, strict=True))
-    return replace(windows, history=columns)  # type: ignore[arg-type]
+    q, dq, inputs, enabled, gaps = (np.stack(column) for column in zip(*parts, strict=True))
+    return replace(windows, history=(q, dq, inputs, enabled, gaps))
 
 
 def _past(episode: Episode, start: float) -> tuple[Array, ...]:

@@ -95,14 +95,16 @@ class Regression:
         answered = answered.reshape(len(flat), -1, *torque.shape[2:])
         own = self._responses(answered)
         parts = [self._sum(torque, answered, own, fold) for fold in self._folds]
-        whole = _Normal(sum(p.matrix for p in parts), sum(p.slope for p in parts))
+        whole = _Normal(
+            np.sum([p.matrix for p in parts], axis=0), np.sum([p.slope for p in parts], axis=0)
+        )
         held = self._sum(torque, answered, own, self._held)
         found = whole.solved()
         inverse = np.linalg.inv(_ridged(whole.matrix))
         return Score(
             found,
             np.sqrt(np.maximum(np.diagonal(inverse, axis1=-2, axis2=-1), 0.0)),
-            sum(p.nats(whole.less(p).solved()) for p in parts),
+            np.sum([p.nats(whole.less(p).solved()) for p in parts], axis=0),
             held.nats(found),
             whole.nats(found),
             whole.nats(found) * held.trace(found) / np.maximum(whole.trace(found), 1e-12),
