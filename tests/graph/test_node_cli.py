@@ -125,3 +125,17 @@ def test_a_closed_pipe_and_an_interrupt_are_quiet(peer):
         echo.send_signal(signal.SIGINT)
         _, errors = echo.communicate(timeout=PATIENCE)
     assert (echo.returncode, errors) == (0, '')
+
+
+def test_status_says_how_the_nodes_are(domain, tmp_path):
+    assert 'no node says how it is' in leo('status', '--seconds', '0.5', status=1)
+    robot = subprocess.Popen(
+        [LEO, 'run', 'leo_sim', 'robot', '--ros-args', '-r', '__ns:=/arm'], cwd=tmp_path
+    )
+    try:
+        (found,) = json.loads(leo('status', '--seconds', '20', '--json'))
+    finally:
+        robot.kill()
+        robot.wait()
+    assert found['name'] == '/arm/robot' and found['level'] in ('ok', 'warning')
+    assert found['values']['e-stop'] == 'False' and int(found['values']['missed deadlines']) >= 0

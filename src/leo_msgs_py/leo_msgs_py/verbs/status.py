@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo status`: how the robot, the recorder and the learner are doing."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from leo_msgs_py import topics
+from leo_msgs_py.verbs import common
+from leo_msgs_py.verbs.plain import to_plain
+
+_EXAMPLES = '  leo status\n  leo status --seconds 10 --json\n'
+_LEVELS = ('ok', 'warning', 'error', 'stale')
+_ERROR = 2
+_SECONDS = 2.5
+
+
+def main(argv: list[str]) -> int:
+    """Print what the nodes last said of themselves; 1 where nobody speaks or one has an error."""
+    parser = common.Parser('leo status', 'How the nodes of the graph are doing.', _EXAMPLES)
+    parser.add_argument('--seconds', type=float, default=_SECONDS, help='how long to listen')
+    parser.add_json()
+    options = parser.parse_args(argv)
+    found = _listen(options.seconds)
+    if not found and not options.json:
+        print(f'no node says how it is {common.where()}')
+        return 1
+    common.show(options, found, [line for status in found for line in _lines(status)])
+    return int(not found or any(s['level'] == _LEVELS[_ERROR] for s in found))
+
+
+def _listen(seconds: float) -> list[dict[str, Any]]:
+    """The last status of each part that reports on /diagnostics, by name."""
+    from leo_msgs_py.node import api
+
+    latest: dict[str, Any] = {}
+
+    def keep(message: Any) -> None:
+        latest.update({status.name: status for status in message.status})
+
+    with common.probe() as node:
+        node.create_subscription(topics.DIAGNOSTICS.type, topics.DIAGNOSTICS.name, keep,
+                                 topics.DIAGNOSTICS.qos)  # fmt: skip
+        end = time.monotonic() + seconds
+        while api.ok() and time.monotonic() < end:
+            api.spin_once(node, 0.05)
+    return [_plain(latest[name]) for name in sorted(latest)]
+
+
+def _plain(status: Any) -> dict[str, Any]:
+    level = int(to_plain(status.level))
+    values = {pair.key: pair.value for pair in status.values}
+    return {'name': status.name, 'level': _LEVELS[level], 'message': status.message,
+            'values': values}  # fmt: skip
+
+
+def _lines(status: dict[str, Any]) -> list[str]:
+    values = status['values'].items()
+    head = f'{status["name"]}: {status["level"]}, {status["message"]}'
+    return [head, *(f'  {key}: {value}' for key, value in values)]
