@@ -9,6 +9,7 @@ from contextlib import contextmanager
 import json
 import os
 from pathlib import Path
+import shlex
 import sys
 
 from rich.console import Console
@@ -109,6 +110,13 @@ def fresh_folder(path: str | None) -> Path | None:
     if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
         raise UserError(f'cannot write to {folder}: {there} is no folder of yours; choose another')
     return folder
+
+
+def same_bags(verb: str, arguments: argparse.Namespace) -> str:
+    """Another verb on the bags, model and topic map of a command line, to type as it is."""
+    words = ['leo', verb, *arguments.bags, '--model', arguments.model]
+    mapped = ['--topic-map', arguments.topic_map] if arguments.topic_map else []
+    return shlex.join([*words, *mapped])
 
 
 def write_json(folder: Path, name: str, data: dict) -> Path:

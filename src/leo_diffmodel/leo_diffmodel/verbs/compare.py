@@ -43,7 +43,7 @@ def main(argv: list[str]) -> int:
     _print(result.data)
     if folder:
         print(f'wrote {folder}/compare.json and report.html')
-    print(f'next: leo explain {" ".join(arguments.bags)} --model {arguments.model} -o out/explain')
+    print(f'next: {common.same_bags("explain", arguments)} -o out/explain')
     return 0
 
 

@@ -70,4 +70,5 @@ def _print(result: Explanation, rows: list[dict], folder: Path, target: Path) ->
             table.add_row(row['model'], *[f'{r:.3g} / {m:.3g}' for r, m in pairs])
         Console().print(table)
     print(f'wrote {target}, {folder}/explain.json and {folder}/report.html')
-    print(f'next: leo learn --model {target}')
+    verb = 'learn' if result.model.robot.reward else 'compare BAG'
+    print(f'next: leo {verb} --model {target}')

@@ -109,6 +109,8 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
     from leo_sim.model_file import load_model
 
     model = load_model(run.model)
+    if not model.robot.reward:
+        raise UserError(f'{model.robot.name} has no task to learn; give its robot.yaml a reward')
     alive: Callable[[], bool] = lambda: True  # noqa: E731
     if run.on_robot:
         from leo_learner.robot_env import RobotEnv
