@@ -9,6 +9,7 @@ from tests.simulate import DT, PENDULUM, record, steps
 
 from leo_diffmodel.compare.windows import sample_period
 from leo_diffmodel.explain.candidates import candidates
+from leo_diffmodel.explain.classes import Facts
 from leo_diffmodel.explain.pose import pose
 from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.proposal import Proposal, propose
@@ -45,11 +46,12 @@ def proposal() -> Proposal:
 
 def test_open_are_close_rivals_that_are_not_the_same_thing():
     close = [near('torque_scale', 3.0), near('voltage_deadband', 0.1), near('armature', 9.0)]
-    (found,) = questions(answer(*close), PENDULUM)
-    assert found == Question((), ('voltage_scale:pivot', 'voltage_deadband:pivot',
-                                  'torque_scale:pivot'))  # fmt: skip
-    assert questions(answer(), PENDULUM) == []
-    torque = load_robot('torque_pendulum')
+    powered = Facts(PENDULUM, ever_free=False)
+    (found,) = questions(answer(*close), powered)
+    labels = ('voltage_scale:pivot', 'voltage_deadband:pivot', 'torque_scale:pivot')
+    assert found == Question((), labels, ((0, 1), (0, 2), (1, 2)))
+    assert questions(answer(), powered) == []
+    torque = Facts(load_robot('torque_pendulum'), ever_free=False)
     assert questions(answer(near('torque_scale', 0.0, 'no back-EMF')), torque) == []
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-import itertools
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,9 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import sample_period
+from leo_diffmodel.explain.classes import Facts
 from leo_diffmodel.next_run.menu import menu
-from leo_diffmodel.next_run.questions import always_same, fit_all, Fitted, Question, questions
+from leo_diffmodel.next_run.questions import fit_all, Fitted, Question, questions
 from leo_diffmodel.next_run.run import Run
 from leo_diffmodel.next_run.separate import separable
 from leo_diffmodel.next_run.show import is_shown, shown
@@ -117,7 +117,8 @@ def propose(
     period = sample_period(recordings)
     before = seen(recordings, period)
     runs = tamed(menu(model.robot, before.allowed(model.robot), seconds), model, before)
-    asked = questions(answer, model.robot)
+    free = any(bool((~e.enabled).any()) for r in recordings for e in r.episodes)
+    asked = questions(answer, Facts(model.robot, free))
     if asked:
         fitted = fit_all(recordings, model, asked, extra, progress)
         points, nats, danger = _parted(fitted, model, runs, before, progress)
@@ -148,19 +149,12 @@ def _parted(
             tracks.append(made)
             danger = [d or too_far(t, model.robot, before)
                       for d, t in zip(danger, made, strict=True)]  # fmt: skip
-        for i, j in itertools.combinations(range(len(tracks)), 2):
-            if always_same(_thing(question, i), _thing(question, j), model.robot):
-                continue
+        for i, j in question.question.pairs:
             both = [separable(model, tracks[a], before.period, question.sigma, question.fits[b])
                     for a, b in ((i, j), (j, i))]  # fmt: skip
             points.append(_pair(question.question, i, j))
             columns.append(np.min(both, axis=0))
     return points, np.stack(columns, axis=1), danger
-
-
-def _thing(fitted: Fitted, choice: int) -> dict[str, str]:
-    name, _, where = fitted.question.choices[choice].partition(':')
-    return {'name': name, 'where': where}
 
 
 def _pair(question: Question, i: int, j: int) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+import itertools
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,6 @@ from leo_diffmodel.explain.scored import MARGIN_NATS
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
-from leo_sim.robot import Robot
 
 Array = np.ndarray
 MOST_CHOICES = 5
@@ -35,10 +35,12 @@ class Question:
     Attributes:
         others: labels (effect:where) of the effects that are not in question.
         choices: labels of what it could be, the leading one first.
+        pairs: numbers of the choices that a run could tell apart, two by two.
     """
 
     others: tuple[str, ...]
     choices: tuple[str, ...]
+    pairs: tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True)
@@ -56,28 +58,33 @@ class Fitted:
     sigma: Array
 
 
-def questions(answer: dict[str, Any], robot: Robot) -> list[Question]:
+def questions(answer: dict[str, Any], facts: Facts) -> list[Question]:
     """The open questions of an explain.json: effects with rivals that nothing tells apart.
 
-    What is the same thing in any run is no open question; what is so only as long as the motors
-    are never free is one.
+    What is the same thing in any run is no open question. What is so only as long as the motors
+    are never free is one where there is no other.
     """
-    labels = [_label(row) for row in answer['effects']]
-    out = []
-    for row, label in zip(answer['effects'], labels, strict=True):
-        close = [c for c in row['confusable_with']
-                 if c['separable_nats'] < MARGIN_NATS and not always_same(row, c, robot)]
-        rivals = [_label(c) for c in sorted(close, key=lambda c: c['separable_nats'])]
-        if rivals:
+    close = [[c for c in row['confusable_with'] if c['separable_nats'] < MARGIN_NATS]
+             for row in answer['effects']]  # fmt: skip
+    truly = [[c for c in rivals if not c['same_thing']] for rivals in close]
+    if any(truly):
+        return _asked(answer['effects'], truly, facts)
+    return _asked(answer['effects'], close, replace(facts, ever_free=True))
+
+
+def _asked(rows: list[dict], close: list[list[dict]], facts: Facts) -> list[Question]:
+    labels, out = [_label(row) for row in rows], []
+    for row, label, rivals in zip(rows, labels, close, strict=True):
+        nearest = sorted(rivals, key=lambda c: c['separable_nats'])[: MOST_CHOICES - 1]
+        choices = [row, *nearest]
+        pairs = tuple(
+            (i, j) for i, j in itertools.combinations(range(len(choices)), 2)
+            if why_same(_thing(choices[i]), _thing(choices[j]), facts) is None
+        )  # fmt: skip
+        if pairs:
             others = tuple(other for other in labels if other != label)
-            out.append(Question(others, (label, *rivals[: MOST_CHOICES - 1])))
+            out.append(Question(others, tuple(_label(c) for c in choices), pairs))
     return out
-
-
-def always_same(a: dict[str, Any], b: dict[str, Any], robot: Robot) -> bool:
-    """Whether two effects are equal in every run, even one with the motors off."""
-    one, other = (a['name'], a['where']), (b['name'], b['where'])
-    return why_same(one, other, Facts(robot, ever_free=True)) is not None
 
 
 def fit_all(
@@ -129,6 +136,10 @@ def _noise(recordings: Sequence[Recording], problem: Problem, fits: Sequence[Fit
     models = [f.hypothesis.model(problem.base, f.theta) for f in fits]
     left = np.min([problem.sigma, *(noise.estimate(m, short) for m in models)], axis=0)
     return np.asarray(left.max(axis=0))
+
+
+def _thing(row: dict[str, Any]) -> tuple[str, str]:
+    return row['name'], row['where']
 
 
 def _label(row: dict[str, Any]) -> str:
