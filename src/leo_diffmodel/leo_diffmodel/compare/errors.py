@@ -20,6 +20,7 @@ Array = np.ndarray
 HORIZONS = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 STATE_STEP = 1e-4
 LONGEST_STEP = 1.0
+MOST_WINDOWS, MOST_ROLLOUTS = 400, 2000
 NEAR_STEPS, NEAR = 0.75, 0.05
 REACHED = 0.5
 """Share of the windows that must be long enough for an error that far ahead."""
@@ -109,15 +110,18 @@ def has_memory(model: Model) -> bool:
 
 
 def horizon_windows(
-    recordings: Sequence[Recording], model: Model, seconds: float, most: int = 400
+    recordings: Sequence[Recording], model: Model, seconds: float, most: int | None = None
 ) -> Windows:
     """Overlapping windows of `seconds`, at most `most` of them, evenly spread.
+
+    By default 400, and fewer on robots with many joints, whose floor takes more predictions.
 
     Windows count samples: where bags differ in rate, those of the fastest last `seconds`.
     """
     total = sum(e.t[-1] - e.t[0] for r in recordings for e in r.episodes if len(e.t) > 1)
     period = sample_period(recordings)
-    stride = max(period, total / most)
+    moves = 1 + 2 * len(model.robot.joint_names)
+    stride = max(period, total / (most or min(MOST_WINDOWS, MOST_ROLLOUTS // moves)))
     seconds *= period / min(sample_period([r]) for r in recordings)
     history = HISTORY if has_memory(model) else 0.0
     return cut(recordings, seconds, stride=stride, history=history)
