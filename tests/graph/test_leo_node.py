@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""LEO behind its node: lockstep, a held base, e-stop, free motors, and its bag."""
+
+import signal
+import subprocess
+import time
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.bags.recording import read_bag
+from leo_learner.env import ModelEnv
+from leo_learner.robot_env import RobotEnv
+from leo_msgs_py import topics
+from leo_msgs_py.node import api
+from leo_sim.model import Model
+from leo_sim.robot import load_robot
+
+pytestmark = pytest.mark.graph
+
+LEO = load_robot('leo')
+ROBOT = 'import sys; from leo_sim.nodes.robot import main; sys.exit(main(sys.argv[1:]))'
+RECORDER = (
+    'import sys; from leo_diffmodel.nodes.diffmodel import main; sys.exit(main(sys.argv[1:]))'
+)
+VOLTS = np.random.default_rng(0).uniform(-4.0, 4.0, (12, 6))
+
+
+@pytest.fixture
+def env(domain):
+    node = api.create_node('env', [])
+    made = RobotEnv(node, LEO)
+    made.node = node
+    yield made
+    api.shutdown()
+
+
+def start(spawn, *parameters: str):
+    given = [word for parameter in parameters for word in ('-p', parameter)]
+    return spawn('-c', ROBOT, '--ros-args', '-p', 'robot:=leo', '-p', 'realtime_factor:=0', *given)
+
+
+def call(env, service, *request):
+    client = env.node.create_client(*service)
+    assert client.wait_for_service(60.0)
+    future = client.call_async(service.type.Request(*request))
+    assert api.spin_until(env.node, future.done, 60.0)
+    return future.result().success
+
+
+def test_lockstep_gives_the_models_transitions(env, spawn):
+    start(spawn, 'start:=nominal')
+    model_env = ModelEnv(Model(LEO))
+    seen, _ = env.reset()
+    expected, _ = model_env.reset(options={'pose': 'nominal'})
+    np.testing.assert_allclose(seen, expected, atol=1e-12)
+    for volts in VOLTS[:5]:
+        answer, expected = env.step(volts), model_env.step(volts)
+        np.testing.assert_allclose(answer[0], expected[0], atol=0.02)
+        assert answer[1] == pytest.approx(expected[1], abs=0.5)
+        assert answer[2:] == expected[2:]
+
+
+def test_a_recording_of_a_held_robot_says_so_and_holds_it(env, spawn, tmp_path):
+    start(spawn, 'start:=hanging')
+    recorder = spawn(
+        '-c', RECORDER, '--ros-args', '-p', f'bag:={tmp_path / "bag"}', stderr=subprocess.PIPE
+    )
+    assert api.spin_until(
+        env.node, lambda: env.node.count_subscribers('/dynamic_joint_states') > 0, 60.0
+    )
+    env.reset()
+    for volts in VOLTS:
+        env.step(volts)
+    assert call(env, topics.E_STOP)
+    env.step(VOLTS[0])
+    assert call(env, topics.E_STOP_RESET)
+    assert call(env, topics.TORQUE, False)
+    for volts in VOLTS[:3]:
+        env.step(volts)
+    time.sleep(4.5)
+    recorder.send_signal(signal.SIGINT)
+    assert recorder.wait(60.0) in (0, 130)
+    recording = read_bag(tmp_path / 'bag', LEO)
+    assert recording.joints == LEO.joint_names
+    assert len(recording.actuators) == 6
+    assert recording.metadata['held'] == 'true'
+    driven, free = recording.episodes[-2:]  # the end of an e-stop begins an episode
+    for episode in (driven, free):
+        np.testing.assert_array_equal(episode.q[:, :3], np.tile([0, 0.6, 0], (len(episode.t), 1)))
+        assert not episode.dq[:, :3].any()
+    held = driven.inputs[:36].reshape(12, 3, 6)
+    np.testing.assert_allclose(held, np.repeat(VOLTS[:, None], 3, axis=1))
+    assert driven.enabled[:36].all() and np.ptp(driven.q[:, 3:], axis=0).min() > 0.01
+    assert not driven.inputs[36:].any()
+    assert not free.enabled[-3:].any()
