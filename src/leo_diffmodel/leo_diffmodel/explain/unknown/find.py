@@ -15,7 +15,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit, fit, Problem
-from leo_diffmodel.explain.scored import AGREEMENT, dispersion, MARGIN_NATS
+from leo_diffmodel.explain.scored import AGREEMENT, dispersion, MARGIN_NATS, unexplained
 from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, with_fit
 from leo_diffmodel.explain.unknown.curves import Curve, curves
 from leo_diffmodel.explain.unknown.influence import Influence, influence
@@ -23,11 +23,13 @@ from leo_diffmodel.explain.unknown.paths import paths
 
 Array = np.ndarray
 LEAST_NATS = 15.0
-"""Noise alone gives a curve up to 7 nats over all variables (40 runs without an effect)."""
-LEAST_SHARE = 0.05
+"""White noise in place of the residual gives the best of all curves 9 nats at most (40 draws)."""
+LEAST_SHARE = 0.1
 """Of all that is explained; less is no answer to what is missing."""
 FORM_NATS = 3.0
 TRIED = 2
+WHOLE = 1.3
+"""Most that a law may leave, in units of noise, to stand in for several named effects."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,8 @@ def _instead(
         tried = attempt(recordings, found.null, left, blocks, curve)
         spread = min(tried.dispersion, dispersion(found.final))
         own = tried.total / spread - _price(problem, len(tried.law.values)) - FORM_NATS
-        if own > rival / spread - price + MARGIN_NATS:
+        whole = tried.fit is not None and unexplained(tried.fit) < WHOLE
+        if whole and own > rival / spread - price + MARGIN_NATS:
             return Found(tried, (), found.null, left, blocks)
     return None
 
