@@ -36,6 +36,43 @@ def test_the_pendulum_is_that_of_the_data_sheet():
     assert PENDULUM.joint_names == ('pivot',)
 
 
+def test_the_servo_is_that_of_its_data_sheet_and_only_roughly_known():
+    robot = load_robot('servo_pendulum')
+    (motor,) = robot.actuators
+    assert motor.torque_constant * 5 / motor.resistance == pytest.approx(0.52, rel=0.01)
+    assert 5 / motor.resistance == pytest.approx(1.47, rel=0.01)
+    assert (motor.supply, motor.limit) == (7.4, 7.4)
+    assert {path for path, c in robot.constants.items() if c.uncertain} == {
+        'actuators.pivot.torque_constant', 'actuators.pivot.resistance',
+        'actuators.pivot.rotor_inertia', 'sensors.pivot.offset'}
+    hanging = Model(robot, engine='rigid')
+    assert hanging.step(hanging.start(), [0.0], 1.0).q == pytest.approx([0.0], abs=1e-12)
+
+
+def test_an_encoder_with_an_offset_reads_it_at_angle_0():
+    robot = load_robot('servo_pendulum')
+    model = Model(robot, constants={'sensors.pivot.offset': 0.1}, engine='rigid')
+    assert model.sense(State(np.zeros(1), np.zeros(1)))[0] == pytest.approx([0.1])
+    assert model.state_from([0.3], [1.0]).q == pytest.approx([0.2])
+    swung = model.step(model.state_from([0.5], [0.0]), [0.0], 0.2)
+    same = Model(robot, engine='rigid').step(State(np.array([0.4]), np.zeros(1)), [0.0], 0.2)
+    assert swung.q == pytest.approx(same.q)
+
+
+def test_the_double_pendulum_is_the_published_one():
+    robot = load_robot('double_pendulum')
+    model = Model(robot, engine='rigid')
+    mass, bias = model.rigid.mass_and_bias(np.array([np.pi / 2, 0.0]), np.zeros(2))
+    upper, lower, first, second, reach = 0.05472, 0.02522, 0.608, 0.63, 0.3
+    coupled = lower + second * reach * 0.166
+    assert mass[1][1] == pytest.approx(lower)
+    assert mass[1][0] == pytest.approx(coupled)
+    assert mass[0][0] == pytest.approx(upper + coupled + second * reach * (reach + 0.166))
+    assert bias[1] == pytest.approx(9.81 * second * 0.166)
+    assert bias[0] == pytest.approx(9.81 * (first * 0.275 + second * (reach + 0.166)))
+    assert model.laws.rotor_inertia == pytest.approx([36 * 6.0719e-5] * 2)
+
+
 def test_start_poses():
     model = Model(PENDULUM, engine='rigid')
     assert model.start().q[0] == np.pi
@@ -63,10 +100,11 @@ def test_task_of_the_pendulum():
 
 
 def test_reward_is_highest_upright():
-    for name, upright in (('pendulum', 0.0), ('torque_pendulum', np.pi)):
+    for name, upright in (('pendulum', 0.0), ('torque_pendulum', np.pi),
+                          ('servo_pendulum', np.pi), ('double_pendulum', [np.pi, 0.0])):
         robot = load_robot(name)
-        state = State(np.array([upright]), np.array([0.0]))
-        paid, _ = Task(robot).reward(Memory(), state, np.zeros(1), state)
+        state = State(np.atleast_1d(upright), np.zeros(len(robot.joint_names)))
+        paid, _ = Task(robot).reward(Memory(), state, np.zeros(len(robot.actuators)), state)
         assert paid == pytest.approx(0.0)
 
 

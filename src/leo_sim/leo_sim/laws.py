@@ -16,7 +16,8 @@ from leo_sim.late import act_late
 from leo_sim.motor import Motor, torque_source, voltage_motor
 from leo_sim.places import added, Index, index_of, put, Use
 from leo_sim.robot import Robot
-from leo_sim.sensors import Memory, Sensors
+from leo_sim.sensors import Memory as Memory
+from leo_sim.sensors import Sensors
 
 TIME = 'time'
 HELD = 'held'  # in the memory of a state whose base does not move
