@@ -23,7 +23,7 @@ SIZES = (6.0, 30.0)
 """Rms change of the 0.5 s open loop, in noise floors."""
 LEAST = 3.0
 ROUNDS = 3
-AMPLITUDES = np.geomspace(1e-4, 3.0, 24)
+AMPLITUDES = np.geomspace(1e-4, 0.5, 24)
 """Tried amplitudes, in the robot's largest torque (a turn, or a share)."""
 
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -112,6 +112,20 @@ def waves(time: Array, hertz: Array) -> Array:
     """Sine and cosine of each frequency, shape (..., F, 2)."""
     phase = 2 * np.pi * time[..., None] * hertz
     return np.stack([np.sin(phase), np.cos(phase)], axis=-1)
+
+
+def again(left: Influence, blocks: Array, curve: Curve) -> Curve:
+    """The same curve from another linearisation."""
+    variable = next(
+        v for v in variables(left, curve.joint) if v.kind == curve.variable.kind
+    )
+    carried = carry(left, curve.carrier, curve.joint)
+    assert carried is not None
+    basis = variable.hats(variable.values)
+    if curve.hertz:
+        basis = waves(variable.values, np.array([curve.hertz]))[:, :, 0]
+    score = Regression(left, blocks, curve.joint).of((basis * carried[..., None])[:, :, None])
+    return replace(curve, variable=variable, score=score.at(0))
 
 
 def carry(left: Influence, carrier: str, joint: int) -> Array | None:

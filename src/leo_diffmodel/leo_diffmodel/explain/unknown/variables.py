@@ -39,6 +39,11 @@ class Variable:
     period: float | None = None
 
     @property
+    def kind(self) -> tuple[str, str, float | None, int]:
+        """What stays when the data are looked at from another model."""
+        return self.name, self.of, self.period, len(self.knots)
+
+    @property
     def label(self) -> str:
         """In words."""
         return f'{self.name} of {self.of}' if self.of else self.name
