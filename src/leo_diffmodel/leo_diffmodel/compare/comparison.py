@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 import time
 
@@ -22,6 +22,7 @@ from leo_sim.model import Model
 HORIZON_SECONDS = 2.0
 BUDGET_SECONDS = 0.5
 RATES_APART = 1.5
+STAGES = 3
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,10 @@ class Comparison:
 
 
 def compare(
-    recordings: Sequence[Recording], model: Model, step: float | None = None
+    recordings: Sequence[Recording],
+    model: Model,
+    step: float | None = None,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> Comparison:
     """Score a model on recordings.
 
@@ -50,6 +54,7 @@ def compare(
         recordings: bags of one robot.
         model: the model.
         step: length of one step [s]; by default the control period of the data.
+        progress: told what comes next; `STAGES` times.
 
     Raises:
         UserError: the recordings are too short for a single window, or a step out of reach.
@@ -58,28 +63,20 @@ def compare(
     origin = provenance(recordings, model)
     recordings = _at_one_rate(recordings)
     step = errors.step_seconds(recordings, step)
+    progress('noise')
     try:
         windows = _windows(recordings, model, step)
         sigma = noise.estimate(model, noise.short_windows(recordings))
+    except np.linalg.LinAlgError as error:
+        raise UserError(_beyond(recordings)) from error
     except ValueError as error:
         raise UserError(f'{recordings[0].path}: {error}; record at least 2 s') from error
+    progress('predictions')
     prediction = errors.predict_windows(model, windows, sigma)
+    progress('missing torque')
     missing = missing_torque(recordings, model, sigma)
     places = where(missing, model)
-    one = errors.one_step(prediction, step)
-    floor = one.pop('noise_floor')
-    horizon = errors.horizon_table(prediction, step)
-    data = {
-        'states': errors.state_names(model),
-        'step_seconds': step,
-        'one_step': one,
-        'observation': _observation(model, prediction, step),
-        'horizon': [{k: r[k] for k in ('steps', 'seconds', 'rmse', 'mean')} for r in horizon],
-        'noise_floor': {
-            'one_step': floor,
-            'observation': _observation_floor(model, prediction, step),
-            'horizon': [_floor_row(r) for r in horizon],
-        },
+    data = _errors(model, prediction, step) | {
         'noise': sigma.tolist(),
         'joints': places.joints,
         'where': places.rows,
@@ -90,6 +87,37 @@ def compare(
         'provenance': origin,
     }
     return Comparison(data, missing, places, prediction)
+
+
+def _beyond(recordings: Sequence[Recording]) -> str:
+    worst = max(recordings, key=_fastest)
+    return (
+        f'{worst.path}: the model cannot follow rates up to {_fastest(worst):.3g} rad/s; '
+        'check units and scale in the topic map'
+    )
+
+
+def _fastest(recording: Recording) -> float:
+    return max(float(np.abs(e.dq).max()) for e in recording.episodes)
+
+
+def _errors(model: Model, prediction: errors.Prediction, step: float) -> dict:
+    """One step, observation and horizon, each with its noise floor of the same shape."""
+    one = errors.one_step(prediction, step)
+    floor = one.pop('noise_floor')
+    horizon = errors.horizon_table(prediction, step)
+    return {
+        'states': errors.state_names(model),
+        'step_seconds': step,
+        'one_step': one,
+        'observation': _observation(model, prediction, step),
+        'horizon': [{k: r[k] for k in ('steps', 'seconds', 'rmse', 'mean')} for r in horizon],
+        'noise_floor': {
+            'one_step': floor,
+            'observation': _observation_floor(model, prediction, step),
+            'horizon': [_floor_row(r) for r in horizon],
+        },
+    }
 
 
 def _at_one_rate(recordings: Sequence[Recording]) -> Sequence[Recording]:

@@ -4,16 +4,19 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 import json
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
-from leo_diffmodel.compare.comparison import compare
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.comparison import compare, Comparison, STAGES
 from leo_diffmodel.compare.where import against_motion, bin_in_words, worst_places
 from leo_diffmodel.report.text import percent
 from leo_diffmodel.verbs import common
+from leo_sim.model import Model
 
 EXAMPLES = (
     'leo compare bags/run1 --model pendulum',
@@ -30,13 +33,11 @@ def main(argv: list[str]) -> int:
     folder = common.fresh_folder(arguments.output)
     model = common.load(arguments)
     recordings = common.read_bags(arguments.bags, model, arguments.topic_map)
-    with common.progress('comparing'):
-        result = compare(recordings, model, arguments.step)
-    if folder:
-        common.write_json(folder, 'compare.json', result.data)
-        from leo_diffmodel.report.compared import write_comparison
-
-        write_comparison(folder / 'report.html', result, recordings, model)
+    with common.progress('comparing', STAGES + 1) as told:
+        result = compare(recordings, model, arguments.step, told)
+        if folder:
+            told('report')
+            _write(folder, result, recordings, model)
     if arguments.json:
         print(json.dumps(result.data))
         return 0
@@ -52,6 +53,15 @@ def _parser() -> argparse.ArgumentParser:
     common.add_bag_arguments(arguments, hold_out=False)
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write JSON and report here')
     return arguments
+
+
+def _write(
+    folder: Path, result: Comparison, recordings: Sequence[Recording], model: Model
+) -> None:
+    from leo_diffmodel.report.compared import write_comparison
+
+    common.write_json(folder, 'compare.json', result.data)
+    write_comparison(folder / 'report.html', result, recordings, model)
 
 
 def _print(data: dict) -> None:

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""leo compare as a person meets it: what it prints, what it writes, on two joints too."""
+
+import json
+
+import numpy as np
+import pytest
+from tests.page import read
+from tests.simulate import bag, PENDULUM, record, steps
+
+from leo_diffmodel.verbs.compare import main
+from leo_sim.effects import place
+from leo_sim.robot import load_robot
+
+DOUBLE = load_robot('double_pendulum')
+
+
+@pytest.fixture(scope='module')
+def rubbing(tmp_path_factory):
+    """A bag of a pendulum that loses torque in proportion to its speed."""
+    effect = place(PENDULUM, 'viscous_friction', 'pivot', b=1e-4)
+    return bag(tmp_path_factory.mktemp('bags') / 'rubbing', record(PENDULUM, effect, seconds=20))
+
+
+def test_a_person_sees_where_it_fails(rubbing, capsys):
+    assert main([str(rubbing), '--model', 'pendulum']) == 0
+    text = capsys.readouterr().out
+    assert 'rms error ahead of the measured start' in ' '.join(text.split())
+    [sentence] = [line for line in text.splitlines() if line.startswith('fails most')]
+    assert 'pivot, speed ' in sentence
+    for part in (' rad/s: ', ' N m = ', ' V = ', ' % of stall (noise ', ' of the error in ',
+                 ' of the time; look at rubbing '):  # fmt: skip
+        assert part in sentence, part
+    assert 'moving forward' in text and 'moving backward' in text
+    assert f'next: leo explain {rubbing} --model pendulum' in text
+
+
+def test_json_to_stdout_is_the_file(rubbing, tmp_path, capsys):
+    arguments = [str(rubbing), '--model', 'pendulum', '-o', str(tmp_path), '--json']
+    assert main(arguments) == 0
+    written = json.loads((tmp_path / 'compare.json').read_text())
+    assert json.loads(capsys.readouterr().out) == written
+
+
+def test_a_model_that_is_right_is_said_to_fail_nowhere(tmp_path, capsys):
+    path = bag(tmp_path / 'right', record(PENDULUM, seconds=20, seed=4))
+    assert main([str(path), '--model', 'pendulum']) == 0
+    assert 'It fails nowhere' in capsys.readouterr().out
+
+
+def test_the_page_of_two_joints(tmp_path, capsys):
+    inputs = np.hstack([steps(DOUBLE, 10, 5), 0.3 * steps(DOUBLE, 10, 6)])
+    rubs = [place(DOUBLE, 'viscous_friction', j, b=0.05) for j in ('shoulder', 'elbow')]
+    path = bag(tmp_path / 'two', record(DOUBLE, *rubs, seconds=10, inputs=inputs))
+    assert main([str(path), '--model', 'double_pendulum', '-o', str(tmp_path)]) == 0
+    links, text = read(tmp_path / 'report.html')
+    assert links.urls == []
+    for title in ('How much of the motion the model explains', 'Where it fails',
+                  'Torque the model lacks', 'Error against prediction horizon',
+                  'Where this comes from'):  # fmt: skip
+        assert title in text, title
+    page = (tmp_path / 'report.html').read_text()
+    for joint in ('shoulder', 'elbow'):
+        assert f'{joint} ' in text
+        for axis in (f'rms error of {joint} [rad]', f'{joint} speed [rad/s]',
+                     f'{joint} commanded torque [N m]'):  # fmt: skip
+            assert f'"{axis}"' in page, axis
