@@ -43,6 +43,7 @@ EFFECTS = {
     'broken_law.py': ['broken_law.py', 'no wind today'],
     'hook.py': ['hook.py', 'hook', "'ground'"],
     'half.py': ['half.py', 'lacks family, hook, parameters'],
+    'bounds.py': ['bounds.py', "'w'", 'between low and high'],
     'viscos': ['viscos'],
 }
 LOGS = {

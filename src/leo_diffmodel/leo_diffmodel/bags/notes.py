@@ -53,8 +53,12 @@ def reading_notes(
 def input_notes(
     contents: BagContents, robot: Robot, topic_map: TopicMap, inputs: InputLog | None,
 ) -> list[str]:
-    """Return which inputs were unusable, and whether applied ones were passed over."""
+    """Return which joints of the map and inputs were unusable, and which were passed over."""
     notes = []
+    strange = sorted(set(topic_map.joints) - set(robot.joint_names))
+    if strange:
+        notes.append(f'the topic map names {", ".join(strange)}, which {robot.name} lacks; it has '
+                     f'{", ".join(robot.joint_names)}')
     if inputs is not None and inputs.dropped:
         notes.append(f'{inputs.dropped} inputs with NaN or of a wrong length left out')
     topic = find_topic(contents, 'dynamic_joint_states', topic_map)

@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import Any
 
 from leo_msgs_py.errors import UserError
-from leo_sim.effects.base import Effect, HOOKS
+from leo_sim.effects.base import Effect, HOOKS, Parameter
 
 REQUIRED = ('name', 'family', 'hook', 'parameters')
 
@@ -38,10 +38,18 @@ def read_effect(path: Path) -> Effect:
     if kind.hook not in HOOKS or law in (None, getattr(Effect, kind.hook, None)):
         raise UserError(f'{path}: {kind.__name__} needs a hook of {", ".join(HOOKS)}, and the '
                         f'method of that name; its hook is {kind.hook!r}')
+    _check_parameters(path, kind)
     effect: Effect = kind()
     effect.source = str(path.resolve())
     setattr(effect, kind.hook, _told(path, getattr(effect, kind.hook)))
     return effect
+
+
+def _check_parameters(path: Path, kind: type[Effect]) -> None:
+    for p in kind.parameters:
+        if not (isinstance(p, Parameter) and p.low <= p.neutral <= p.high and p.low < p.high):
+            raise UserError(f'{path}: {kind.__name__}.parameters: {p} is no Parameter(name, unit, '
+                            'neutral, low, high) with its neutral value between low and high')
 
 
 def _module(path: Path) -> ModuleType:
