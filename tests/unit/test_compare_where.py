@@ -12,6 +12,8 @@ from tests.simulate import DT, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.compare.comparison import compare
 from leo_diffmodel.compare.conditions import bands
+from leo_diffmodel.compare.errors import state_names
+from leo_diffmodel.compare.sizes import torque_unit
 from leo_diffmodel.compare.where import against_motion, bin_in_words, worst_places
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -79,8 +81,8 @@ def test_worst_first_is_by_more_than_its_part_of_the_time():
 def test_the_joint_that_rubs_is_the_one_that_fails():
     share = {row['joint']: row['share'] for row in two_joints()['joints']}
     assert share['elbow'] > 0.9 > 0.1 > share['shoulder']
-    [(joint, forward, backward)] = against_motion(two_joints()['where'])
-    assert joint == 'elbow'
+    [(joint, forward, backward, unit)] = against_motion(two_joints()['where'])
+    assert (joint, unit) == ('elbow', 'N m')
     assert [forward, backward] == pytest.approx([-0.15, 0.15], rel=0.2)
 
 
@@ -134,3 +136,10 @@ def test_bands_of_an_input_with_two_values_are_its_two_values():
     (_, low), (_, high) = bands(values)
     np.testing.assert_array_equal(low, values < 0)
     np.testing.assert_array_equal(high, values > 0)
+
+
+def test_a_slide_has_metres_and_newtons():
+    leo = Model('leo')
+    units = [s['unit'] for s in state_names(leo)]
+    assert units[:3] == ['m', 'm', 'rad'] and units[9:12] == ['m/s', 'm/s', 'rad/s']
+    assert torque_unit(leo.robot, 'base_z') == 'N' and torque_unit(leo.robot, 'left_hip') == 'N m'

@@ -9,7 +9,7 @@ import itertools
 
 import numpy as np
 
-from leo_diffmodel.compare.sizes import is_slide
+from leo_diffmodel.compare.sizes import is_slide, length_unit, torque_unit
 from leo_diffmodel.compare.windows import Windows
 from leo_sim.model import Model
 
@@ -91,11 +91,11 @@ def _ranges(
     windows: Windows, model: Model, load: Array, j: int
 ) -> Iterator[tuple[str, str, Array]]:
     robot = model.robot
-    slide = is_slide(robot, robot.joint_names[j])
-    yield 'speed', 'm/s' if slide else 'rad/s', np.abs(windows.dq[..., j].mean(axis=1))
-    yield 'load', 'N' if slide else 'N m', load[:, j]
+    name = robot.joint_names[j]
+    yield 'speed', f'{length_unit(robot, name)}/s', np.abs(windows.dq[..., j].mean(axis=1))
+    yield 'load', torque_unit(robot, name), load[:, j]
     q = windows.q[..., j].mean(axis=1)
-    if slide:
+    if is_slide(robot, name):
         yield 'position', 'm', q
     else:
         yield 'angle', 'rad', folded(q)

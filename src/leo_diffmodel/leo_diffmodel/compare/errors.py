@@ -10,6 +10,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.noise import HISTORY, per_window
+from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.batch import rollout
@@ -74,9 +75,9 @@ def predict_windows(model: Model, windows: Windows, sigma: Array) -> Prediction:
 
 def state_names(model: Model) -> list[dict]:
     """Names and units of the states: angles, then rates."""
-    joints = model.robot.joint_names
-    return [{'name': j, 'unit': 'rad'} for j in joints] + [
-        {'name': f'{j} rate', 'unit': 'rad/s'} for j in joints
+    units = {j: length_unit(model.robot, j) for j in model.robot.joint_names}
+    return [{'name': j, 'unit': unit} for j, unit in units.items()] + [
+        {'name': f'{j} rate', 'unit': f'{unit}/s'} for j, unit in units.items()
     ]
 
 

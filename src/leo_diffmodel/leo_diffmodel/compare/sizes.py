@@ -27,6 +27,16 @@ def is_slide(robot: Robot, joint: str) -> bool:
     return next(j.kind for j in robot.joints if j.name == joint) == 'prismatic'
 
 
+def length_unit(robot: Robot, joint: str) -> str:
+    """Of a joint's position: rad, or m for a slide."""
+    return 'm' if is_slide(robot, joint) else 'rad'
+
+
+def torque_unit(robot: Robot, joint: str) -> str:
+    """Of the torque at a joint: N m, or N for a slide."""
+    return 'N' if is_slide(robot, joint) else 'N m'
+
+
 def torque_scale(robot: Robot) -> float:
     """The largest motor torque, or else the largest of gravity about a link's joint [N m]."""
     torques = [stall_torque(robot, a.joint) or 0.0 for a in robot.actuators]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.compare.conditions import BACKWARD, Condition, conditions, FORWARD
-from leo_diffmodel.compare.sizes import in_volts, stall_torque
+from leo_diffmodel.compare.sizes import in_volts, stall_torque, torque_unit
 from leo_diffmodel.compare.torque import MissingTorque
 from leo_sim.model import Model
 from leo_sim.robot import Robot
@@ -33,8 +33,8 @@ class Where:
     Single events (a push, a glitch: a few windows far above all others) take no part.
 
     Attributes:
-        joints: rows {joint, share, torque_nm, noise_nm, volts, stall_percent, mean_nm,
-            mean_error_nm}.
+        joints: rows {joint, share, torque_nm (on slides N, as torque_unit says), noise_nm,
+            volts, stall_percent, mean_nm, mean_error_nm}.
         rows: rows of `where` in compare.json.
         noise_only: all of it is within four standard errors of what noise gives.
         events: rows {joint, torque_nm, window, bag} of single events, largest first.
@@ -86,6 +86,7 @@ def _events(missing: MissingTorque, robot: Robot, loud: Array) -> list[dict]:
         {
             'joint': robot.joint_names[j],
             'torque_nm': float(missing.torque[w, j]),
+            'torque_unit': torque_unit(robot, robot.joint_names[j]),
             'window': [float(windows.start[w]), float(windows.start[w] + length[w])],
             'bag': int(windows.source[w]),
         }
@@ -104,8 +105,8 @@ def worst_places(rows: Sequence[dict]) -> list[dict]:
     return list(first.values())
 
 
-def against_motion(rows: Sequence[dict]) -> list[tuple[str, float, float]]:
-    """Joints whose mean missing torque differs with direction: name, forward, backward [N m]."""
+def against_motion(rows: Sequence[dict]) -> list[tuple[str, float, float, str]]:
+    """Joints whose mean missing torque differs with direction: name, forward, backward, unit."""
     by = {(r['joint'], r['bin']): r for r in rows if r['variable'] == 'direction'}
     found = []
     for (joint, word), row in by.items():
@@ -114,7 +115,7 @@ def against_motion(rows: Sequence[dict]) -> list[tuple[str, float, float]]:
             continue
         error = np.hypot(row['mean_error_nm'], other['mean_error_nm'])
         if abs(row['mean_nm'] - other['mean_nm']) > CHANCE * error:
-            found.append((joint, row['mean_nm'], other['mean_nm']))
+            found.append((joint, row['mean_nm'], other['mean_nm'], row['torque_unit']))
     return found
 
 
@@ -171,6 +172,7 @@ def _part(
         'joint': joint,
         'share': min(max(0.0, float(excess[inside, j].sum()) / total), 1.0),
         'torque_nm': typical,
+        'torque_unit': torque_unit(robot, joint),
         'noise_nm': float(np.sqrt((spread**2).mean())),
         'volts': in_volts(robot, joint, typical),
         'stall_percent': None if not stall else 100 * typical / stall,

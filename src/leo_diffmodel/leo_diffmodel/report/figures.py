@@ -57,7 +57,9 @@ def horizon(
     return plot
 
 
-def torque(variable: Array, measured: Array, curves: Sequence[Line], axis: str) -> Any:
+def torque(
+    variable: Array, measured: Array, curves: Sequence[Line], axis: str, of: str = 'N m'
+) -> Any:
     """Missing torque against one variable: estimates, their binned mean and the candidates.
 
     Args:
@@ -65,10 +67,11 @@ def torque(variable: Array, measured: Array, curves: Sequence[Line], axis: str) 
         measured: missing torque of each window [N m], shape (W,).
         curves: the same estimate if a candidate were true, shape (W,) each.
         axis: label of the abscissa, with its unit.
+        of: unit of the torque.
     """
     bins = sort(variable)
     scale, si = prefix(float(np.quantile(np.abs(measured), 0.9)))
-    values, unit = scale * measured, f'{si}N m'
+    values, unit = scale * measured, f'{si}{of}'
     mean, error = bins.mean(values), bins.standard_error(values)
     plot = canvas(axis, f'missing torque [{unit}]')
     plot.scatter(variable, values, size=3.5, color=palette.NOISE, alpha=0.35, line_color=None)

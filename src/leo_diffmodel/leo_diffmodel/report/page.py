@@ -71,7 +71,6 @@ def _templates() -> jinja2.Environment:
         'percent': text.percent,
         'prose': text.prose,
         'quantity': text.quantity,
-        'torque': text.torque,
     }
     environment.filters.update(filters)
     environment.globals['palette'] = palette

@@ -41,13 +41,13 @@ def quantity(value: float | None, of: str, digits: int = 3) -> str:
     return f'{number(value, digits)}\u00a0{unit(of)}'.rstrip()
 
 
-def torque(value: float | None, digits: int = 3) -> str:
-    """A torque in N m, or in mN m or µN m where that reads better."""
+def torque(value: float | None, digits: int = 3, of: str = 'N m') -> str:
+    """A torque (of a slide: a force), with a prefix m or µ where that reads better."""
     if value is None or not math.isfinite(value):
         return '–'
     size = abs(value)
     scale, si = next(((k, p) for least, k, p in PREFIXES if size >= least), (1.0, ''))
-    return quantity(scale * value, f'{si}N m', digits)
+    return quantity(scale * value, f'{si}{of}', digits)
 
 
 def span(low: float, high: float, of: str = '') -> str:

@@ -80,8 +80,8 @@ def _print(data: dict) -> None:
         console.print(f'fails most: {_sentence(data, worst[0])}', soft_wrap=True)
     else:
         console.print('It fails about as much at every speed, load, angle and time of this data.')
-    for joint, forward, backward in against_motion(data['where']):
-        lacks = f'{forward:+.2g} N m moving forward, {backward:+.2g} N m moving backward'
+    for joint, forward, backward, unit in against_motion(data['where']):
+        lacks = f'{forward:+.2g} {unit} moving forward, {backward:+.2g} {unit} moving backward'
         console.print(f'{joint} lacks {lacks} (means)')
 
 
@@ -134,7 +134,7 @@ def _bars(rows: list[dict], of: dict) -> str:
 
 
 def _sentence(data: dict, row: dict) -> str:
-    size = f'{row["torque_nm"]:.2g} N m'
+    size = f'{row["torque_nm"]:.2g} {row["torque_unit"]}'
     if row['volts'] is not None:
         size += f' = {row["volts"]:.2g} V'
     if row['stall_percent'] is not None:
@@ -142,16 +142,18 @@ def _sentence(data: dict, row: dict) -> str:
     bags = [Path(b['path']).name for b in data['provenance']['bags']]
     times = zip(row['windows'][:WINDOWS], row['bags'], strict=False)
     at = ', '.join(f'{bags[bag]} {begin:.2f} s' for (begin, _), bag in times)
+    noise = f'{row["noise_nm"]:.2g} {row["torque_unit"]}'
     return (
         f'{row["joint"]}, {row["variable"]} {bin_in_words(row)}: {size} '
-        f'(noise {row["noise_nm"]:.2g} N m), {percent(row["share"])} of the error in '
+        f'(noise {noise}), {percent(row["share"])} of the error in '
         f'{percent(row["data_share"])} of the time; look at {at}'
     )
 
 
 def _event(event: dict, data: dict) -> str:
     bag = Path(data['provenance']['bags'][event['bag']]['path']).name
-    return f'{event["joint"]} {event["torque_nm"]:+.2g} N m at {bag} {event["window"][0]:.2f} s'
+    size = f'{event["torque_nm"]:+.2g} {event["torque_unit"]}'
+    return f'{event["joint"]} {size} at {bag} {event["window"][0]:.2f} s'
 
 
 def _or_dash(value: float | None, unit: str = '') -> str:

@@ -9,11 +9,13 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 
 from leo_diffmodel.compare.conditions import folded, TURN
+from leo_diffmodel.compare.sizes import length_unit, torque_unit
 from leo_diffmodel.compare.torque import MissingTorque
 from leo_diffmodel.compare.where import STANDARD_ERRORS
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.figures import Line, torque
 from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.text import torque as in_print
 from leo_sim.robot import Robot
 
 if TYPE_CHECKING:
@@ -37,19 +39,28 @@ def section(missing: MissingTorque, robot: Robot, candidates: Sequence[Curve] = 
     rows = []
     for j in shown:
         lines = _lines(candidates, j)
-        new = [torque(v, missing.torque[:, j], lines, a) for a, v in _variables(missing, robot, j)]
-        rows.append((robot.joint_names[j], len(figures), len(figures) + len(new)))
+        name, measured = robot.joint_names[j], missing.torque[:, j]
+        of = torque_unit(robot, name)
+        new = [torque(v, measured, lines, a, of) for a, v in _variables(missing, robot, j)]
+        rows.append((name, len(figures), len(figures) + len(new)))
         figures += new
     length = float(np.median(missing.windows.dt.sum(axis=1)))
     values = {
         'legend': list(zip([c.label for c in candidates], palette.CANDIDATES, strict=False)),
         'rows': rows,
         'milliseconds': round(1e3 * length),
-        'noise': float(np.median(missing.spread)),
+        'noise': ', '.join(_noise(missing, robot, j, len(shown) > 1) for j in shown),
         'hidden': [n for j, n in enumerate(robot.joint_names) if j not in shown],
         'count': len(missing.time),
     }
     return Section('missing.html', values, tuple(figures))
+
+
+def _noise(missing: MissingTorque, robot: Robot, joint: int, several: bool) -> str:
+    name = robot.joint_names[joint]
+    typical = float(np.median(missing.spread[:, joint]))
+    size = in_print(typical, 2, torque_unit(robot, name))
+    return f'± {size} at {name}' if several else f'± {size}'
 
 
 def _lacking(missing: MissingTorque) -> list[int]:
@@ -63,7 +74,11 @@ def _lacking(missing: MissingTorque) -> list[int]:
 def _variables(missing: MissingTorque, robot: Robot, joint: int) -> list[tuple[str, Array]]:
     """Abscissae with their labels; the input only where the joint has one that changes."""
     name = robot.joint_names[joint]
-    found = [(f'{name} speed [rad/s]', missing.dq[:, joint]), _angle(name, missing.q[:, joint])]
+    unit = length_unit(robot, name)
+    place = _angle(name, missing.q[:, joint]) if unit == 'rad' else (
+        f'{name} position [m]', missing.q[:, joint]
+    )  # fmt: skip
+    found = [(f'{name} speed [{unit}/s]', missing.dq[:, joint]), place]
     if joint in robot.actuated:
         values = missing.inputs[:, robot.actuated.index(joint)]
         if np.ptp(values) > 0:

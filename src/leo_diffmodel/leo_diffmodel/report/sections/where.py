@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.where import against_motion, bin_in_words, Where, worst_places
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.figures import Line
@@ -64,7 +65,7 @@ def _joint(joint: Row, rows: Sequence[Row], highest: float, bags: list[str]) -> 
         'name': joint['joint'],
         'share': percent(joint['share']),
         'size': _sizes(joint),
-        'noise': torque(joint['noise_nm'], 2),
+        'noise': torque(joint['noise_nm'], 2, joint['torque_unit']),
         'strips': [_strip(v, [r for r in mine if r['variable'] == v], highest, bags)
                    for v in variables],
     }  # fmt: skip
@@ -111,9 +112,10 @@ def _range(row: Row, bags: list[str]) -> str:
 
 def _tip(row: Row, bags: list[str]) -> str:
     where = f' of {bags[row["bag"]]}' if row['bag'] is not None and len(bags) > 1 else ''
+    noise = torque(row['noise_nm'], 2, row['torque_unit'])
     return (
         f'{row["joint"]}, {row["variable"]} {bin_in_words(dict(row))}{where}: {_sizes(row)} '
-        f'(noise {torque(row["noise_nm"], 2)}), {percent(row["share"])} of the error in '
+        f'(noise {noise}), {percent(row["share"])} of the error in '
         f'{percent(row["data_share"])} of the time; worst at {_times(row, bags)}'
     )
 
@@ -125,8 +127,8 @@ def _worst(row: Row, bags: list[str]) -> dict[str, Any]:
         'range': f'{_range(row, bags)} {unit(row["unit"])}',
         'share': percent(row['share']),
         'time': percent(row['data_share']),
-        'torque': torque(row['torque_nm']),
-        'noise': torque(row['noise_nm'], 2),
+        'torque': torque(row['torque_nm'], of=row['torque_unit']),
+        'noise': torque(row['noise_nm'], 2, row['torque_unit']),
         'volts': '–' if row['volts'] is None else quantity(row['volts'], 'V'),
         'stall': _of_stall(row['stall_percent']),
         'windows': _times(row, bags),
@@ -142,7 +144,7 @@ def _times(row: Row, bags: list[str]) -> str:
 
 def _sizes(row: Row) -> str:
     """The missing torque in N m, in volts, in percent of stall."""
-    parts = [torque(row['torque_nm'])]
+    parts = [torque(row['torque_nm'], of=row['torque_unit'])]
     if row['volts'] is not None:
         parts.append(quantity(row['volts'], 'V'))
     if row['stall_percent'] is not None:
@@ -154,14 +156,14 @@ def _of_stall(value: float | None) -> str:
     return '–' if value is None else percent(value / 100)
 
 
-def _against(joint: str, forward: float, backward: float) -> str:
-    ahead, back = (torque(t) for t in (forward, backward))
+def _against(joint: str, forward: float, backward: float, of: str) -> str:
+    ahead, back = (torque(t, of=of) for t in (forward, backward))
     return f'{joint} lacks {ahead} moving forward and {back} moving backward (means)'
 
 
 def _event(event: Row, bags: list[str]) -> str:
     when = f'{bags[event["bag"]]} {event["window"][0]:.2f} s'.strip()
-    return f'{event["joint"]} {torque(event["torque_nm"])} at {when}'
+    return f'{event["joint"]} {torque(event["torque_nm"], of=event["torque_unit"])} at {when}'
 
 
 def _title(stretch: Stretch, model: Model, bags: list[str]) -> str:
@@ -175,7 +177,8 @@ def _figure(stretch: Stretch, model: Model) -> Any:
         Line(name, values, stroke)
         for (name, stroke), values in zip(MODELS, stretch.predicted, strict=False)
     ]
-    axis = f'{model.robot.joint_names[stretch.joint]} [rad]'
+    name = model.robot.joint_names[stretch.joint]
+    axis = f'{name} [{length_unit(model.robot, name)}]'
     return window(stretch.time, stretch.measured, lines, stretch.band, axis)
 
 
