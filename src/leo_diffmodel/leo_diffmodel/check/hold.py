@@ -16,6 +16,7 @@ from leo_sim.model import Model
 Array = np.ndarray
 DECISIVE_NATS = 10.0
 SURE = 5.0
+TRIFLE = 0.05
 LATEST = 0.06
 LEAST_LAG = 0.001
 OTHER = {'next': 'previous', 'previous': 'next'}
@@ -27,15 +28,23 @@ MEANING = {
 
 @dataclass(frozen=True)
 class Lag:
-    """By how much the input acts after its stamp [s], and its standard deviation."""
+    """By how much the input acts after its stamp.
+
+    Attributes:
+        seconds: the delay, negative where the input acts before its stamp [s].
+        spread: its standard deviation [s].
+        removed: share of the misfit beyond noise that the delay removes.
+    """
 
     seconds: float
     spread: float
+    removed: float
 
     @property
     def is_sure(self) -> bool:
-        """Whether it stands out of its own uncertainty, and of what never matters."""
-        return abs(self.seconds) > max(SURE * self.spread, LEAST_LAG)
+        """Whether it stands out of its own uncertainty, and matters."""
+        large = abs(self.seconds) > max(SURE * self.spread, LEAST_LAG)
+        return large and self.removed > TRIFLE
 
 
 def hold(
@@ -71,13 +80,18 @@ def _agrees(late: Lag | None, hold_now: str) -> bool:
 
 
 def preference(recording: Recording, other: Recording, model: Model, sigma: Array) -> float:
-    """Nats by which the bag as read beats the bag read the other way, on the same windows."""
+    """Nats by which the bag as read beats the bag read the other way, on the same windows.
+
+    0 where the difference is a trifle against what the model lacks anyway.
+    """
     (t, loss), (t_other, loss_other) = (misfit(r, model, sigma) for r in (recording, other))
     both, mine, theirs = np.intersect1d(np.round(t, 6), np.round(t_other, 6), return_indices=True)
     if not len(both):
         return 0.0
-    difference = loss_other[theirs] - loss[mine]
-    return float(difference.sum()) / _excess(np.minimum(loss[mine], loss_other[theirs]), model)
+    a, b = loss[mine], loss_other[theirs]
+    if _removed(a, b, model) < TRIFLE:
+        return 0.0
+    return float((b - a).sum()) / _excess(np.minimum(a, b), model)
 
 
 def lag(recording: Recording, model: Model, sigma: Array) -> Lag | None:
@@ -99,15 +113,28 @@ def lag(recording: Recording, model: Model, sigma: Array) -> Lag | None:
     if bend < 1.0:
         return None
     offset = float(np.clip(0.5 * (left - right) / bend, -1, 1))
-    return Lag(float(grid[best]) + step * offset, float(step / np.sqrt(bend)))
+    removed = _removed(losses[best], losses[reach], model)
+    return Lag(float(grid[best]) + step * offset, float(step / np.sqrt(bend)), removed)
+
+
+def _removed(loss: Array, other: Array, model: Model) -> float:
+    """Share of the misfit beyond noise that the better of two losses (W,) spares, 0 to 1."""
+    low, high = sorted((float(loss.sum()), float(other.sum())))
+    beyond = high - len(loss) * _expected(model)
+    return (high - low) / beyond if beyond > high - low else 1.0
 
 
 def _excess(loss: Array, model: Model) -> float:
     """How many times the loss exceeds that of white noise, so that nats stay odds; 1 or more."""
+    return max(1.0, float(np.median(loss)) / _expected(model))
+
+
+def _expected(model: Model) -> float:
+    """Loss of a window in which only noise is left [nats]."""
     joints = len(model.robot.joint_names)
     channels = 2 * joints * (INTERVALS + 1)
     free = 2 * joints + 2 * joints + len(model.robot.actuators)
-    return max(1.0, float(np.median(loss)) / (0.5 * (channels - free)))
+    return 0.5 * (channels - free)
 
 
 def _wrong_way(hold_now: str, nats: float) -> Finding:
@@ -134,6 +161,9 @@ def _right_way(hold_now: str, nats: float) -> Finding:
 def _lag(late: Lag, sharp: float) -> Finding:
     seconds, sure = late.seconds, late.is_sure and late.spread < sharp
     size = f'{1e3 * abs(seconds):.1f} ± {2e3 * late.spread:.1f} ms'
+    if not sure and late.removed < TRIFLE and abs(seconds) > SURE * late.spread:
+        what = 'the model is too far off to tell when an input acts'
+        return Finding('lag', OK, what, (), 'check again with the repaired model')
     if not sure:
         told = max(abs(seconds), 2 * late.spread)
         return Finding('lag', OK, f'inputs act at their stamps, to {1e3 * told:.1f} ms')
