@@ -112,7 +112,9 @@ def explain(
     if outside:
         members = tuple(found.members[i] for i in outside.kept)
         found = replace(found, final=outside.beside, members=members)
-    held = held_windows([*recordings, *hold_out], found, model)
+    whole = outside.attempt.fit if outside else None
+    best = replace(found, final=whole or found.final)
+    held = held_windows([*recordings, *hold_out], best, model)
     free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
     context = rows.Context(found, model, Facts(model.robot, bool(free)), held, step)
     unknown = _told([*recordings, *hold_out], outside, context) if outside else None

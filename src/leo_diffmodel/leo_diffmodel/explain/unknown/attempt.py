@@ -12,7 +12,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.sizes import in_volts
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.hypothesis import Candidate
-from leo_diffmodel.explain.scored import dispersion, unexplained
+from leo_diffmodel.explain.scored import dispersion
 from leo_diffmodel.explain.unknown import effect_file
 from leo_diffmodel.explain.unknown.curves import again, carry, Curve
 from leo_diffmodel.explain.unknown.influence import Influence, influence
@@ -22,8 +22,7 @@ from leo_diffmodel.explain.unknown.variables import variables
 
 Array = np.ndarray
 LINEAR_SHARE = 0.5
-REFINEMENTS = 3
-NEARLY_WHITE = 1.1
+REFINEMENTS, LINEAR = 3, 0.1
 
 
 @dataclass(frozen=True)
@@ -83,9 +82,10 @@ def attempt(
 
 def _refined(made: Attempt, problem: Problem, blocks: Array, joint: str) -> Attempt:
     """The law read again where it is nearly right, as often as that explains more."""
+    promised = float(made.law.curve.score.gain_train)
+    if abs(made.gain_train - promised) < LINEAR * promised:
+        return made
     for _ in range(REFINEMENTS):
-        if made.fit is None or unexplained(made.fit) < NEARLY_WHITE:
-            break
         left = _around(problem, made)
         law = law_of(left, blocks, again(left, blocks, made.law.curve))
         better = _fitted(problem, made.base, law, joint)

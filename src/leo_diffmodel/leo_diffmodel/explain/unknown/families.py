@@ -97,7 +97,8 @@ def _size() -> Family:
 
 
 def _hinge(x: Array, side: float) -> Family:
-    grid = np.quantile(x, np.linspace(0.02, 0.98, POINTS))
+    ends = np.quantile(x, (0.005, 0.995))
+    grid = np.sort([*np.quantile(x, np.linspace(0.02, 0.98, POINTS)), *np.linspace(*ends, POINTS)])
     inside, words = ('x - x0', '{x} - x0') if side > 0 else ('x0 - x', 'x0 - {x}')
     return Family(
         f'k * np.maximum(0.0, {inside})',

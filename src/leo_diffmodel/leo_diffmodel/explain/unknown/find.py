@@ -15,7 +15,13 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit, fit, Problem
-from leo_diffmodel.explain.scored import AGREEMENT, dispersion, MARGIN_NATS, unexplained
+from leo_diffmodel.explain.scored import (
+    AGREEMENT,
+    dispersion,
+    MARGIN_NATS,
+    TELLING_NATS,
+    unexplained,
+)
 from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, with_fit
 from leo_diffmodel.explain.unknown.curves import Curve, curves
 from leo_diffmodel.explain.unknown.influence import Influence, influence
@@ -73,7 +79,8 @@ def _beyond(
     if not _counts(best[0], named, 1.0):
         return None
     tried = attempt(recordings, found.final, left, blocks, best[0])
-    if not _counts(best[0], named, min(tried.dispersion, dispersion(found.final))):
+    spread = min(tried.dispersion, dispersion(found.final))
+    if not (_counts(best[0], named, spread) and _holds(problem, tried)):
         return None
     kept, tried = _needed(problem, tried)
     beside = found.final
@@ -110,13 +117,21 @@ def _curves(
 
 
 def _counts(curve: Curve, named: float, spread: float) -> bool:
-    """Whether a curve is more than noise, holds on unseen data, and matters."""
+    """Whether a curve is more than noise, and matters."""
     trained = float(curve.score.gain_train)
-    return (
-        curve.gain / spread > LEAST_NATS
-        and curve.gain_held_out > AGREEMENT * float(curve.score.expected)
-        and trained > LEAST_SHARE * (trained + named)
-    )
+    return curve.gain / spread > LEAST_NATS and trained > LEAST_SHARE * (trained + named)
+
+
+def _holds(problem: Problem, tried: Attempt) -> bool:
+    """Whether the law explains data that nothing was fitted to, where it would show there."""
+    if tried.fit is None:
+        return tried.gain_held_out > AGREEMENT * float(tried.law.curve.score.expected)
+    moved = ((tried.base.residual - tried.fit.residual) ** 2).sum(axis=-1)
+    held, trained = float(moved[~problem.train].sum()), float(moved[problem.train].sum())
+    expected = tried.gain_train * held / max(trained, 1e-12)
+    if expected < TELLING_NATS:
+        return tried.gain_held_out > -TELLING_NATS
+    return tried.gain_held_out > AGREEMENT * expected
 
 
 def _distinct(best: Sequence[Curve]) -> list[Curve]:
