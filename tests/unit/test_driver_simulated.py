@@ -10,9 +10,12 @@ import yaml
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.wire.types import serialize
 from leo_sim import drawing
+from leo_sim.batch import rollout
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
+from leo_sim.effects import place
+from leo_sim.model import Model
 from leo_sim.reveal import read_sealed
 from leo_sim.robot import load_robot
 
@@ -104,6 +107,38 @@ def test_hidden_effects_act_after_what_is_published(tmp_path):
     assert read_sealed(tmp_path / 'weak.sealed')['effects'] == WEAK['effects']
 
 
+@pytest.mark.parametrize('robot', ['servo_pendulum', 'double_pendulum'])
+@pytest.mark.parametrize(
+    ('name', 'parameter', 'value', 'unit'),
+    [
+        ('encoder_scale', 'k', 1.1, ''),
+        ('velocity_lag', 'tau', 0.02, 's'),
+        ('measurement_delay', 'delay', 0.013, 's'),
+    ],
+)
+def test_sensors_of_the_driver_are_those_of_a_batch(tmp_path, robot, name, parameter, value, unit):
+    parameters = {parameter: {'value': value, 'unit': unit}}
+    effect = {'name': name, 'where': 'all', 'parameters': parameters}
+    hidden, robot = tmp_path / 'hidden.yaml', load_robot(robot)
+    hidden.write_text(yaml.safe_dump({'effects': [effect]}))
+    driver = SimulatedDriver(options(robot=robot, private={'hidden': str(hidden)}))
+    inputs = 0.5 * np.random.default_rng(1).uniform(-1, 1, (40, len(robot.limits))) * robot.limits
+    read = [driver.read()]
+    for number, values in enumerate(inputs):
+        driver.set_torque(number % 20 < 15)
+        driver.write(values)
+        driver.advance(0.01)
+        read.append(driver.read())
+    enabled = np.repeat(np.arange(40)[:, None] % 20 < 15, len(robot.limits), axis=1)
+    model = Model(robot, [place(robot, name, 'all', **{parameter: value})])
+    start = np.zeros((1, len(robot.joint_names)))
+    q, dq = rollout(model, start, start, inputs[None], 0.01, enabled[None])
+    assert q[0] == pytest.approx(np.array([r.position for r in read]), abs=1e-9)
+    assert dq[0] == pytest.approx(np.array([r.velocity for r in read]), abs=1e-8)
+    ideal, _ = rollout(Model(robot), start, start, inputs[None], 0.01, enabled[None])
+    assert (abs(q - ideal).max() > 1e-3) == (name != 'velocity_lag')
+
+
 def test_a_drawn_effect_repeats_and_is_sealed(tmp_path):
     runs = []
     for name in ('a', 'b'):
@@ -114,7 +149,7 @@ def test_a_drawn_effect_repeats_and_is_sealed(tmp_path):
     assert len(read_sealed(tmp_path / 'a')['effects']) == 1
 
 
-@pytest.mark.parametrize('name', ['pendulum', 'torque_pendulum'])
+@pytest.mark.parametrize('name', ['pendulum', 'torque_pendulum', 'servo_pendulum'])
 def test_drawn_effects_differ_and_show(name):
     robot, drawn = load_robot(name), set()
     for seed in range(6):

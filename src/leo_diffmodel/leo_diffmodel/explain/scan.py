@@ -218,8 +218,9 @@ def _stretch_limits(candidate: Candidate) -> tuple[float, float]:
     if _is_linear(candidate):
         return 0.01, 20.0
     unit = candidate.parameters[0].unit
-    bent = unit != '' if candidate.effect.hook == 'command' else unit == 'rad'
-    return (1.0, 1.0) if bent and candidate.effect.hook in ('command', 'drive') else (0.2, 5.0)
+    hook = 'command' if candidate.effect.late else candidate.effect.hook
+    bent = unit != '' if hook == 'command' else unit == 'rad'
+    return (1.0, 1.0) if bent and hook in ('command', 'drive') else (0.2, 5.0)
 
 
 def _amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
