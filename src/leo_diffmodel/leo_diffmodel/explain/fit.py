@@ -40,7 +40,8 @@ class Fit:
     Attributes:
         hypothesis: what was free.
         theta: its parameters, shape (P,).
-        covariance: of theta, from the training windows, shape (P, P).
+        covariance: of theta, from the training windows, wider where more than noise is left,
+            shape (P, P).
         start: start states, shape (W, 2J).
         loss: robust cost of each window [nats], shape (W,).
         residual: whitened, start states projected out, shape (W, N).
@@ -178,10 +179,11 @@ def _finish(problem: Problem, point: _Point) -> Fit:
     start = settle(problem, point.hypothesis, point.theta, point.start, rounds=1)
     final = _evaluate(problem, point.hypothesis, point.theta, start)
     by_theta = shooting.eliminate(final.linear)[1][problem.train]
+    spread = shooting.dispersion(final.rest[problem.train], start.shape[-1])
     return Fit(
         point.hypothesis,
         point.theta,
-        _covariance(_gram(by_theta)),
+        spread * _covariance(_gram(by_theta)),
         start,
         shooting.huber(final.linear.residual),
         final.rest,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from leo_diffmodel.explain import shooting
 from leo_diffmodel.explain.fit import Fit
 from leo_diffmodel.explain.hypothesis import Candidate
 
@@ -79,26 +80,10 @@ class Scored:
 
 
 def dispersion(fitted: Fit) -> float:
-    """How many times the residual exceeds white noise: its size times its correlation in time.
-
-    1 in a bag whose model is right but for noise. On real data something unmodelled is always
-    left; neighbouring samples then tell the same story, and a gain counts as much less.
-    """
-    joints = fitted.start.shape[-1] // 2
-    angles = fitted.residual.reshape(len(fitted.residual), -1, 2 * joints)[..., :joints]
-    ratio = unexplained(fitted)
-    power = np.maximum((angles**2).sum(axis=(1, 2)), 1e-12)
-    along = (angles[:, 1:] * angles[:, :-1]).sum(axis=(1, 2)) / power
-    follow = min(max(float(np.median(along)), 0.0), 0.95)
-    return max(1.0, ratio) * (1 + follow) / (1 - follow)
+    """How many times the residual exceeds white noise; see `shooting.dispersion`."""
+    return shooting.dispersion(fitted.residual, fitted.start.shape[-1])
 
 
 def unexplained(fitted: Fit) -> float:
-    """Mean squared whitened residual over its expected value: 1 where only noise is left.
-
-    The sum over a window of N channels with 2J free start states is chi-squared with N - 2J
-    degrees of freedom (Pintelon, Schoukens and Vandersteen 1997); the median over windows
-    keeps a hand push from deciding.
-    """
-    size, states = fitted.residual.shape[-1], fitted.start.shape[-1]
-    return float(np.median((fitted.residual**2).sum(axis=-1)) / (size - states - 2 / 3))
+    """Mean squared whitened residual over its expected value: 1 where only noise is left."""
+    return shooting.excess(fitted.residual, fitted.start.shape[-1])
