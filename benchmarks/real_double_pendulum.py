@@ -5,41 +5,30 @@
         [--keep DIR]
 
 `leo repair` learns from all files but the last two in name order, its masses, inertias and one
-rotor inertia refitted (rigs/dfki_double_pendulum.yaml). Beside it the same refit without any
-friction. Score: rms of the torque that is missing over windows of 0.1 s of the last two files,
-joints pooled.
+rotor inertia refitted (rigs/dfki_double_pendulum.yaml). Beside it the same constants refitted
+without any friction: to the motion as `leo explain` does, and to the torque by least squares, the
+usual way. Score: rms torque residual on the last two files, joints pooled, by inverse dynamics of
+the smoothed angles (inverse_dynamics.py).
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 import tempfile
 
+from inverse_dynamics import refitted_by_torque, residual
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 from rig import DATA, imported, leo, refitted
 
-from leo_diffmodel.bags.recording import read_bag, Recording
-from leo_diffmodel.compare import noise
-from leo_diffmodel.compare.thin import thin
-from leo_diffmodel.compare.torque import estimate
-from leo_diffmodel.compare.windows import cut
-from leo_sim.model import Model
+from leo_diffmodel.bags.recording import read_bag
 from leo_sim.model_file import load_model
 
 MODEL = Path(__file__).parent / 'rigs/dfki_double_pendulum.yaml'
-SECONDS = 0.1
 
-
-def residual(model: Model, given: Model, recordings: Sequence[Recording]) -> np.ndarray:
-    """Missing torque of each window and joint [N m], shape (W, 2)."""
-    data = thin(recordings)
-    windows = cut(data, SECONDS, stride=SECONDS / 2, history=noise.HISTORY)
-    sigma = noise.estimate(given, noise.short_windows(data))
-    return estimate(model, windows, sigma).torque
+USUAL = 'frictionless, fitted to torque'
 
 
 def main() -> None:
@@ -58,13 +47,17 @@ def main() -> None:
         runs, unseen = recordings[:-2], recordings[-2:]
         models = {
             'as given': given,
-            'refitted without friction': refitted(given, (), runs, unseen),
+            'frictionless, fitted to motion': refitted(given, (), runs, unseen),
+            USUAL: refitted_by_torque(given, runs),
             'explained': load_model(output / 'model.yaml'),
         }
-    left = {label: residual(model, given, unseen) for label, model in models.items()}
-    usual = float(np.sqrt((left['refitted without friction'] ** 2).mean()))
-    table = Table('model', 'pooled [N m]', 'shoulder', 'elbow', 'less than without friction',
-                  title=f'rms missing torque over {SECONDS:g} s, last two files')  # fmt: skip
+    left = {
+        label: np.concatenate([residual(model, run) for run in unseen])
+        for label, model in models.items()
+    }
+    usual = float(np.sqrt((left[USUAL] ** 2).mean()))
+    table = Table('model', 'pooled [N m]', 'shoulder', 'elbow', 'less than frictionless',
+                  title='rms torque residual, last two files, held out')  # fmt: skip
     for label, torque in left.items():
         pooled, joints = np.sqrt((torque**2).mean()), np.sqrt((torque**2).mean(axis=0))
         saved = f'{100 * (1 - pooled / usual):.1f} %'
