@@ -17,6 +17,7 @@ DRAWS = 60
 SEED = 0
 PUSH_TIMES = 5.0
 BAND = (0.025, 0.975)
+LASTING = 2.0
 SHOWN = ('speed', 'direction', 'load', 'motor')
 
 
@@ -34,7 +35,7 @@ class Correlation:
         high: its upper end.
         strength: mean square of the autocorrelations, each in standard deviations of what white
             noise gives: 1 for white noise.
-        white: the strength is one that white noise reached.
+        white: the strength is at most 2, or one that white noise reached.
     """
 
     seconds: Array
@@ -67,7 +68,7 @@ def correlation(problem: Problem, fitted: Fit) -> Correlation:
     highest = float((((np.array(drawn) - middle) / spread) ** 2).mean(axis=(1, 2)).max())
     low, high = np.quantile(drawn, BAND, axis=0)
     seconds = lags * float(np.median(windows.dt))
-    return Correlation(seconds, value, low, high, strength, strength <= highest)
+    return Correlation(seconds, value, low, high, strength, strength <= max(highest, LASTING))
 
 
 def chi_squared(fitted: Fit) -> Array:
