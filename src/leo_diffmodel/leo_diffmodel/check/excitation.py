@@ -25,7 +25,8 @@ class Excitation:
         joint: its name.
         angle: lowest and highest [rad].
         rate: lowest and highest [rad/s].
-        input: lowest and highest applied [V or N m]; None without a motor.
+        input: lowest and highest applied; None without a motor.
+        unit: of the input, V or N m.
         levels: number of different inputs, 0 without a motor.
         moving: share of the time in which the rate stands out of its noise.
         forward: share of the moving time in which the angle grows.
@@ -36,6 +37,7 @@ class Excitation:
     angle: tuple[float, float]
     rate: tuple[float, float]
     input: tuple[float, float] | None
+    unit: str
     levels: int
     moving: float
     forward: float
@@ -75,6 +77,7 @@ def _joint(recordings: list[Recording], sigma: Array, j: int) -> Excitation:
         angle=(float(q.min()), float(q.max())),
         rate=(float(dq.min()), float(dq.max())),
         input=(float(u.min()), float(u.max())) if u.size else None,
+        unit='N m' if recordings[0].input == 'torque' else 'V',
         levels=len(np.unique(np.round(u, 6))),
         moving=float(moving.mean()),
         forward=float((dq[moving] > 0).mean()) if moving.any() else 0.0,

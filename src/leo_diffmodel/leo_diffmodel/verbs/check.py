@@ -113,7 +113,7 @@ def _excitation_table(result: Check) -> Table:
     for row in result.excitation:
         table.add_row(
             row.joint, _span(row.angle), _span(row.rate),
-            '-' if row.input is None else _span(row.input),
+            '-' if row.input is None else f'{_span(row.input)} {row.unit}',
             f'{100 * row.moving:.0f} %', f'{row.free:.1f} s',
         )  # fmt: skip
     return table

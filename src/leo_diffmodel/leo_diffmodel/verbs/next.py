@@ -38,6 +38,9 @@ def main(argv: list[str]) -> int:
     arguments = _parser().parse_args(argv)
     target = _target(arguments)
     model = common.load(arguments)
+    if not model.robot.actuators:
+        told = 'has no motors, so there is no run to send; swing it by hand from other angles'
+        raise UserError(f'{model.robot.name} {told}')
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     answer = _answer(arguments, recordings, model, own)
