@@ -4,7 +4,7 @@
     python benchmarks/next_run.py --cases 30 --first-seed 52000 -o out/next
 
 Seeds are tried in order: a robot with one hidden effect (as in `leo blind`) records a first bag
-of 5 s. Where its explanation is `ambiguous`, the robot records the run that `leo next` proposes
+of 8 s. Where its explanation is `ambiguous`, the robot records the run that `leo next` proposes
 and, starting anew, a random run of the same length; each is explained together with the first
 bag. Counted is how often the hidden effect is then named, alone or with what is the same thing in
 the data. A proposal that says no run of the menu helps counts as not named. Results are one line
@@ -39,7 +39,7 @@ from leo_diffmodel.next_run.proposal import propose
 from leo_sim.model import Model
 from leo_sim.robot import Robot
 
-FIRST_SECONDS = 5.0
+FIRST_SECONDS = 8.0
 NEXT_SECONDS = 20.0
 OTHER_NOISE = 1_000_000
 KINDS = ('proposed', 'random')
