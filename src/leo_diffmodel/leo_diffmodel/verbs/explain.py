@@ -49,9 +49,9 @@ def main(argv: list[str]) -> int:
 
 def write(folder: Path, result: Explanation, recordings: list) -> None:
     """Write explain.json and report.html."""
+    common.write_json(folder, 'explain.json', result.to_json())
     from leo_diffmodel.report.explained import write_explanation
 
-    common.write_json(folder, 'explain.json', result.to_json())
     write_explanation(folder / 'report.html', result, recordings)
 
 
