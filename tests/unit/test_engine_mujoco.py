@@ -94,6 +94,18 @@ def test_in_the_air_it_converges_to_the_other_engines():
         assert errors[1] < 0.2 * errors[0]
 
 
+def test_on_the_ground_it_is_near_the_other_engines():
+    rng, ours = np.random.default_rng(5), Model(LEO, engine='rigid')
+    theirs = Model(LEO, engine='mujoco', integration_step=2e-4)
+    off, moved = [], []
+    for _ in range(12):
+        state, volts = ours.start('random', rng), rng.uniform(-8.6, 8.6, 6)
+        exact, there = (model.step(state, volts, 0.03) for model in (ours, theirs))
+        off.append(there.dq - exact.dq)
+        moved.append(exact.dq)
+    assert np.sqrt(np.mean(np.square(off)) / np.mean(np.square(moved))) < 0.04
+
+
 @pytest.mark.parametrize('effect', [
     ('link_mass', 'torso', {'m': 0.3}),
     ('link_com', 'left_thigh', {'x': 0.02, 'z': 0.0}),

@@ -20,7 +20,7 @@ from leo_sim.starts import Starts
 from leo_sim.state_check import check_possible, check_sizes
 from leo_sim.substep import integrate, substeps
 
-MUJOCO_STEP = 0.001
+MUJOCO_STEP = 0.0005
 """It integrates implicitly: shorter substeps take longer and change little, s."""
 
 ENGINES = ('pybullet', 'rigid', 'rk4', 'mujoco')
@@ -51,7 +51,8 @@ class Model:
             values in `leo_sim.batch.rollout`.
         engine: 'pybullet', 'rigid' (the same numbers without PyBullet), 'rk4', or 'mujoco'
             (another simulator, to be installed; see `leo_sim.engines.mujoco`).
-        integration_step: Longest substep s; that of the scheme, for MuJoCo at least 1 ms, when
+        integration_step: Longest substep s; that of the scheme, for MuJoCo at least 0.5 ms,
+            when
             None.
         scheme: 'reference', or 'training' (faster, less exact), as robot.yaml has them.
         held: The base does not move, as in a start pose with `held: true`.

@@ -17,9 +17,6 @@ from leo_sim.laws import HELD, Laws, Memory
 from leo_sim.robot import Contact, Robot
 from leo_sim.substep import rested, slowing
 
-STEP = 0.001
-"""Longest substep that is worth it, s."""
-
 BASE = 3
 """Joints of a planar base."""
 
@@ -50,7 +47,9 @@ class World:
         self._rotors = np.zeros(self._model.nv)
         self._rotors[self._at] = laws.rotor_inertia
         self._pull(laws)
-        self._springs = [_spring(contact, laws.ground) for contact in robot.contacts]
+        springs = {c.name: _spring(c, laws.ground) for c in robot.contacts}
+        self._springs = [springs[self._model.geom(geom).name]
+                         for geom in self._model.pair_geom2]
         self._h = 0.0
 
     def begin(self, q: Any, dq: Any, h: float, drag: Any, held: int) -> None:
