@@ -19,8 +19,6 @@ AHEAD, HISTORY = 0.5, 0.15
 ROUNDS, TOLERANCE = 6, 0.15
 LEFT = 0.15
 NUDGE = 1e-5
-COARSE = 2.0
-"""Integration step in those of the robot: sizes need no more."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,7 @@ class OpenLoop:
         """Run the robot with the effects `along`; sizes are changes on top of `others`."""
         self.robot, self._dt, self._others = run.robot, run.robot.control_period, others
         start = Model(run.robot).start('nominal')
-        q, dq = rollout(self._model(along), start.q[None], start.dq[None], run.inputs[None],
+        q, dq = rollout(Model(run.robot, along), start.q[None], start.dq[None], run.inputs[None],
                         self._dt, run.enabled[None])  # fmt: skip
         steps, past = round(AHEAD / self._dt), round(HISTORY / self._dt)
         first = np.arange(past, len(run.inputs) - steps, steps)
@@ -60,8 +58,8 @@ class OpenLoop:
         self._inputs, self._enabled = run.inputs[ahead], run.enabled[ahead]
         self._history = (q[0, before], dq[0, before], run.inputs[before], run.enabled[before],
                          np.full(before.shape, self._dt))  # fmt: skip
-        self._ideal = self._end(self._model(others))
-        self._floor = self._noise_floor(self._model(others), run.noise)
+        self._ideal = self._end(Model(self.robot, others))
+        self._floor = self._noise_floor(Model(self.robot, others), run.noise)
         self._tuned = self._by_constants()
 
     def size(self, placed: Placed) -> Array:
@@ -77,25 +75,19 @@ class OpenLoop:
         """Whether more than a small part of the effect is no matter of uncertain constants."""
         return bool(self.size(placed)[0] > LEFT * _rms(self._change(placed))[0])
 
-    def _model(self, effects: Effects, constants: dict[str, float] | None = None) -> Model:
-        step = COARSE * self.robot.integration_step
-        return Model(self.robot, effects, constants, integration_step=step)
-
     def _change(self, placed: Placed) -> Array:
         """Change at 0.5 s in noise floors, shape (S, W 2J)."""
         with np.errstate(all='ignore'):
-            end = self._end(self._model((*self._others, placed)))
+            end = self._end(Model(self.robot, (*self._others, placed)))
             change = (end - self._ideal) / self._floor
             change = np.where(np.isfinite(change), change, np.inf)
         return change.reshape(-1, self._ideal.size)
 
     def _by_constants(self) -> Array:
         """Orthonormal changes that the uncertain constants make, shape (W 2J, C)."""
-        moved = [
-            self._end(self._model(self._others, {c.path: c.value + NUDGE * np.ptp(c.uncertain)}))
-            for c in self.robot.constants.values()
-            if c.uncertain
-        ]
+        nudged = [{c.path: c.value + NUDGE * np.ptp(c.uncertain)}
+                  for c in self.robot.constants.values() if c.uncertain]  # fmt: skip
+        moved = [self._end(Model(self.robot, self._others, values)) for values in nudged]
         columns = [((end - self._ideal) / self._floor).ravel() for end in moved]
         if not columns:
             return np.zeros((self._ideal.size, 0))
