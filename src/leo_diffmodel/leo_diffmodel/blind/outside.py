@@ -22,6 +22,8 @@ Values = dict[str, float]
 SIZES = (6.0, 30.0)
 """Rms change of the 0.5 s open loop, in noise floors."""
 LEAST = 3.0
+MOVING = 0.3
+"""Share of its reach that a joint must keep: a joint that the law holds still shows nothing."""
 ROUNDS = 3
 AMPLITUDES = np.geomspace(1e-4, 0.5, 24)
 """Tried amplitudes, in the robot's largest torque (a turn, or a share)."""
@@ -72,18 +74,19 @@ def draw(kind: str, run: Run, rng: np.random.Generator) -> tuple[Placed, float]:
     """
     effect = get_effect(str(Path(kinds.__file__).with_name(f'{kind}.py')))
     where = str(rng.choice(effect.places(run.robot)))
-    reach = _reach(run, where)
+    reach = _reach(run, where, ())
     while True:
         shape = place(run.robot, effect, where, **SHAPES[kind](reach, rng))
         placed = _sized(run, shape, float(np.exp(rng.uniform(*np.log(SIZES)))))
         size = float(OpenLoop(run, (placed,)).size(placed)[0])
-        if LEAST < size < 2 * SIZES[1]:
+        moving = np.ptp(_reach(run, where, (placed,))) > MOVING * np.ptp(reach)
+        if moving and LEAST < size < 2 * SIZES[1]:
             return placed, size
 
 
-def _reach(run: Run, joint: str) -> Array:
-    """Angles between which the joint is for most of the run without the law [rad], shape (2,)."""
-    model = Model(run.robot)
+def _reach(run: Run, joint: str, effects: tuple[Placed, ...]) -> Array:
+    """Angles between which the joint is for most of the run [rad], shape (2,)."""
+    model = Model(run.robot, effects)
     start = model.start('nominal')
     q, _ = rollout(model, start.q[None], start.dq[None], run.inputs[None],
                    run.robot.control_period, run.enabled[None])  # fmt: skip
