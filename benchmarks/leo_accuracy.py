@@ -14,6 +14,7 @@ from leo_states import moved, sampled, States
 import numpy as np
 
 from leo_sim.effects import place
+from leo_sim.kinematics import Kinematics
 from leo_sim.model import Model, State
 
 REFERENCE = 3e-5  # s
@@ -58,20 +59,10 @@ def _mechanics(model: Model, state: State) -> tuple[float, float, float]:
     """Momentum x and z, kg m/s, and energy, J."""
     mass, _ = model.rigid.mass_and_bias(state.q, state.dq)
     momentum = mass @ state.dq
-    height = -model.rigid.load(state.q)[1] / 9.81  # total mass
-    potential = 0.0
-    for i, joint in enumerate(model.robot.joints):
-        body = model.laws.bodies[joint.child]
-        if body.mass:
-            potential += body.mass * 9.81 * _height_of(model, i, body.com, state.q)
-    assert abs(height - sum(b.mass for b in model.laws.bodies.values())) < 1e-9
+    frames = Kinematics(model.robot.joints).frames(state.q)
+    potential = sum(9.81 * body.mass * frames[name].point(body.com)[2]
+                    for name, body in model.laws.bodies.items())
     return momentum[0], momentum[1], 0.5 * state.dq @ momentum + potential
-
-
-def _height_of(model: Model, link: int, com: tuple[float, ...], q: np.ndarray) -> float:
-    from leo_sim.kinematics import Kinematics
-    frame = Kinematics(model.robot.joints).frames(q)[model.robot.joints[link].child]
-    return float(frame.point(com)[2])
 
 
 def accuracy(states: dict[str, States]) -> None:

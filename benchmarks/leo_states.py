@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""States of LEO under random voltages: airborne, in stance, at touch-down within a control step."""
+"""States of LEO under random voltages: airborne, in stance, landing in the next step."""
 from typing import NamedTuple
 
 import numpy as np

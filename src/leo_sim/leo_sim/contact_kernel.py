@@ -2,8 +2,9 @@
 """Compiled substeps of a robot on the ground, between two evaluations of its geometry.
 
 Per substep h: drift by h/2, kick, drift by h/2, with inertia, bias and contact Jacobians held.
-Motor drag, contact dampers, dry friction, stops and play are solved together by sweeping over
-their impulses (Moreau), each exact for its row, until all agree. A substep in which something
+Motor drag, contact dampers, dry friction, stops and play are solved together: sweeps over their
+impulses (Moreau), each exact for its row, find what holds, sticks and slides, and a linear solve
+in between brings all into agreement. A substep in which something
 strikes (a sphere the ground, a joint its stop, a gear the end of its play) is cut there.
 """
 from typing import Any, NamedTuple
@@ -11,8 +12,10 @@ from typing import Any, NamedTuple
 from numba import njit
 import numpy as np
 
-SWEEPS = 100
-SETTLED = 1e-11  # m/s, rad/s
+SWEEPS = 60
+SOLVES = 20  # of them with a linear solve behind
+REDUNDANT = 1e-11  # share of a row's own answer that parts rows saying the same
+SETTLED = 1e-9  # m/s, rad/s
 SHORTEST = 1 / 32  # of a substep
 STRIKING = 1e-3  # m/s, rad/s; slower impacts are not worth a cut
 SUDDEN = 20.0  # rad/s and m/s that a period may add to a rate
@@ -34,17 +37,17 @@ class Forces(NamedTuple):
     Attributes:
         smooth: Torque at the rates `at`, bias taken off, N m.
         drag: Falling of it with speed, N m s/rad.
+        at: Rates where the torques were taken, rad/s.
         rotor: Inertia of the motor sides without play, kg m2.
         level: Largest dry friction, N m.
-        at: Rates where the torques were taken, rad/s.
-        low, high: Stops, rad, (J,).
+        low, high: Stops, rad.
     """
 
     smooth: Any
     drag: Any
+    at: Any
     rotor: Any
     level: Any
-    at: Any
     low: Any
     high: Any
 
@@ -56,15 +59,15 @@ class Play(NamedTuple):
         gap: Width rad; 0 for a joint without play.
         torque: Of the motor at the rates `at`, N m.
         drag: Falling of it with speed, N m s/rad.
-        inertia: kg m2.
         at: Rates of the motor sides where the torque was taken, rad/s.
+        inertia: kg m2.
     """
 
     gap: Any
     torque: Any
     drag: Any
-    inertia: Any
     at: Any
+    inertia: Any
 
 
 class Touch(NamedTuple):
@@ -72,6 +75,7 @@ class Touch(NamedTuple):
 
     Attributes:
         over: Height over the ground at the angles `at`, m, (N, P).
+        bend: Accelerations of height and of sliding without those of the joints, (N, P, 2).
         normal, tangent: Its rate and the sliding speed per joint rate, (N, P, J).
         at: Angles of that geometry, (N, J).
         stiffness, damping: N/m and N s/m, (., P).
@@ -79,6 +83,7 @@ class Touch(NamedTuple):
     """
 
     over: Any
+    bend: Any
     normal: Any
     tangent: Any
     at: Any
@@ -87,65 +92,68 @@ class Touch(NamedTuple):
     friction: Any
 
 
-class Rows(NamedTuple):
-    """The impulses that may act on one state, one row each, and the inertia they act on.
+class Work(NamedTuple):
+    """One state at work: what moves it, and the impulses that may act, one row each.
 
     Attributes:
-        kind, place: Which law, at which joint or sphere.
-        lever: What the impulse multiplies, of spheres, (., J).
-        moves: Rates that a unit impulse causes, (., J).
-        answer: The rate of its own row that it causes.
-        cross: The sliding speed that a sphere's normal impulse causes.
-        given: Impulse, N s or N m s.
-        first: Rate of the row at the start of the substep, of spheres.
-        time, depth: How long a sphere is in the ground, s, and its mean height without damping.
-        late: Weight of the rate after the substep in a sphere's damper.
+        joint: Figures of the joints, (18, J), see the names of its rows below.
+        stiffness, damping, over, bend: Of the spheres, (P,); bend (P, 2).
+        kind, place: Which law a row is, at which joint or sphere.
+        line: Figures of the rows, (6, R), see below.
+        lever: What the impulse multiplies, (R, J).
+        moves: Rates that a unit impulse causes, (R, J).
+        gram: The rate of each row (first axis) that the impulse of each (second) causes.
         inverse: Of inertia with drag, (J, J).
-        work: Two matrices (2, J, J) to compute it in.
-        before, push: Rates and impulses of the substep, (J,).
+        matrix: Two matrices (2, J, J) to compute it in.
+        system: Matrix and right-hand side of the linear solve, (R, R + 1).
+        unknown: The row each unknown of it belongs to.
     """
 
+    joint: Any
+    stiffness: Any
+    damping: Any
+    over: Any
+    bend: Any
     kind: Any
     place: Any
+    line: Any
     lever: Any
     moves: Any
-    answer: Any
-    cross: Any
-    given: Any
-    first: Any
-    time: Any
-    depth: Any
-    late: Any
+    gram: Any
     inverse: Any
-    work: Any
-    before: Any
-    push: Any
+    matrix: Any
+    system: Any
+    unknown: Any
+
+
+# rows of Work.joint
+(Q, DQ, OFFSET, SPEED, SMOOTH, DRAG, AT, ROTOR, LEVEL, LOW, HIGH, GAP_WIDTH, MOTOR, MOTOR_DRAG,
+ MOTOR_AT, INERTIA, BEFORE, PUSH) = range(18)
+# rows of Work.line: impulse, rate now and at the start of the substep; of spheres, how long they
+# are in the ground, their mean height without damping, the weight of the last rate in the damper
+GIVEN, RATE, FIRST, TIME, DEPTH, LATE = range(6)
 
 
 @njit(cache=True)
-def row(values, n):  # type: ignore[no-untyped-def]
-    """Row n of an array with one row per state, or one for all."""
-    return values[n if values.shape[0] > 1 else 0]
-
-
-@njit(cache=True)
-def dot(a, b):  # type: ignore[no-untyped-def]
-    """Scalar product."""
+def along(matrix: Any, r: Any, vector: Any, v: Any) -> Any:
+    """Scalar product of row r of a matrix with row v of another."""
     total = 0.0
-    for i in range(a.shape[0]):
-        total += a[i] * b[i]
+    for i in range(matrix.shape[1]):
+        total += matrix[r, i] * vector[v, i]
     return total
 
 
 @njit(cache=True)
-def advance(motion, mass, forces, play, touch, h, count, held,  # type: ignore[no-untyped-def]
-            impulses):
+def advance(motion: Any, mass: Any, forces: Any, play: Any, touch: Any, h: Any, count: Any,
+            held: Any, impulses: Any) -> Any:
     """Move states in place by `count` substeps of h s.
 
     Args:
         motion: Before, and after.
         mass: Joint-space inertia, (N, J, J).
-        forces, play, touch: As above.
+        forces: What drives the joints.
+        play: Motor sides behind a dead zone.
+        touch: Spheres over the ground.
         h: s, (N or 1,).
         count: Substeps.
         held: How many joints, the first ones, do not move.
@@ -153,175 +161,220 @@ def advance(motion, mass, forces, play, touch, h, count, held,  # type: ignore[n
     """
     size, points = motion.q.shape[1], touch.over.shape[1]
     most = 3 * size + 2 * points
-    rows = Rows(np.empty(most, np.int64), np.empty(most, np.int64), np.empty((most, size)),
-                np.empty((most, size)), np.empty(most), np.empty(most), np.empty(most),
-                np.empty(most),
-                np.empty(most), np.empty(most), np.empty(most), np.empty((size, size)),
-                np.empty((2, size, size)), np.empty(size), np.empty(size))
+    work = Work(np.empty((18, size)), np.empty(points), np.empty(points), np.empty(points),
+                np.empty((points, 2)),
+                np.empty(most, np.int64), np.empty(most, np.int64), np.zeros((6, most)),
+                np.empty((most, size)), np.empty((most, size)), np.empty((most, most)),
+                np.empty((size, size)), np.empty((2, size, size)), np.empty((most, most + 1)),
+                np.empty(most, np.int64))
     for n in range(motion.q.shape[0]):
-        longest = row(h, n)
-        left = longest * count
-        used = gathered(n, motion, forces, play, touch, left, held, rows)
-        current = 0.0
-        while left > 1e-9 * longest:
-            step = left / max(1.0, np.ceil(left / longest - 1e-6))
-            soon = next_strike(n, motion, forces, play, touch, rows, used)
-            if soon < step:
-                step = max(soon, min(SHORTEST * longest, step))
-            if abs(step - current) > 1e-9 * longest:
-                factorised(n, mass, forces, step, held, rows, used)
-                current = step
-            substep(n, motion, forces, play, touch, current, held, rows, used, impulses)
-            left -= current
+        longest = h[n if h.shape[0] > 1 else 0]
+        grip = touch.friction[n if touch.friction.shape[0] > 1 else 0, 0]
+        taken(n, motion, forces, play, touch, work)
+        used = gathered(n, touch, longest * count, held, work)
+        run(n, mass, longest, count, held, grip, work, used, impulses)
+        for j in range(size):
+            motion.q[n, j], motion.dq[n, j] = work.joint[Q, j], work.joint[DQ, j]
+            motion.offset[n, j], motion.speed[n, j] = work.joint[OFFSET, j], work.joint[SPEED, j]
 
 
 @njit(cache=True)
-def gathered(n, motion, forces, play, touch, period, held,  # type: ignore[no-untyped-def]
-             rows):
+def run(n: Any, mass: Any, longest: Any, count: Any, held: Any, grip: Any, work: Any, used: Any,
+        impulses: Any) -> Any:
+    """The substeps of one state, cut where something strikes."""
+    left, current = longest * count, 0.0
+    middle = 0.5 * left
+    while left > 1e-9 * longest:
+        step = left / max(1.0, np.ceil(left / longest - 1e-6))
+        soon = next_strike(middle - left, work, used)
+        if soon < step:
+            step = max(soon, min(SHORTEST * longest, step))
+        if abs(step - current) > 1e-9 * longest:
+            factorised(n, mass, step, held, work, used)
+            current = step
+        substep(middle - left, current, held, grip, work, used)
+        for r in range(used):
+            if work.kind[r] >= NORMAL:
+                impulses[n, work.place[r], work.kind[r] - NORMAL] += work.line[GIVEN, r]
+        left -= current
+
+
+@njit(cache=True)
+def taken(n: Any, motion: Any, forces: Any, play: Any, touch: Any, work: Any) -> Any:
+    """Copy the figures of state n to work."""
+    first = copied(n, motion, work.joint, 0)
+    first = copied(n, forces, work.joint, first)
+    copied(n, play, work.joint, first)
+    work.stiffness[:] = touch.stiffness[n if touch.stiffness.shape[0] > 1 else 0]
+    work.damping[:] = touch.damping[n if touch.damping.shape[0] > 1 else 0]
+    for p in range(touch.over.shape[1]):
+        work.over[p] = touch.over[n, p]
+        work.bend[p] = touch.bend[n, p]
+        for j in range(touch.at.shape[1]):
+            work.over[p] -= touch.normal[n, p, j] * touch.at[n, j]
+
+
+@njit(cache=True)
+def copied(n: Any, part: Any, out: Any, first: Any) -> Any:
+    """Copy row n of each array of a tuple to the rows of out from `first` on; returns the next."""
+    for values in part:
+        out[first] = values[n if values.shape[0] > 1 else 0]
+        first += 1
+    return first
+
+
+@njit(cache=True)
+def gathered(n: Any, touch: Any, period: Any, held: Any, work: Any) -> Any:
     """List the impulses that may act in the period, none given yet; returns their number."""
-    q, dq, size, used = motion.q[n], motion.dq[n], motion.q.shape[1], 0
-    level, gap = row(forces.level, n), row(play.gap, n)
+    joint, used, size = work.joint, 0, work.joint.shape[1]
     for j in range(held, size):
-        reach = period * (abs(dq[j]) + SUDDEN)
-        near = q[j] - forces.low[j] < reach or forces.high[j] - q[j] < reach
-        for kind, there in ((FRICTION, level[j] > 0.0), (STOP, near), (GAP, gap[j] > 0.0)):
+        reach = period * (abs(joint[DQ, j]) + SUDDEN)
+        near = joint[Q, j] - joint[LOW, j] < reach or joint[HIGH, j] - joint[Q, j] < reach
+        for kind, there in ((FRICTION, joint[LEVEL, j] > 0.0), (STOP, near),
+                            (GAP, joint[GAP_WIDTH, j] > 0.0)):
             if there:
-                rows.kind[used], rows.place[used], rows.given[used] = kind, j, 0.0
+                work.kind[used], work.place[used], work.line[GIVEN, used] = kind, j, 0.0
+                work.lever[used] = 0.0
+                work.lever[used, j] = 1.0
                 used += 1
     for p in range(touch.over.shape[1]):
-        fall = dot(touch.normal[n, p], dq)
-        if height(n, p, q, touch) > period * (abs(fall) + 0.1 * SUDDEN):
+        height, fall = work.over[p], 0.0
+        for j in range(size):
+            height += touch.normal[n, p, j] * joint[Q, j]
+            fall -= touch.normal[n, p, j] * joint[DQ, j]
+        if height > period * (abs(fall) + 0.1 * SUDDEN):
             continue
         for kind in (NORMAL, TANGENT):
-            rows.kind[used], rows.place[used], rows.given[used] = kind, p, 0.0
-            rows.lever[used] = touch.normal[n, p] if kind == NORMAL else touch.tangent[n, p]
+            work.kind[used], work.place[used], work.line[GIVEN, used] = kind, p, 0.0
+            work.lever[used] = touch.normal[n, p] if kind == NORMAL else touch.tangent[n, p]
             used += 1
     return used
 
 
 @njit(cache=True)
-def height(n, p, q, touch):  # type: ignore[no-untyped-def]
-    """Height of sphere p over the ground at the angles q, m."""
-    total = touch.over[n, p]
-    for j in range(q.shape[0]):
-        total += touch.normal[n, p, j] * (q[j] - touch.at[n, j])
-    return total
+def height(t: Any, work: Any, r: Any) -> Any:
+    """Height of the sphere of the normal row r and its rate, t s after the middle."""
+    p = work.place[r]
+    over, rate = along(work.lever, r, work.joint, Q), along(work.lever, r, work.joint, DQ)
+    return (work.over[p] + over + 0.5 * work.bend[p, 0] * t * t, rate + work.bend[p, 0] * t)
 
 
 @njit(cache=True)
-def next_strike(n, motion, forces, play, touch, rows, used):  # type: ignore[no-untyped-def]
-    """Time to the next impact at the present rates, s; infinite without one."""
-    q, dq, soon = motion.q[n], motion.dq[n], np.inf
+def next_strike(t: Any, work: Any, used: Any) -> Any:
+    """Time to the next impact at the present rates, s; infinite without one.
+
+    T is the time since the middle of the period, s.
+    """
+    joint, soon = work.joint, np.inf
     for r in range(used):
-        kind, j = rows.kind[r], rows.place[r]
+        kind, j = work.kind[r], work.place[r]
         if kind == NORMAL:
-            over, fall = height(n, j, q, touch), -dot(rows.lever[r], dq)
-            if over > 0.0 and fall > STRIKING:
-                soon = min(soon, over / fall)
+            over, rate = height(t, work, r)
+            if rate < -STRIKING and over > 0.0:
+                soon = min(soon, -over / rate)
         elif kind == STOP:
-            if abs(dq[j]) > STRIKING:
-                way = forces.high[j] - q[j] if dq[j] > 0.0 else q[j] - forces.low[j]
-                soon = min(soon, max(way, 0.0) / abs(dq[j]))
+            rate = joint[DQ, j]
+            if abs(rate) > STRIKING:
+                way = joint[HIGH, j] - joint[Q, j] if rate > 0.0 else joint[Q, j] - joint[LOW, j]
+                soon = min(soon, max(way, 0.0) / abs(rate))
         elif kind == GAP:
-            slip = motion.speed[n, j] - dq[j]
+            slip = joint[SPEED, j] - joint[DQ, j]
             if abs(slip) > STRIKING:
-                half = 0.5 * row(play.gap, n)[j]
-                way = half - motion.offset[n, j] if slip > 0.0 else half + motion.offset[n, j]
+                way = 0.5 * joint[GAP_WIDTH, j] - np.sign(slip) * joint[OFFSET, j]
                 soon = min(soon, max(way, 0.0) / abs(slip))
     return soon
 
 
 @njit(cache=True)
-def factorised(n, mass, forces, h, held, rows, used):  # type: ignore[no-untyped-def]
-    """Fill inverse, moves and answers for substeps of h s."""
+def factorised(n: Any, mass: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
+    """Fill inverse, moves and gram for substeps of h s."""
     size = mass.shape[1]
-    rotor, drag = row(forces.rotor, n), row(forces.drag, n)
-    rows.work[0] = mass[n]
+    work.matrix[0] = mass[n]
     for j in range(size):
-        rows.work[0, j, j] += rotor[j] + 0.5 * h * drag[j]
-    inverted(rows.work[0], held, rows.work[1], rows.inverse)
+        work.matrix[0, j, j] += work.joint[ROTOR, j] + 0.5 * h * work.joint[DRAG, j]
+    inverted(work.matrix, held, work.inverse)
     for r in range(used):
-        j = rows.place[r]
-        if rows.kind[r] < NORMAL:
-            rows.moves[r], rows.answer[r] = rows.inverse[j], rows.inverse[j, j]
-        else:
-            for i in range(size):
-                rows.moves[r, i] = dot(rows.inverse[i], rows.lever[r])
-            rows.answer[r] = dot(rows.lever[r], rows.moves[r])
-        if rows.kind[r] == NORMAL:
-            rows.cross[r] = dot(rows.lever[r + 1], rows.moves[r])
+        for i in range(size):
+            work.moves[r, i] = along(work.inverse, i, work.lever, r)
+        for k in range(r + 1):
+            work.gram[r, k] = work.gram[k, r] = along(work.lever, k, work.moves, r)
 
 
 @njit(cache=True)
-def inverted(matrix, held, lower, out):  # type: ignore[no-untyped-def]
-    """Fill out with the inverse of a positive definite matrix, zero for the first `held`."""
-    size = matrix.shape[0]
+def inverted(matrix: Any, held: Any, out: Any) -> Any:
+    """Fill out with the inverse of matrix[0], positive definite; zero for the first `held`.
+
+    The second matrix is overwritten with the Cholesky factor.
+    """
+    size = out.shape[0]
     for i in range(held, size):
         for j in range(held, i + 1):
-            total = matrix[i, j]
+            total = matrix[0, i, j]
             for k in range(held, j):
-                total -= lower[i, k] * lower[j, k]
-            lower[i, j] = np.sqrt(total) if i == j else total / lower[j, j]
+                total -= matrix[1, i, k] * matrix[1, j, k]
+            matrix[1, i, j] = np.sqrt(total) if i == j else total / matrix[1, j, j]
     out[:] = 0.0
     for j in range(held, size):
         for i in range(j, size):
             total = 1.0 if i == j else 0.0
             for k in range(j, i):
-                total -= lower[i, k] * out[k, j]
-            out[i, j] = total / lower[i, i]
+                total -= matrix[1, i, k] * out[k, j]
+            out[i, j] = total / matrix[1, i, i]
     for j in range(held, size):
         for i in range(size - 1, j - 1, -1):
             total = out[i, j]
             for k in range(i + 1, size):
-                total -= lower[k, i] * out[k, j]
-            out[i, j] = total / lower[i, i]
-            out[j, i] = out[i, j]
+                total -= matrix[1, k, i] * out[k, j]
+            out[i, j] = out[j, i] = total / matrix[1, i, i]
 
 
 @njit(cache=True)
-def substep(n, motion, forces, play, touch, h, held, rows, used,  # type: ignore[no-untyped-def]
-            impulses):
-    """Drift, kick and drift one state by h s."""
-    q, dq, size = motion.q[n], motion.dq[n], motion.q.shape[1]
-    rows.before[:] = dq
-    sunk(n, q, dq, touch, h, rows, used)
+def substep(t: Any, h: Any, held: Any, grip: Any, work: Any, used: Any) -> Any:
+    """Drift, kick and drift by h s, from t s after the middle of the period."""
+    joint = work.joint
+    size = joint.shape[1]
+    sunk(t, h, grip, work, used)
     for j in range(held, size):
-        q[j] += 0.5 * h * dq[j]
-    pushed(n, motion, forces, play, h, held, rows, used)
-    for _ in range(SWEEPS):
-        if swept(n, motion, forces, play, touch, h, rows, used) <= SETTLED:
+        joint[BEFORE, j] = joint[DQ, j]
+        joint[Q, j] += 0.5 * h * joint[DQ, j]
+    pushed(t + h, h, held, work, used)
+    for sweep in range(SWEEPS if used else 0):
+        if swept(h, grip, work, used) <= SETTLED:
             break
-    for j in range(held, size):
-        q[j] += 0.5 * h * dq[j]
+        if sweep < SOLVES:
+            agreed(h, grip, work, used)
     for r in range(used):
-        kind, j = rows.kind[r], rows.place[r]
-        if kind == GAP:
-            motion.offset[n, j] += h * (motion.speed[n, j] - dq[j])
-        elif kind >= NORMAL:
-            impulses[n, j, kind - NORMAL] += rows.given[r]
+        given = work.line[GIVEN, r]
+        if given != 0.0:
+            for j in range(held, size):
+                joint[DQ, j] += work.moves[r, j] * given
+    for j in range(held, size):
+        joint[Q, j] += 0.5 * h * joint[DQ, j]
+        if joint[GAP_WIDTH, j] > 0.0:
+            joint[OFFSET, j] += h * (joint[SPEED, j] - joint[DQ, j])
 
 
 @njit(cache=True)
-def sunk(n, q, dq, touch, h, rows, used):  # type: ignore[no-untyped-def]
+def sunk(t: Any, h: Any, grip: Any, work: Any, used: Any) -> Any:
     """Fill how long the spheres are in the ground in this substep, and how high on average."""
-    damping, grip = row(touch.damping, n), row(touch.friction, n)[0]
+    joint, line = work.joint, work.line
     for r in range(used):
-        if rows.kind[r] == NORMAL:
-            over, rate = height(n, rows.place[r], q, touch), dot(rows.lever[r], dq)
-            time = h
+        if work.kind[r] == NORMAL:
+            j = work.place[r]
+            over, rate = height(t, work, r)
+            slip, time = along(work.lever, r + 1, joint, DQ) + work.bend[j, 1] * t, h
             if over > 0.0:
                 time = max(0.0, h + over / rate) if rate < 0.0 else 0.0
                 over = 0.0
-            rows.first[r], rows.time[r], rows.depth[r] = rate, time, over + 0.5 * time * rate
-            slip = dot(rows.lever[r + 1], dq)
-            answer = rows.answer[r]
+            answer = work.gram[r, r]
             if abs(slip) > STRIKING:
-                answer = max(answer, answer - np.sign(slip) * grip * rows.cross[r])
-            rows.late[r] = lateness(time * damping[rows.place[r]] * answer)
+                answer = max(answer, answer - np.sign(slip) * grip * work.gram[r, r + 1])
+            line[FIRST, r], line[TIME, r], line[DEPTH, r] = rate, time, over + 0.5 * time * rate
+            line[LATE, r] = lateness(time * work.damping[j] * answer)
 
 
 @njit(cache=True)
-def lateness(stiffness):  # type: ignore[no-untyped-def]
+def lateness(stiffness: Any) -> Any:
     """Weight of the last rate that makes a step of a decaying rate exact: 1/2 to 1."""
     if stiffness < 1e-3:
         return 0.5
@@ -329,89 +382,191 @@ def lateness(stiffness):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def pushed(n, motion, forces, play, h, held, rows, used):  # type: ignore[no-untyped-def]
-    """Rates after the smooth torques and the impulses of the substep before."""
-    dq, speed, size = motion.dq[n], motion.speed[n], motion.q.shape[1]
-    smooth, drag, at = row(forces.smooth, n), row(forces.drag, n), row(forces.at, n)
+def pushed(t: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
+    """Rates after the smooth torques, and those of the rows with the impulses given before."""
+    joint, line = work.joint, work.line
+    size = joint.shape[1]
     for j in range(size):
-        rows.push[j] = h * (smooth[j] - drag[j] * (dq[j] - at[j])) if j >= held else 0.0
+        fall = joint[DRAG, j] * (joint[DQ, j] - joint[AT, j])
+        joint[PUSH, j] = h * (joint[SMOOTH, j] - fall) if j >= held else 0.0
     for j in range(held, size):
-        dq[j] += dot(rows.inverse[j], rows.push)
-    torque, slope, rest = row(play.torque, n), row(play.drag, n), row(play.at, n)
+        joint[DQ, j] += along(work.inverse, j, joint, PUSH)
     for r in range(used):
-        for j in range(size):
-            dq[j] += rows.moves[r, j] * rows.given[r]
-        if rows.kind[r] == GAP:
-            j = rows.place[r]
-            free = h * (torque[j] - slope[j] * (speed[j] - rest[j])) - rows.given[r]
-            speed[j] += free / (row(play.inertia, n)[j] + 0.5 * h * slope[j])
+        line[RATE, r] = along(work.lever, r, joint, DQ) + along(work.gram[:used, :used], r,
+                                                                line[:, :used], GIVEN)
+        if work.kind[r] >= NORMAL:
+            line[RATE, r] += work.bend[work.place[r], work.kind[r] - NORMAL] * t
+        if work.kind[r] == GAP:
+            j = work.place[r]
+            fall = joint[MOTOR_DRAG, j] * (joint[SPEED, j] - joint[MOTOR_AT, j])
+            joint[SPEED, j] += (h * (joint[MOTOR, j] - fall) - line[GIVEN, r]) * share(h, work, j)
 
 
 @njit(cache=True)
-def swept(n, motion, forces, play, touch, h, rows, used):  # type: ignore[no-untyped-def]
+def share(h: Any, work: Any, j: Any) -> Any:
+    """Rate of the motor side of joint j that a unit impulse causes."""
+    return 1.0 / (work.joint[INERTIA, j] + 0.5 * h * work.joint[MOTOR_DRAG, j])
+
+
+@njit(cache=True)
+def swept(h: Any, grip: Any, work: Any, used: Any) -> Any:
     """Correct every impulse once; returns the largest change of a rate."""
-    q, dq, moved = motion.q[n], motion.dq[n], 0.0
+    joint, line, moved = work.joint, work.line, 0.0
     for r in range(used):
-        kind, j, answer, given = rows.kind[r], rows.place[r], rows.answer[r], rows.given[r]
+        kind, j, answer, given = work.kind[r], work.place[r], work.gram[r, r], line[GIVEN, r]
         if kind == TANGENT:
             continue
         if kind == NORMAL:
-            total, sideways = pressed(row(touch.stiffness, n)[j], row(touch.damping, n)[j],
-                                      row(touch.friction, n)[0], dq, rows, r)
-            moved = max(moved, changed(dq, rows, r + 1, sideways))
+            total, sideways = pressed(grip, work, r)
+            moved = max(moved, changed(work, used, r + 1, sideways))
         elif kind == GAP:
-            share = 1.0 / (row(play.inertia, n)[j] + 0.5 * h * row(play.drag, n)[j])
-            slip = motion.speed[n, j] - dq[j] + (share + answer) * given
-            half, offset = 0.5 * row(play.gap, n)[j], motion.offset[n, j]
+            motor = share(h, work, j)
+            slip = joint[SPEED, j] - line[RATE, r] + (motor + answer) * given
+            half, offset = 0.5 * joint[GAP_WIDTH, j], joint[OFFSET, j]
             kept = min(max(slip, (-half - offset) / h), (half - offset) / h)
-            total = (slip - kept) / (share + answer)
-            motion.speed[n, j] -= (total - given) * share
+            total = (slip - kept) / (motor + answer)
+            joint[SPEED, j] -= (total - given) * motor
         else:
-            free = dq[j] - answer * given
+            free = line[RATE, r] - answer * given
             if kind == FRICTION:
-                kept = slowed(rows.before[j], free, row(forces.level, n)[j] * h * answer)
+                kept = slowed(joint[BEFORE, j], free, joint[LEVEL, j] * h * answer)
             else:
-                kept = min(max(free, min(forces.low[j] - q[j], 0.0) / h),
-                           max(forces.high[j] - q[j], 0.0) / h)
+                kept = min(max(free, min(joint[LOW, j] - joint[Q, j], 0.0) / h),
+                           max(joint[HIGH, j] - joint[Q, j], 0.0) / h)
             total = (kept - free) / answer
-        moved = max(moved, changed(dq, rows, r, total))
+        moved = max(moved, changed(work, used, r, total))
     return moved
 
 
 @njit(cache=True)
-def changed(dq, rows, r, total):  # type: ignore[no-untyped-def]
+def changed(work: Any, used: Any, r: Any, total: Any) -> Any:
     """Give row r another impulse; returns the change of its rate."""
-    change = total - rows.given[r]
+    change = total - work.line[GIVEN, r]
     if change == 0.0:
         return 0.0
-    rows.given[r] = total
-    for i in range(dq.shape[0]):
-        dq[i] += rows.moves[r, i] * change
-    return abs(change * rows.answer[r])
+    work.line[GIVEN, r] = total
+    for k in range(used):
+        work.line[RATE, k] += work.gram[r, k] * change
+    return abs(change * work.gram[r, r])
 
 
 @njit(cache=True)
-def pressed(stiffness, damping, grip, dq, rows, r):  # type: ignore[no-untyped-def]
+def pressed(grip: Any, work: Any, r: Any) -> Any:
     """Normal and tangential impulse of a sphere: it sticks, slides or leaves the ground."""
-    up, cross, along = rows.answer[r], rows.cross[r], rows.answer[r + 1]
-    rise = dot(rows.lever[r], dq) - up * rows.given[r] - cross * rows.given[r + 1]
-    slip = dot(rows.lever[r + 1], dq) - cross * rows.given[r] - along * rows.given[r + 1]
-    late = rows.late[r]
-    spring = -stiffness * rows.depth[r] - damping * (1.0 - late) * rows.first[r]
-    time, damper = rows.time[r], damping * late * rows.time[r]
-    normal = (time * spring - damper * (rise - cross * slip / along)) / (
-        1.0 + damper * (up - cross * cross / along))
-    tangent = -(slip + cross * normal) / along
+    line, up, cross, side = (work.line, work.gram[r, r], work.gram[r, r + 1],
+                             work.gram[r + 1, r + 1])
+    rise = line[RATE, r] - up * line[GIVEN, r] - cross * line[GIVEN, r + 1]
+    slip = line[RATE, r + 1] - cross * line[GIVEN, r] - side * line[GIVEN, r + 1]
+    spring, damper = yielding(work, r)
+    normal = (spring - damper * (rise - cross * slip / side)) / (
+        1.0 + damper * (up - cross * cross / side))
+    tangent = -(slip + cross * normal) / side
     if normal > 0.0 and abs(tangent) <= grip * normal:
         return normal, tangent
-    side = np.sign(tangent) if normal > 0.0 else -np.sign(slip)
-    normal = max(0.0, time * spring - damper * rise) / max(
-        1e-3, 1.0 + damper * (up + side * grip * cross))
-    return normal, side * grip * normal
+    way = np.sign(tangent) if normal > 0.0 else -np.sign(slip)
+    normal = max(0.0, spring - damper * rise) / max(1e-3, 1.0 + damper * (up + way * grip
+                                                                         * cross))
+    return normal, way * grip * normal
 
 
 @njit(cache=True)
-def slowed(before, free, reach):  # type: ignore[no-untyped-def]
+def yielding(work: Any, r: Any) -> Any:
+    """Normal impulse of a sphere at the rate 0 after the substep, and its fall with that rate."""
+    line, p = work.line, work.place[r]
+    early = work.damping[p] * (1.0 - line[LATE, r]) * line[FIRST, r]
+    return (line[TIME, r] * (-work.stiffness[p] * line[DEPTH, r] - early),
+            work.damping[p] * line[LATE, r] * line[TIME, r])
+
+
+@njit(cache=True)
+def agreed(h: Any, grip: Any, work: Any, used: Any) -> Any:
+    """Solve for all impulses at once, with what holds, sticks and slides as it is now."""
+    a, line, count = work.system, work.line, 0
+    for r in range(used):
+        if holds(h, grip, work, r):
+            work.unknown[count] = r
+            count += 1
+    for i in range(count):
+        r = work.unknown[i]
+        a[i, count] = -line[RATE, r]
+        for k in range(count):
+            c = work.unknown[k]
+            a[i, k] = work.gram[r, c]
+            if work.kind[c] == NORMAL and slides(grip, line, c):
+                a[i, k] += np.sign(line[GIVEN, c + 1]) * grip * work.gram[r, c + 1]
+            a[i, count] += a[i, k] * line[GIVEN, c]
+        complete(h, work, r, i, count)
+    if not solved(a, count):
+        return
+    for i in range(count):
+        r, total = work.unknown[i], a[i, count]
+        if work.kind[r] == NORMAL and slides(grip, line, r):
+            changed(work, used, r + 1, np.sign(line[GIVEN, r + 1]) * grip * total)
+        if work.kind[r] == GAP:
+            j = work.place[r]
+            work.joint[SPEED, j] -= (total - line[GIVEN, r]) * share(h, work, j)
+        changed(work, used, r, total)
+
+
+@njit(cache=True)
+def holds(h: Any, grip: Any, work: Any, r: Any) -> Any:
+    """Whether the impulse of row r is what it takes, and not at a limit of its own."""
+    kind, line = work.kind[r], work.line
+    if kind == FRICTION:
+        most = work.joint[LEVEL, work.place[r]] * h
+        return abs(line[GIVEN, r]) < 0.999999 * most and abs(line[RATE, r]) < 1e-6
+    if kind == TANGENT:
+        return line[GIVEN, r - 1] > 0.0 and not slides(grip, line, r - 1)
+    return line[GIVEN, r] != 0.0
+
+
+@njit(cache=True)
+def slides(grip: Any, line: Any, r: Any) -> Any:
+    """Whether the sphere of the normal row r slides."""
+    return abs(line[GIVEN, r + 1]) >= 0.999999 * grip * line[GIVEN, r]
+
+
+@njit(cache=True)
+def complete(h: Any, work: Any, r: Any, i: Any, count: Any) -> Any:
+    """Add to equation i what is particular to its row r."""
+    a, kind, j, joint = work.system, work.kind[r], work.place[r], work.joint
+    given = work.line[GIVEN, r]
+    a[i, i] += REDUNDANT * work.gram[r, r]
+    if kind == NORMAL:
+        spring, damper = yielding(work, r)
+        a[i, i] += 1.0 / max(damper, 1e-30)
+        a[i, count] += spring / max(damper, 1e-30)
+    elif kind == STOP:
+        way = (max(joint[HIGH, j] - joint[Q, j], 0.0) if given < 0.0
+               else min(joint[LOW, j] - joint[Q, j], 0.0))
+        a[i, count] += way / h
+    elif kind == GAP:
+        motor = share(h, work, j)
+        edge = (0.5 * joint[GAP_WIDTH, j] * np.sign(given) - joint[OFFSET, j]) / h
+        a[i, i] += motor
+        a[i, count] += joint[SPEED, j] + motor * given - edge
+
+
+@njit(cache=True)
+def solved(a: Any, size: Any) -> Any:
+    """Solve in place by elimination, the solution in column `size`; whether there is one."""
+    for i in range(size):
+        if abs(a[i, i]) < 1e-12:
+            return False
+        for k in range(i + 1, size):
+            factor = a[k, i] / a[i, i]
+            if factor != 0.0:
+                for c in range(i + 1, size + 1):
+                    a[k, c] -= factor * a[i, c]
+    for i in range(size - 1, -1, -1):
+        for c in range(i + 1, size):
+            a[i, size] -= a[i, c] * a[c, size]
+        a[i, size] /= a[i, i]
+    return True
+
+
+@njit(cache=True)
+def slowed(before: Any, free: Any, reach: Any) -> Any:
     """Rate after dry friction, exact for a constant driving torque; see impulses.py."""
     if before == 0.0:
         return free - min(max(free, -reach), reach)

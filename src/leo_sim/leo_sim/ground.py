@@ -2,7 +2,8 @@
 """The ground under a robot, and the spheres that touch it.
 
 A sphere that is depth d in the ground and sinks at the rate v is pushed out by
-max(0, stiffness d + damping v), and held against sliding by at most friction times that.
+max(0, stiffness d + damping v), and held against sliding by at most friction times that. Both act
+where its centre stands over the ground, so that the spheres of a flat foot slide alike.
 """
 from collections.abc import Sequence
 from typing import Any
@@ -10,8 +11,9 @@ from typing import Any
 from numba import njit
 import numpy as np
 
+from leo_sim.contact_kernel import Touch
 from leo_sim.effects.base import Ground
-from leo_sim.engines.planar import jacobian, poses, tree_of
+from leo_sim.engines.planar import jacobian, poses, rows, tree_of
 from leo_sim.robot import Contact, Robot
 
 
@@ -25,28 +27,21 @@ class Spheres:
         self._links = np.array([links[c.link] for c in robot.contacts])
         self._places = np.array([[c.x, c.z, c.radius] for c in robot.contacts])
         self._slope = np.asarray(ground.slope, dtype=float)
-        self.stiffness = _each(robot.contacts, 'stiffness', ground.stiffness)
-        self.damping = _each(robot.contacts, 'damping', ground.damping)
-        self.friction = np.asarray(ground.friction, dtype=float)[..., None]
+        self._stiffness = _each(robot.contacts, 'stiffness', ground.stiffness)
+        self._damping = _each(robot.contacts, 'damping', ground.damping)
+        self._friction = np.asarray(ground.friction, dtype=float)[..., None]
 
-    def over(self, q: Any) -> tuple[Any, Any, Any]:
-        """Height over the ground m (..., P), its rate and the sliding speed per joint rate.
-
-        Args:
-            q: True angles (..., J).
-
-        Returns:
-            Heights (..., P), normal and tangent Jacobians (..., P, J).
-        """
-        shape = np.broadcast_shapes(q.shape[:-1], self._slope.shape)
+    def touch(self, q: Any, dq: Any, shape: tuple[int, ...]) -> Touch:
+        """The spheres at true angles and rates (..., J), for states of leading axes `shape`."""
         size, points = q.shape[-1], len(self._links)
-        rows = np.ascontiguousarray(np.broadcast_to(q, (*shape, size))).reshape(-1, size)
-        slope = np.ascontiguousarray(np.broadcast_to(self._slope, shape)).reshape(-1)
-        height = np.empty((len(rows), points))
-        normal, tangent = np.empty((2, len(rows), points, size))
-        _over(self._tree, self._links, self._places, slope, rows, height, normal, tangent)
-        return (height.reshape(*shape, points), normal.reshape(*shape, points, size),
-                tangent.reshape(*shape, points, size))
+        angles, rates = rows(q, shape, size, True), rows(dq, shape, size, True)
+        slope = rows(self._slope[..., None], shape, 1)[:, 0]
+        over, bend = np.empty((len(angles), points)), np.empty((len(angles), points, 2))
+        normal, tangent = np.empty((2, len(angles), points, size))
+        _over(self._tree, self._links, self._places, slope, angles, rates, over, bend,
+              normal, tangent)
+        return Touch(over, bend, normal, tangent, angles, rows(self._stiffness, shape, points),
+                     rows(self._damping, shape, points), rows(self._friction, shape, 1))
 
 
 def _each(contacts: Sequence[Contact], name: str, of_ground: Any) -> Any:
@@ -56,22 +51,30 @@ def _each(contacts: Sequence[Contact], name: str, of_ground: Any) -> Any:
 
 
 @njit(cache=True)
-def _over(tree, links, places, slope, q, height, normal, tangent):  # type: ignore[no-untyped-def]
-    """Fill height (N, P) and Jacobians (N, P, J) for states (N, J)."""
+def _over(tree: Any, links: Any, places: Any, slope: Any, q: Any, dq: Any, height: Any, bend: Any,
+          normal: Any, tangent: Any) -> Any:
+    """Fill height (N, P), bend (N, P, 2) and Jacobians (N, P, J) for states (N, J)."""
     size = q.shape[1]
-    pose, lever, still = np.zeros((tree.kind.shape[0], 10)), np.empty((3, size)), np.zeros(size)
+    pose, lever = np.zeros((tree.kind.shape[0], 10)), np.empty((3, size))
     for n in range(q.shape[0]):
         poses(tree.kind, tree.parent, tree.column, tree.turn, tree.sense, tree.place, q[n],
-              still, pose)
-        up, along = np.cos(slope[n]), np.sin(slope[n])
+              dq[n], pose)
+        angle = slope[n if slope.shape[0] > 1 else 0]
+        up, along = np.cos(angle), np.sin(angle)
         for p in range(links.shape[0]):
             i = links[p]
             c, s = np.cos(pose[i, 0]), np.sin(pose[i, 0])
-            x = pose[i, 1] + c * places[p, 0] - s * places[p, 1]
-            z = pose[i, 2] + s * places[p, 0] + c * places[p, 1]
-            height[n, p] = up * z - along * x - places[p, 2]
+            rx = c * places[p, 0] - s * places[p, 1]
+            rz = s * places[p, 0] + c * places[p, 1]
+            x, z, turn = pose[i, 1] + rx, pose[i, 2] + rz, pose[i, 3]
+            ax, az = pose[i, 6] - turn * turn * rx, pose[i, 7] - turn * turn * rz
+            rise = up * (pose[i, 5] + turn * rx) - along * (pose[i, 4] - turn * rz)
+            bend[n, p, 0] = up * az - along * ax
+            bend[n, p, 1] = up * ax + along * az + turn * rise
+            centre = up * z - along * x
+            height[n, p] = centre - places[p, 2]
             jacobian(tree.kind, tree.parent, tree.column, tree.sense, pose, i,
-                     x + along * places[p, 2], z - up * places[p, 2], lever)
+                     x + along * centre, z - up * centre, lever)
             for j in range(size):
                 normal[n, p, j] = up * lever[1, j] - along * lever[0, j]
                 tangent[n, p, j] = up * lever[0, j] + along * lever[1, j]

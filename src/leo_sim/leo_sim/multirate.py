@@ -5,11 +5,12 @@ Inertia, bias, laws and contact geometry are evaluated once per period of some s
 middle; the compiled kernel then runs the substeps. Both are of second order. Rates in the bias
 are extrapolated to the middle with the change over the period before.
 """
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.contact_kernel import advance, Forces, Motion, Play, Touch
+from leo_sim.contact_kernel import advance, Forces, Motion, Play
+from leo_sim.engines.planar import rows as _rows
 from leo_sim.laws import HELD, Laws, Memory
 from leo_sim.substep import Drag, DRIVE, Dynamics, rested, slowing
 
@@ -28,73 +29,65 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
     h = np.asarray(h * (count / (periods * inner)))
     u, on, memory = laws.command(inputs, enabled, memory, inner * h)
     drag = slowing(laws, dynamics, q, dq, memory, u, on)
-    last = dq
+    last, driven = dq, None
     for i in range(periods):
         if i and laws.dynamic:
             u, on, memory = laws.command(inputs, enabled, memory, inner * h)
+        middle = q + (0.5 * inner * h) * dq
         ahead = 1.5 * dq - 0.5 * last
+        mass, bias = dynamics.mass_and_bias(middle, ahead)
         last = dq
-        q, dq, memory = _period(laws, dynamics, q, dq, ahead, memory, u, on, h, inner, drag,
-                                push)
+        if driven is None or not laws.steady:
+            load = dynamics.load(middle) if laws.needs_load else None
+            driven = _driven(laws, drag, middle, dq, memory, u, on, load, push, mass)
+        q, dq, memory = _moved(laws, driven, q, dq, memory, middle, ahead, mass, bias, h,
+                               inner)
         if laws.remembers:
             memory = laws.remember(q, dq, memory, inner * h)
     return q, dq, memory
 
 
-def _period(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, ahead: Any, memory: Memory, u: Any,
-            enabled: Any, h: Any, inner: int, drag: Drag, push: Any) -> tuple[Any, Any, Memory]:
-    """One period between two evaluations of the geometry."""
-    middle = q + (0.5 * inner * h) * dq
-    mass, bias = dynamics.mass_and_bias(middle, ahead)
-    load = dynamics.load(middle) if laws.needs_load else None
-    offset, speed = memory[DRIVE] if laws.gap is not None else (np.zeros_like(dq), dq)
-    torques = laws.torques(middle, dq, speed, u, enabled, load, memory)
+class _Driven(NamedTuple):
+    """What drives the states of leading axes `shape`, the bias not yet taken off, as rows."""
+
+    shape: tuple[int, ...]
+    forces: Forces
+    play: Play
+
+
+def _driven(laws: Laws, drag: Drag, q: Any, dq: Any, memory: Memory, u: Any, enabled: Any,
+            load: Any, push: Any, mass: Any) -> _Driven:
+    """The laws of the model at one instant, for the kernel."""
+    offset, speed = (dq, dq) if laws.gap is None else memory[DRIVE]
+    torques = laws.torques(q, dq, speed, u, enabled, load, memory)
     linked = True if laws.gap is None else laws.gap == 0
-    smooth = np.where(linked, torques.motor, 0.0) + torques.joint + push - bias
-    over, normal, tangent = laws.spheres.over(middle)
-    shape = np.broadcast_shapes(smooth.shape[:-1], mass.shape[:-2], over.shape[:-1])
-    size, low_high = q.shape[-1], laws.stops
-    forces = Forces(
-        _rows(smooth, shape), _rows(np.where(linked, drag.motor, 0.0) + drag.joint, shape, size),
-        _rows(np.where(linked, laws.rotor_inertia, 0.0), shape, size),
-        _rows(0.0 if torques.level is None else torques.level, shape, size), _rows(dq, shape),
-        *low_high)
-    play = Play(*(_rows(f, shape, size) for f in (
-        (0.0, 0.0, 0.0, 1.0, 0.0) if laws.gap is None else
-        (laws.gap, torques.motor, drag.motor, laws.rotor_inertia, speed))))
-    spheres = laws.spheres
-    touch = Touch(_rows(over, shape, whole=True), _rows(normal, shape, deep=2, whole=True),
-                  _rows(tangent, shape, deep=2, whole=True), _rows(middle, shape, whole=True),
-                  _rows(spheres.stiffness, shape), _rows(spheres.damping, shape),
-                  _rows(spheres.friction, shape))
-    state = Motion(*(_rows(a, shape, size, whole=True).copy()
-                     for a in (q, dq, offset, speed)))
-    impulses = np.zeros((len(state.q), over.shape[-1], 2))
-    held = BASE if HELD in memory else 0
-    advance(state, _rows(mass, shape, deep=2, whole=True), forces, play, touch,
-            _rows(h[..., None] if h.ndim == 0 else h, shape)[:, 0], inner, held, impulses)
-    q, dq, offset, speed = (a.reshape(*shape, size) for a in state)
+    smooth = np.where(linked, torques.motor, 0.0) + torques.joint + push
+    shape = np.broadcast_shapes(smooth.shape[:-1], mass.shape[:-2], offset.shape[:-1],
+                                np.shape(laws.ground.slope))
+    size = dq.shape[-1]
+    low, high = laws.stops or (-np.inf, np.inf)
+    forces = Forces(*(_rows(f, shape, size) for f in (
+        smooth, np.where(linked, drag.motor, 0.0) + drag.joint, dq,
+        np.where(linked, laws.rotor_inertia, 0.0),
+        0.0 if torques.level is None else torques.level, low, high)))
+    play = (0.0, 0.0, 0.0, 0.0, 1.0) if laws.gap is None else (
+        laws.gap, torques.motor, drag.motor, speed, laws.rotor_inertia)
+    return _Driven(shape, forces, Play(*(_rows(f, shape, size) for f in play)))
+
+
+def _moved(laws: Laws, driven: _Driven, q: Any, dq: Any, memory: Memory, middle: Any, ahead: Any,
+           mass: Any, bias: Any, h: Any, count: int) -> tuple[Any, Any, Memory]:
+    """State and memory after `count` substeps of h s with the geometry at the angles `middle`."""
+    shape, size = driven.shape, q.shape[-1]
+    smooth = driven.forces.smooth - _rows(bias, shape, size)
+    touch = laws.spheres.touch(middle, ahead, shape)
+    offset, speed = (np.zeros_like(dq), dq) if laws.gap is None else memory[DRIVE]
+    motion = Motion(*(_rows(a, shape, size, True).copy() for a in (q, dq, offset, speed)))
+    impulses = np.zeros((*touch.over.shape, 2))
+    advance(motion, _rows(mass, shape, (size, size), True), driven.forces._replace(smooth=smooth),
+            driven.play, touch, _rows(h, shape, 1)[:, 0], count, BASE if HELD in memory else 0,
+            impulses)
+    q, dq, offset, speed = (a.reshape(*shape, size) for a in motion)
     if laws.gap is not None:
-        speed = np.where(laws.gap > 0, speed, dq)
-        memory = {**memory, DRIVE: np.stack([offset, speed])}
+        memory = {**memory, DRIVE: np.stack([offset, np.where(laws.gap > 0, speed, dq)])}
     return q, dq, memory
-
-
-def _rows(values: Any, shape: tuple[int, ...], size: int = 0, deep: int = 1, whole: bool = False
-          ) -> Any:
-    """Values (..., *tail) as contiguous rows (N, *tail), or (1, *tail) where all are the same.
-
-    Args:
-        values: An array with `deep` trailing axes; a float stands for `size` equal ones.
-        shape: Leading axes of the state.
-        size: Columns, where values may be fewer.
-        deep: Trailing axes.
-        whole: One row per state, even where all are the same.
-    """
-    values = np.asarray(values, dtype=float)
-    if size and (values.ndim == 0 or values.shape[-1] != size):
-        values = np.broadcast_to(values, (*values.shape[:-1], size))
-    lead, tail = values.shape[:-deep], values.shape[-deep:]
-    if not whole and all(n == 1 for n in lead):
-        return np.ascontiguousarray(values).reshape(1, *tail)
-    return np.ascontiguousarray(np.broadcast_to(values, shape + tail)).reshape(-1, *tail)

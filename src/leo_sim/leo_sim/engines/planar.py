@@ -60,11 +60,11 @@ class Planar:
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
         """Joint-space inertia (..., J, J) and bias torques (..., J); see `Rigid`."""
         shape = np.broadcast_shapes(q.shape[:-1], self.figures.shape[:-2], self.gravity.shape)
-        rows = [_rows(a, shape) for a in (q, dq)]
-        count = rows[0].shape[0]
         size = q.shape[-1]
+        states = rows(q, shape, size, True), rows(dq, shape, size, True)
+        count = len(states[0])
         mass, bias = np.empty((count, size, size)), np.empty((count, size))
-        _dynamics(*self.tree, self._figures(shape), self._gravity(shape), *rows, mass, bias)
+        _dynamics(*self.tree, self._figures(shape), self._gravity(shape), *states, mass, bias)
         return mass.reshape(*shape, size, size), bias.reshape(*shape, size)
 
     def load(self, q: Any) -> Any:
@@ -72,16 +72,10 @@ class Planar:
         return -self.mass_and_bias(q, np.zeros_like(q))[1]
 
     def _figures(self, shape: tuple[int, ...]) -> Any:
-        if self.figures.ndim == 2:
-            return self.figures[None]
-        links = self.figures.shape[-2:]
-        return np.ascontiguousarray(np.broadcast_to(self.figures, shape + links)).reshape(
-            -1, *links)
+        return rows(self.figures, shape, self.figures.shape[-2:])
 
     def _gravity(self, shape: tuple[int, ...]) -> Any:
-        if self.gravity.ndim == 0:
-            return self.gravity.reshape(1)
-        return np.ascontiguousarray(np.broadcast_to(self.gravity, shape)).reshape(-1)
+        return rows(self.gravity[..., None], shape, 1)[:, 0]
 
 
 def tree_of(joints: Sequence[Joint]) -> Tree:
@@ -122,14 +116,29 @@ def _figures(bodies: Sequence[Body]) -> Any:
     return np.stack(parts, axis=-1).reshape(*parts[0].shape, len(bodies), 6)
 
 
-def _rows(values: Any, shape: tuple[int, ...]) -> Any:
-    """Values (..., J) as contiguous rows (N, J)."""
-    size = values.shape[-1]
-    return np.ascontiguousarray(np.broadcast_to(values, (*shape, size))).reshape(-1, size)
+def rows(values: Any, shape: tuple[int, ...], tail: int | tuple[int, ...], whole: bool = False
+         ) -> Any:
+    """Values (..., *tail) as contiguous rows (N, *tail), or (1, *tail) where all are the same.
+
+    Args:
+        values: A float, or an array that broadcasts to (*shape, *tail).
+        shape: Leading axes of the state, N in all.
+        tail: Trailing axes.
+        whole: One row per state, even where all are the same.
+    """
+    tail = (tail,) if isinstance(tail, int) else tail
+    values = np.asarray(values, dtype=float)
+    lead = values.shape[:max(values.ndim - len(tail), 0)]
+    if whole or any(n != 1 for n in lead):
+        lead = shape
+    if values.shape != lead + tail:
+        values = np.array(np.broadcast_to(values, lead + tail))
+    return np.ascontiguousarray(values).reshape(-1, *tail)
 
 
 @njit(cache=True)
-def poses(kind, parent, column, turn, sense, place, q, dq, pose):  # type: ignore[no-untyped-def]
+def poses(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, q: Any, dq: Any,
+          pose: Any) -> Any:
     """Fill pose (L, 10): angle, origin x z, rate, velocity x z, acceleration x z, axis x z.
 
     The acceleration is that without joint accelerations, gravity as -g upwards not included.
@@ -166,7 +175,8 @@ def poses(kind, parent, column, turn, sense, place, q, dq, pose):  # type: ignor
 
 
 @njit(cache=True)
-def jacobian(kind, parent, column, sense, pose, link, px, pz, out):  # type: ignore[no-untyped-def]
+def jacobian(kind: Any, parent: Any, column: Any, sense: Any, pose: Any, link: Any, px: Any,
+             pz: Any, out: Any) -> Any:
     """Fill out (3, J): x, z and angle rates of a point of a link per joint rate."""
     out[:] = 0.0
     i = link
@@ -183,8 +193,8 @@ def jacobian(kind, parent, column, sense, pose, link, px, pz, out):  # type: ign
 
 
 @njit(cache=True)
-def _dynamics(kind, parent, column, turn, sense, place,  # type: ignore[no-untyped-def]
-              figures, gravity, q, dq, mass, bias):
+def _dynamics(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, figures: Any,
+              gravity: Any, q: Any, dq: Any, mass: Any, bias: Any) -> Any:
     """Fill mass (N, J, J) and bias (N, J) for states (N, J)."""
     size = q.shape[1]
     pose, lever = np.zeros((kind.shape[0], 10)), np.empty((3, size))
