@@ -52,8 +52,7 @@ class Model:
         engine: 'pybullet', 'rigid' (the same numbers without PyBullet), 'rk4', or 'mujoco'
             (another simulator, to be installed; see `leo_sim.engines.mujoco`).
         integration_step: Longest substep s; that of the scheme, for MuJoCo at least 0.5 ms,
-            when
-            None.
+            when None.
         scheme: 'reference', or 'training' (faster, less exact), as robot.yaml has them.
         held: The base does not move, as in a start pose with `held: true`.
         history: What was added and why, as model.yaml keeps it.

@@ -83,7 +83,9 @@ def _check_task(path: Path, file: RobotFile) -> None:
             raise UserError(f'{path}: reward: motor_power needs input: voltage')
         if term.quantity == 'input' and term.joint not in file.actuators:
             raise UserError(f'{path}: reward: input: {term.joint!r} has no actuator')
-    if {t.quantity for t in (*file.reward, *file.termination)} & {*OF_FEET} and not file.feet:
+    quantities: set[str] = {term.quantity for term in file.reward}
+    quantities |= {rule.quantity for rule in file.termination}
+    if quantities & {*OF_FEET} and not file.feet:
         raise UserError(f'{path}: feet: {" and ".join(OF_FEET)} need the links that are feet')
 
 

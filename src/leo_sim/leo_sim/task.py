@@ -120,10 +120,10 @@ class Task:
         if term.quantity not in OF_JOINTS:
             return self._whole(term.quantity, step) - term.target
         if term.quantity == 'input':
-            names = [a.joint for a in self.robot.actuators]
-            return step.inputs[..., names.index(term.joint)] - term.target
-        value = _features(step.after.q, step.after.dq)[..., _columns(self.robot, [term])[0]]
-        error = value - term.target
+            motors = [a.joint == term.joint for a in self.robot.actuators]
+            return step.inputs[..., motors.index(True)] - term.target
+        value = _features(step.after.q, step.after.dq)[..., _columns(self.robot, [term])]
+        error = value[..., 0] - term.target
         return wrapped(error) if term.quantity == 'wrapped_angle' else error
 
     def _whole(self, name: str, step: _Step) -> Any:

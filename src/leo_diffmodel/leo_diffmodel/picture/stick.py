@@ -110,7 +110,8 @@ def _tip(robot: Robot, link: str) -> np.ndarray:
     """What ends a limb: once round its contacts, or a line to its mass."""
     around = [(c.x, 0.0, c.z - c.radius) for c in robot.contacts if c.link == link]
     if not around:
-        around = [tuple(robot.constants[f'links.{link}.com_{axis}'].value for axis in 'xyz')]
+        x, y, z = (robot.constants[f'links.{link}.com_{axis}'].value for axis in 'xyz')
+        around = [(x, y, z)]
     return np.array([(0.0, 0.0, 0.0), *around, *([(0.0, 0.0, 0.0)] if around[1:] else [])])
 
 

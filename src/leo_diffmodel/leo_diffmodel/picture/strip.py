@@ -42,7 +42,7 @@ def strip(shown: Take, poses: int = POSES) -> Image.Image:
         canvas.text((centre, HEAD + tall + 38), f'{time:.2f} s', INK, 14, 'ma')
     if feet:
         top = HEAD + tall + FOOT + 6
-        draw_feet(canvas, shown, (SIDE + 100, top, width - SIDE), times)
+        draw_feet(canvas, shown, (SIDE + 100, top, width - SIDE), times.tolist())
     return canvas.finished()
 
 

@@ -66,7 +66,7 @@ class Take:
         """For each foot its name and, at each sample, whether it touches the ground."""
         touching = np.array([self.stick.pose(q).touching for q in self.episode.q])
         contacts = self.stick.robot.contacts
-        return [(foot, touching[:, [c.link == foot for c in contacts]].any(axis=1))
+        return [(foot, np.any(touching[:, [c.link == foot for c in contacts]], axis=1))
                 for foot in self.stick.robot.feet]
 
 

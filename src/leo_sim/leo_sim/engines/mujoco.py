@@ -47,7 +47,8 @@ class World:
         self._rotors = np.zeros(self._model.nv)
         self._rotors[self._at] = laws.rotor_inertia
         self._pull(laws)
-        springs = {c.name: _spring(c, laws.ground) for c in robot.contacts}
+        ground = laws.ground
+        springs = {c.name: _spring(c, ground) for c in robot.contacts} if ground else {}
         self._springs = [springs[self._model.geom(geom).name]
                          for geom in self._model.pair_geom2]
         self._h = 0.0
@@ -94,7 +95,7 @@ class World:
             self._model.pair_friction[pair] = friction, friction, 0.0, 0.0, 0.0
 
 
-def integrate(laws: Laws, world: World, q: Any, dq: Any, memory: Memory, inputs: Any,
+def integrate(laws: Laws, world: Any, q: Any, dq: Any, memory: Memory, inputs: Any,
               enabled: Any, h: float, count: int) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held; see `leo_sim.substep`."""
     memory, place = rested(laws, q, dq, memory), q[:BASE]
