@@ -14,6 +14,9 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 ENOUGH_NATS = 0.05
+FAR_NATS = 100.0
+PATIENCE = 3
+"""Up to this many times the iterations, as long as the last step saved FAR_NATS or more."""
 
 
 @dataclass(frozen=True)
@@ -80,8 +83,10 @@ def fit(
     if start is None:
         start = settle(problem, hypothesis, theta, problem.windows.measured[:, 0], rounds=6)
     best = _evaluate(problem, hypothesis, theta, start)
-    scale = 1.0
-    for _ in range(iterations):
+    scale, last = 1.0, np.inf
+    for number in range(PATIENCE * iterations):
+        if number >= iterations and last < FAR_NATS:
+            break
         step = _step(problem, best)
         moved = np.clip(theta + scale * step.theta, hypothesis.low, hypothesis.high)
         shift = step.start + step.gain @ (moved - theta)
@@ -91,7 +96,7 @@ def fit(
             scale *= 0.3
             best = _evaluate(problem, hypothesis, theta, best.start + step.start)
             continue
-        best, theta, scale = trial, moved, min(1.0, 3 * scale)
+        best, theta, scale, last = trial, moved, min(1.0, 3 * scale), gained
         if gained < ENOUGH_NATS:
             break
     return _finish(problem, best)
