@@ -22,7 +22,7 @@ Values = dict[str, float]
 SIZES = (6.0, 30.0)
 """Rms change of the 0.5 s open loop, in noise floors."""
 LEAST = 3.0
-MOVING = 0.3
+MOVING, WEAKER = 0.3, 0.6
 """Share of its reach that a joint must keep: a joint that the law holds still shows nothing."""
 ROUNDS = 3
 AMPLITUDES = np.geomspace(1e-4, 0.5, 24)
@@ -78,9 +78,10 @@ def draw(kind: str, run: Run, rng: np.random.Generator) -> tuple[Placed, float]:
     while True:
         shape = place(run.robot, effect, where, **SHAPES[kind](reach, rng))
         placed = _sized(run, shape, float(np.exp(rng.uniform(*np.log(SIZES)))))
+        while np.ptp(_reach(run, where, (placed,))) < MOVING * np.ptp(reach):
+            placed = _stronger(placed, WEAKER * placed.parameters[effect.parameters[0].name])
         size = float(OpenLoop(run, (placed,)).size(placed)[0])
-        moving = np.ptp(_reach(run, where, (placed,))) > MOVING * np.ptp(reach)
-        if moving and LEAST < size < 2 * SIZES[1]:
+        if LEAST < size < 2 * SIZES[1]:
             return placed, size
 
 
