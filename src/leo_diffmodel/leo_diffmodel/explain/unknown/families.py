@@ -97,8 +97,9 @@ def _size() -> Family:
 
 
 def _hinge(x: Array, side: float) -> Family:
-    ends = np.quantile(x, (0.005, 0.995))
-    grid = np.sort([*np.quantile(x, np.linspace(0.02, 0.98, POINTS)), *np.linspace(*ends, POINTS)])
+    low, high = np.quantile(x, (0.005, 0.995))
+    dense = np.quantile(x, np.linspace(0.02, 0.98, POINTS))
+    grid = np.sort(np.concatenate([dense, np.linspace(low, high, POINTS)]))
     inside, words = ('x - x0', '{x} - x0') if side > 0 else ('x0 - x', 'x0 - {x}')
     return Family(
         f'k * np.maximum(0.0, {inside})',
