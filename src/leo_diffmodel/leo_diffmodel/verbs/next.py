@@ -39,8 +39,8 @@ def main(argv: list[str]) -> int:
     target = _target(arguments)
     model = common.load(arguments)
     if not model.robot.actuators:
-        told = 'has no motors, so there is no run to send; swing it by hand from other angles'
-        raise UserError(f'{model.robot.name} {told}')
+        why = 'has no motors, so there is no run to send; swing it by hand from other angles'
+        raise UserError(f'{model.robot.name} {why}')
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     answer = _answer(arguments, recordings, model, own)
