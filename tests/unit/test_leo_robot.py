@@ -6,6 +6,7 @@ import pytest
 
 from leo_msgs_py.errors import UserError
 from leo_sim.constants import bodies
+from leo_sim.effects import place
 from leo_sim.engines.planar import Planar
 from leo_sim.engines.rigid import Rigid
 from leo_sim.gait import Gait
@@ -103,6 +104,13 @@ def test_poses_on_the_ground_touch_it(robot, pose):
         state = model.start(pose, rng)
         assert min(bottoms(robot, state.q).values()) == pytest.approx(0.0, abs=1e-12)
         assert not state.dq.any()
+
+
+def test_on_a_slope_it_starts_on_the_slope():
+    uphill = Model(LEO, (place(LEO, 'ground_slope', 'ground', angle=0.1),), engine='rigid')
+    q = uphill.start('standing').q
+    assert Gait(LEO, 0.1).clearance(q) == pytest.approx(0.0, abs=1e-12)
+    assert max(uphill.contact_forces(uphill.start('standing')).values()) < 1e-6
 
 
 def test_random_start_is_the_thesis():

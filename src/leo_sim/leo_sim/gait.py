@@ -13,18 +13,24 @@ from leo_sim.robot import Contact, Robot
 
 
 class Gait:
-    """Kinematic figures of a planar robot, over any leading axes of its angles (..., J)."""
+    """Kinematic figures of a planar robot, over any leading axes of its angles (..., J).
 
-    def __init__(self, robot: Robot):
+    Args:
+        robot: With a planar base.
+        slope: Of the ground, rad; the robot's own when None.
+    """
+
+    def __init__(self, robot: Robot, slope: float | None = None):
         self._plane = Plane(robot.joints)
-        self._slope = robot.constants['ground.slope'].value if robot.contacts else 0.0
+        if slope is None:
+            slope = robot.constants['ground.slope'].value if robot.contacts else 0.0
         self._centre = _centre_of_mass(robot, self._plane)
         self._ankles = self._plane.points([(foot, 0.0, 0.0) for foot in robot.feet])
         feet = [[c for c in robot.contacts if c.link == foot] for foot in robot.feet]
-        self._soles = [Soles(self._plane, contacts, self._slope) for contacts in feet]
+        self._soles = [Soles(self._plane, contacts, slope) for contacts in feet]
         self._heights = {joint.name: self._plane.points([(joint.child, 0.0, 0.0)])
                          for joint in robot.joints}
-        self._touching = Soles(self._plane, robot.contacts, self._slope)
+        self._touching = Soles(self._plane, robot.contacts, slope)
 
     def com_x(self, q: Any) -> Any:
         """Of the centre of mass, m, (...)."""

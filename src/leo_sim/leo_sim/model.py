@@ -16,7 +16,7 @@ from leo_sim.engines.rigid import Rigid
 from leo_sim.laws import HELD, Laws
 from leo_sim.names import nearest
 from leo_sim.robot import load_robot, Robot
-from leo_sim.starts import Starts
+from leo_sim.starts import start_pose
 from leo_sim.state_check import check_possible, check_sizes
 from leo_sim.substep import integrate, substeps
 
@@ -109,7 +109,8 @@ class Model:
         Raises:
             UserError: Unknown pose.
         """
-        q, dq = Starts(self.robot).draw(pose, rng or np.random.default_rng())
+        slope = self.laws.ground.slope if self.laws.ground else 0.0
+        q, dq = start_pose(self.robot, pose, rng or np.random.default_rng(), slope)
         held = self.held or self.robot.start_poses[pose].held
         return State(q, dq, _memory(held))
 

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """Start poses of a robot: drawn, and put on the ground."""
-from __future__ import annotations
-
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,43 +8,29 @@ from leo_msgs_py.errors import UserError
 from leo_sim.gait import Gait
 from leo_sim.names import nearest
 from leo_sim.robot import Robot
-from leo_sim.robot_file import PoseFile
 
 
-class Starts:
-    """The start poses of a robot."""
+def start_pose(robot: Robot, name: str, rng: np.random.Generator, slope: float = 0.0
+               ) -> tuple[np.ndarray, np.ndarray]:
+    """Angles and rates (J,) of a start pose, with its ranges drawn.
 
-    def __init__(self, robot: Robot):
-        self._robot = robot
+    Args:
+        robot: The robot.
+        name: Of the pose.
+        rng: Random numbers.
+        slope: Of the ground that a pose `on_ground` touches, rad.
 
-    def pose(self, name: str) -> PoseFile:
-        """The pose of that name.
-
-        Raises:
-            UserError: Unknown pose, naming the nearest one.
-        """
-        poses = self._robot.start_poses
-        if name not in poses:
-            raise UserError(f'{self._robot.name} has no start pose {name!r}{nearest(name, poses)}')
-        return poses[name]
-
-    def draw(self, name: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-        """Angles and rates (J,) of a pose, ranges drawn, the lowest contact on the ground.
-
-        Raises:
-            UserError: Unknown pose.
-        """
-        pose, joints = self.pose(name), self._robot.joint_names
-        q, dq = (np.array([_drawn(values.get(joint, 0.0), rng) for joint in joints])
-                 for values in (pose.angles, pose.rates))
-        if pose.on_ground:
-            slope = self._robot.constants['ground.slope'].value
-            q[1] -= self._gait.clearance(q) / np.cos(slope)
-        return q, dq
-
-    @cached_property
-    def _gait(self) -> Gait:
-        return Gait(self._robot)
+    Raises:
+        UserError: Unknown pose, naming the nearest one.
+    """
+    poses = robot.start_poses
+    if name not in poses:
+        raise UserError(f'{robot.name} has no start pose {name!r}{nearest(name, poses)}')
+    q, dq = (np.array([_drawn(values.get(joint, 0.0), rng) for joint in robot.joint_names])
+             for values in (poses[name].angles, poses[name].rates))
+    if poses[name].on_ground:
+        q[1] -= Gait(robot, slope).clearance(q) / np.cos(slope)
+    return q, dq
 
 
 def _drawn(value: Any, rng: np.random.Generator) -> float:
