@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,13 +15,13 @@ UNIT: Mat = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
 class Frame(NamedTuple):
-    """A link in the world: rotation (9 components, row by row) and origin m."""
+    """A link in the world or its parent: rotation (9 components, row by row) and origin m."""
 
     rotation: Mat
     origin: Vec
 
     def point(self, local: Vec) -> Vec:
-        """A point given in link axes, in the world, m."""
+        """A point given in link axes, in the outer axes, m."""
         return plus(self.origin, turned(self.rotation, local))
 
 
@@ -32,7 +31,7 @@ class Kinematics:
     def __init__(self, joints: Sequence[Joint]):
         self._joints = joints
         self._root = next(j.parent for j in joints if j.parent not in {k.child for k in joints})
-        self._parts = [_parts(joint) for joint in joints]
+        self._parts = [turning_parts(joint) for joint in joints]
 
     def frames(self, q: Any) -> dict[str, Frame]:
         """The frame of every link at angles q (..., J)."""
@@ -42,8 +41,9 @@ class Kinematics:
         for joint, parts in zip(self._joints, self._parts, strict=True):
             parent = frames[joint.parent]
             angle = 0.0 if joint.kind == 'fixed' else next(angles)
-            rotation, origin = _placed(joint, parts, angle)
-            frames[joint.child] = Frame(product(parent.rotation, rotation), parent.point(origin))
+            inside = placed(joint, parts, angle)
+            frames[joint.child] = Frame(product(parent.rotation, inside.rotation),
+                                        parent.point(inside.origin))
         return frames
 
 
@@ -56,7 +56,7 @@ def centre_of_mass(frames: Mapping[str, Frame], bodies: Mapping[str, Body]) -> V
     return scaled(1.0 / total, weighted)
 
 
-def _parts(joint: Joint) -> tuple[Mat, Mat, Mat]:
+def turning_parts(joint: Joint) -> tuple[Mat, Mat, Mat]:
     """R0 (a a'), R0 (1 - a a') and R0 [a]x: R = first + cos q second + sin q third."""
     x, y, z = joint.axis
     outer = (x * x, x * y, x * z, y * x, y * y, y * z, z * x, z * y, z * z)
@@ -66,16 +66,14 @@ def _parts(joint: Joint) -> tuple[Mat, Mat, Mat]:
     return first, second, third
 
 
-def _placed(joint: Joint, parts: tuple[Mat, Mat, Mat], angle: Any) -> tuple[Mat, Vec]:
-    """A child link in its parent."""
+def placed(joint: Joint, parts: tuple[Mat, Mat, Mat], angle: Any) -> Frame:
+    """A child link in its parent at an angle (rad, m) of the joint between them."""
     if joint.kind == 'fixed':
-        return joint.rotation, joint.translation
+        return Frame(joint.rotation, joint.translation)
     if joint.kind == 'prismatic':
         slide = scaled(angle, turned(joint.rotation, joint.axis))
-        return joint.rotation, plus(joint.translation, slide)
-    single = isinstance(angle, float)
-    cosine, sine = ((math.cos(angle), math.sin(angle)) if single
-                    else (np.cos(angle), np.sin(angle)))
+        return Frame(joint.rotation, plus(joint.translation, slide))
+    cosine, sine = np.cos(angle), np.sin(angle)
     rotation = tuple(add(add(a, mul(cosine, b)), mul(sine, c))
                      for a, b, c in zip(*parts, strict=True))
-    return rotation, joint.translation
+    return Frame(rotation, joint.translation)

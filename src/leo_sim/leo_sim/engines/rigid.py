@@ -15,7 +15,6 @@ from leo_sim.engines.components import (
     cross,
     dot,
     Mat,
-    mul,
     plus,
     product,
     scaled,
@@ -27,16 +26,8 @@ from leo_sim.engines.components import (
     Vec,
     ZERO,
 )
+from leo_sim.kinematics import Frame, placed, turning_parts, UNIT
 from leo_sim.urdf import Joint
-
-UNIT: Mat = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-
-
-class _Pose(NamedTuple):
-    """Child link frame in the parent's: rotation and origin."""
-
-    rotation: Mat
-    origin: Vec
 
 
 class _Motion(NamedTuple):
@@ -65,7 +56,7 @@ class Rigid:
         self._parents = [links.get(joint.parent, -1) for joint in joints]
         moving = [i for i, joint in enumerate(joints) if joint.kind != 'fixed']
         self._column = {i: c for c, i in enumerate(moving)}
-        self._fixed = [Rigid._fixed_part(joint) for joint in joints]
+        self._fixed = [turning_parts(joint) for joint in joints]
         self._gravity = gravity
         self._single = self._inertia(self._poses(np.zeros(1))) if len(moving) == 1 else None
         self._pulled = any(f.__class__ is not float or f for b in self._bodies for f in b.force)
@@ -103,33 +94,12 @@ class Rigid:
     def _split(self, values: Any) -> list[Any]:
         return [values[..., column] for column in range(len(self._column))]
 
-    @staticmethod
-    def _fixed_part(joint: Joint) -> tuple[Mat, Mat, Mat]:
-        """R0 (a a'), R0 (1 - a a') and R0 [a]x: R = first + cos q second + sin q third."""
-        x, y, z = joint.axis
-        outer = (x * x, x * y, x * z, y * x, y * y, y * z, z * x, z * y, z * z)
-        rest = tuple(u - o for u, o in zip(UNIT, outer, strict=True))
-        skew = (0.0, -z, y, z, 0.0, -x, -y, x, 0.0)
-        first, second, third = (product(joint.rotation, part) for part in (outer, rest, skew))
-        return first, second, third
+    def _poses(self, q: Any) -> list[Frame]:
+        """Child link frames in their parents."""
+        return [placed(joint, parts, q[..., self._column[i]] if i in self._column else 0.0)
+                for i, (joint, parts) in enumerate(zip(self._joints, self._fixed, strict=True))]
 
-    def _poses(self, q: Any) -> list[_Pose]:
-        poses = []
-        for i, joint in enumerate(self._joints):
-            if joint.kind == 'fixed':
-                poses.append(_Pose(joint.rotation, joint.translation))
-            elif joint.kind == 'prismatic':
-                slide = scaled(q[..., self._column[i]], turned(joint.rotation, joint.axis))
-                poses.append(_Pose(joint.rotation, plus(joint.translation, slide)))
-            else:
-                angle = q[..., self._column[i]]
-                cosine, sine = np.cos(angle), np.sin(angle)
-                rotation = tuple(add(add(a, mul(cosine, b)), mul(sine, c))
-                                 for a, b, c in zip(*self._fixed[i], strict=True))
-                poses.append(_Pose(rotation, joint.translation))
-        return poses
-
-    def _torques(self, poses: Sequence[_Pose], rates: Sequence[Any]) -> list[Any]:
+    def _torques(self, poses: Sequence[Frame], rates: Sequence[Any]) -> list[Any]:
         """Recursive Newton-Euler with zero joint accelerations."""
         forces, moments = [], []
         motions: list[_Motion] = []
@@ -148,7 +118,7 @@ class Rigid:
             moments.append(plus(moment, cross(self._bodies[i].com, force)))
         return self._inward(poses, forces, moments)
 
-    def _outward(self, i: int, pose: _Pose, parent: _Motion, rates: Sequence[Any]) -> _Motion:
+    def _outward(self, i: int, pose: Frame, parent: _Motion, rates: Sequence[Any]) -> _Motion:
         """Motion of link i from its parent's."""
         back = transposed(pose.rotation)
         lever = plus(cross(parent.turn, pose.origin),
@@ -163,7 +133,7 @@ class Rigid:
             return _Motion(speed, turn, plus(pull, scaled(2.0, cross(speed, own))))
         return _Motion(plus(speed, own), plus(turn, cross(speed, own)), pull)
 
-    def _inward(self, poses: Sequence[_Pose], forces: list[Vec], moments: list[Vec]) -> list[Any]:
+    def _inward(self, poses: Sequence[Frame], forces: list[Vec], moments: list[Vec]) -> list[Any]:
         """Joint torques from the forces and moments at the link origins."""
         torques: list[Any] = [0.0] * len(self._column)
         for i in range(len(poses) - 1, -1, -1):
@@ -179,7 +149,7 @@ class Rigid:
                 moments[parent] = plus(moments[parent], moment)
         return torques
 
-    def _inertia(self, poses: Sequence[_Pose]) -> list[list[Any]]:
+    def _inertia(self, poses: Sequence[Frame]) -> list[list[Any]]:
         """Lower triangle of the joint-space inertia by composite rigid bodies."""
         composites = [_about_origin(body) for body in self._bodies]
         rows: list[list[Any]] = [[0.0] * (c + 1) for c in range(len(self._column))]
@@ -199,7 +169,7 @@ class Rigid:
         return chain
 
     def _fill(self, rows: list[list[Any]], i: int, composite: _Composite,
-              poses: Sequence[_Pose]) -> None:
+              poses: Sequence[Frame]) -> None:
         """Row i: force and moment that accelerate the subtree along joint i, at its ancestors."""
         axis, column = self._joints[i].axis, self._column[i]
         if self._joints[i].kind == 'prismatic':
@@ -245,7 +215,7 @@ def _about_origin(body: Body) -> _Composite:
     return _Composite(body.mass, moment, inertia)
 
 
-def _moved(part: _Composite, pose: _Pose) -> _Composite:
+def _moved(part: _Composite, pose: Frame) -> _Composite:
     """A composite seen from the parent link."""
     moment = turned(pose.rotation, part.moment)
     inertia = product(product(pose.rotation, part.inertia), transposed(pose.rotation))
