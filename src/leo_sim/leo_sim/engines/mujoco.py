@@ -20,6 +20,9 @@ from leo_sim.substep import rested, slowing
 BASE = 3
 """Joints of a planar base."""
 
+HARD, RETURN = 0.9999, 0.02
+"""Stops: impedance, and the share of what a joint went too far that it goes back per substep."""
+
 IMMOVABLE = 1e9
 """Inertia of the joints of a held base, kg or kg m2."""
 
@@ -83,8 +86,8 @@ class World:
         With m = h (D + h K), k = K / m and b = 1 / h that is the implicit Euler step of a
         spring K with a damper D.
         """
-        self._model.jnt_solref[:] = 2 * h, 1.0  # stops: as hard as the substep allows
-        self._model.jnt_solimp[:] = 0.99, 0.999, 0.001, 0.5, 2.0
+        self._model.jnt_solref[:] = -HARD * RETURN / h ** 2, -HARD / h
+        self._model.jnt_solimp[:] = HARD, HARD, 1.0, 0.5, 1.0
         for pair, (stiffness, damping, friction) in enumerate(self._springs):
             geom = self._model.pair_geom2[pair]
             weight = self._model.body_invweight0[self._model.geom_bodyid[geom], 0]
