@@ -30,8 +30,8 @@ def table(states: dict[str, States]) -> None:
     """One control step of MuJoCo with several substeps, against ours with short ones."""
     truth = Model('leo', engine='rigid', integration_step=REFERENCE)
     count = min(len(part.q) for part in states.values())
-    print(f'MuJoCo against our dynamics at {REFERENCE * 1e3:g} ms, one control step of 0.03 s: rms '
-          f'difference over rms change, %; n = {count} each')
+    print(f'MuJoCo against our dynamics at {REFERENCE * 1e3:g} ms, one control step of 0.03 s: '
+          f'rms difference over rms change, %; n = {count} each')
     print(f'{"":26}{"angles":>8}{"rates":>8}{"99.9 % rad/s":>14}{"steps/s":>9}')
     for kind, part in states.items():
         q, dq = moved(truth, part, 0.03)
