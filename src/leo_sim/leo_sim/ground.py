@@ -30,18 +30,36 @@ class Spheres:
         self._stiffness = _each(robot.contacts, 'stiffness', ground.stiffness)
         self._damping = _each(robot.contacts, 'damping', ground.damping)
         self._friction = np.asarray(ground.friction, dtype=float)[..., None]
+        self._surfaces: dict[tuple[int, ...], tuple[Any, Any, Any, Any]] = {}
 
     def touch(self, q: Any, dq: Any, shape: tuple[int, ...]) -> Touch:
         """The spheres at true angles and rates (..., J), for states of leading axes `shape`."""
         size, points = q.shape[-1], len(self._links)
         angles, rates = rows(q, shape, size, True), rows(dq, shape, size, True)
-        slope = rows(self._slope[..., None], shape, 1)[:, 0]
+        surface = self._surface(shape)
         over, bend = np.empty((len(angles), points)), np.empty((len(angles), points, 2))
         normal, tangent = np.empty((2, len(angles), points, size))
-        _over(self._tree, self._links, self._places, slope, angles, rates, over, bend,
+        _over(self._tree, self._links, self._places, surface[0], angles, rates, over, bend,
               normal, tangent)
-        return Touch(over, bend, normal, tangent, angles, rows(self._stiffness, shape, points),
-                     rows(self._damping, shape, points), rows(self._friction, shape, 1))
+        return Touch(over, bend, normal, tangent, angles, *surface[1:])
+
+    def _surface(self, shape: tuple[int, ...]) -> tuple[Any, Any, Any, Any]:
+        """Slope, stiffness, damping and friction as rows, kept for the shape asked last."""
+        if shape not in self._surfaces:
+            points = len(self._links)
+            self._surfaces = {shape: (
+                rows(self._slope[..., None], shape, 1)[:, 0],
+                rows(self._stiffness, shape, points), rows(self._damping, shape, points),
+                rows(self._friction, shape, 1))}
+        return self._surfaces[shape]
+
+    def forces(self, q: Any, dq: Any) -> Any:
+        """Normal force on each sphere at true angles and rates (..., J), N, (..., P)."""
+        shape = np.shape(q)[:-1]
+        touch = self.touch(q, dq, shape)
+        sinking = -np.einsum('npj,nj->np', touch.normal, rows(dq, shape, q.shape[-1], True))
+        force = np.maximum(touch.damping * sinking - touch.stiffness * touch.over, 0.0)
+        return np.where(touch.over < 0, force, 0.0).reshape(*shape, -1)
 
 
 def _each(contacts: Sequence[Contact], name: str, of_ground: Any) -> Any:

@@ -150,6 +150,13 @@ class Model:
         """Measured angles and rates (J,), without noise."""
         return self.laws.sense(state.q, state.dq, state.memory)
 
+    def contact_forces(self, state: State) -> dict[str, float]:
+        """Normal force of the ground on every sphere of robot.yaml, N; 0 where it is clear."""
+        if not self.robot.contacts:
+            return {}
+        forces = self.laws.spheres.forces(state.q, state.dq)
+        return {c.name: float(f) for c, f in zip(self.robot.contacts, forces, strict=True)}
+
     @cached_property
     def reading_laws(self) -> Laws:
         """The laws for states that are readings: a late sensor makes the inputs act late."""
@@ -159,15 +166,15 @@ class Model:
 
     @cached_property
     def rigid(self) -> Any:
-        """The tree's dynamics on arrays, compiled where several joints move in one plane."""
+        """The tree's dynamics on arrays, compiled where there are several joints."""
         tree = self.robot.joints, self.laws.bodies, self.laws.gravity
         if len(self.robot.joint_names) == 1:
             return Rigid(*tree)
         if self.robot.contacts:
             from leo_sim.engines.planar import Planar
             return Planar(*tree)
-        from leo_sim.engines.flat import Flat, is_flat
-        return Flat(*tree) if is_flat(self.robot.joints) else Rigid(*tree)
+        from leo_sim.engines.spatial import Spatial
+        return Spatial(*tree)
 
     @cached_property
     def _dynamics(self) -> Any:

@@ -63,7 +63,7 @@ def _driven(laws: Laws, drag: Drag, q: Any, dq: Any, memory: Memory, u: Any, ena
     linked = True if laws.gap is None else laws.gap == 0
     smooth = np.where(linked, torques.motor, 0.0) + torques.joint + push
     shape = np.broadcast_shapes(smooth.shape[:-1], mass.shape[:-2], offset.shape[:-1],
-                                np.shape(laws.ground.slope))
+                                *(np.shape(figure) for figure in laws.ground))
     size = dq.shape[-1]
     low, high = laws.stops or (-np.inf, np.inf)
     forces = Forces(*(_rows(f, shape, size) for f in (

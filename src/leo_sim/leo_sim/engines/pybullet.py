@@ -54,7 +54,9 @@ class Bullet:
         angles = q[self._to_bullet].tolist()
         mass: Any = pybullet.calculateMassMatrix(self._body, angles, **self._at)
         if len(angles) > 1:
-            mass = np.array(mass)[np.ix_(self._from_bullet, self._from_bullet)]
+            mass = np.array(mass)
+            if not self._in_order:
+                mass = mass[np.ix_(self._from_bullet, self._from_bullet)]
         self._mass, self._bias = mass, self._resistance(angles, dq)
         return mass, self._less_pulls(self._bias, angles)
 
@@ -125,6 +127,7 @@ class Bullet:
         self._joints = [numbers[j.name] for j in joints if j.kind != 'fixed']
         self._to_bullet = np.argsort(self._joints)
         self._from_bullet = np.argsort(self._to_bullet)
+        self._in_order = self._joints == sorted(self._joints)
         self._still = [0.0] * len(self._joints)
         pybullet.setJointMotorControlArray(self._body, self._joints, pybullet.VELOCITY_CONTROL,
                                            forces=self._still, **self._at)
