@@ -77,9 +77,12 @@ class OwnBullet:
         for number in range(pybullet.getNumJoints(self._body, **self._at)):
             name = pybullet.getJointInfo(self._body, number, **self._at)[1].decode()
             numbers[name] = number
+            # In one call Bullet takes the first and leaves the rest out.
+            pybullet.changeDynamics(self._body, number, linearDamping=0, angularDamping=0,
+                                    **self._at)
+            pybullet.changeDynamics(self._body, number, maxJointVelocity=1e9, **self._at)
             pybullet.changeDynamics(
-                self._body, number, linearDamping=0, angularDamping=0, maxJointVelocity=1e9,
-                jointDamping=0, lateralFriction=ground.friction, restitution=0,
+                self._body, number, lateralFriction=ground.friction, restitution=0,
                 contactStiffness=ground.stiffness, contactDamping=ground.damping, **self._at)
         self._joints = [numbers[name] for name in self._model.robot.joint_names]
         pybullet.setJointMotorControlArray(self._body, self._joints, pybullet.VELOCITY_CONTROL,
