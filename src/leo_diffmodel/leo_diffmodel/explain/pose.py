@@ -13,6 +13,7 @@ from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
+from leo_diffmodel.explain.fineness import stepped
 from leo_diffmodel.explain.fit import Problem
 from leo_sim.model import Model
 
@@ -54,6 +55,8 @@ def pose(recordings: Sequence[Recording], hold_out: Sequence[Recording], model: 
     blocks = make_blocks(recordings, hold_out)
     seconds = max(SEARCH_SECONDS, LEAST_SAMPLES * sample_period(everything))
     problem = _problem(model, cut(everything, seconds, history=noise.HISTORY), sigma, blocks)
+    model = stepped(model, problem.windows, sigma)
+    problem = replace(problem, base=model)
     for longer in LONGER_SECONDS:
         if longer < 1.3 * seconds or not _fits(everything, longer):
             continue
