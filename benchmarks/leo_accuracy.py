@@ -68,7 +68,7 @@ def _mechanics(model: Model, state: State) -> tuple[float, float, float]:
 def accuracy(states: dict[str, States]) -> None:
     """One control step of each scheme against one with short substeps."""
     truth = Model('leo', engine='rigid', integration_step=REFERENCE)
-    print(f'\nrms error of one control step over rms change, %, against {REFERENCE * 1e3} ms; '
+    print(f'\nrms error of one control step over rms change, %, against {1e3 * REFERENCE:g} ms; '
           f'n = {len(states["stance"].q)} states each')
     print(f'{"":22}{"angles":>8}{"rates":>8}{"rates but 3/1000":>17}'
           f'{"99.9 % rad/s":>14}{"worst rad/s":>13}')

@@ -87,7 +87,7 @@ class Laws:
         self._constants(robot, values)
         self.dry = bool(self._dry) or self._friction is not None
         self._drives(by_hook['drive'])
-        self.ground = _ground(effects, values) if robot.contacts else None
+        self.ground: Any = _ground(effects, values) if robot.contacts else None
         self._robot = robot
         self.sensors = Sensors(sensors, self._offset)
         self.remembers = bool(self._remembering) or self.sensors.dynamic

@@ -127,9 +127,9 @@ def rows(values: Any, shape: tuple[int, ...], tail: int | tuple[int, ...], whole
         whole: One row per state, even where all are the same.
     """
     tail = (tail,) if isinstance(tail, int) else tail
-    if not shape and np.shape(values) == tail:
-        return np.ascontiguousarray(values[None])
     values = np.asarray(values, dtype=float)
+    if not shape and values.shape == tail:
+        return np.ascontiguousarray(values[None])
     lead = values.shape[:max(values.ndim - len(tail), 0)]
     if whole or any(n != 1 for n in lead):
         lead = shape
