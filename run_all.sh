@@ -83,6 +83,8 @@ setup() { # REQUIREMENTS…: install them and the four packages, unless that is 
   pip_install --constraint constraints.txt "${@/#/--requirement=}"
   packages=(src/leo_msgs_py src/leo_sim src/leo_diffmodel src/leo_learner)
   pip_install --no-build-isolation --no-deps "${packages[@]/#/--editable=}"
+  # LEO's kernels compile at their first use and are kept.
+  "$VENV/bin/python" -c 'from leo_sim.model import Model; m = Model("leo"); m.step(m.start(), [0] * 6, 0.03)'
   fingerprint "$@" > "$stamp"
 }
 

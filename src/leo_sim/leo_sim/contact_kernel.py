@@ -339,10 +339,10 @@ def substep(t: Any, h: Any, held: Any, grip: Any, work: Any, used: Any) -> Any:
         joint[Q, j] += 0.5 * h * joint[DQ, j]
     pushed(t + h, h, held, work, used)
     for sweep in range(SWEEPS if used else 0):
-        if swept(h, grip, work, used) <= SETTLED:
-            break
         if sweep < SOLVES:
             agreed(h, grip, work, used)
+        if swept(h, grip, work, used) <= SETTLED:
+            break
     for r in range(used):
         given = work.line[GIVEN, r]
         if given != 0.0:
