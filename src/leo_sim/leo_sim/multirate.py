@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.contact_kernel import advance, Forces, Motion, Play
+from leo_sim.contact_kernel import advance, Forces, Motion, Play, Touch
 from leo_sim.engines.planar import rows as _rows
 from leo_sim.laws import HELD, Laws, Memory
 from leo_sim.substep import Drag, DRIVE, Dynamics, rested, slowing
@@ -29,7 +29,7 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
     h = np.asarray(h * (count / (periods * inner)))
     u, on, memory = laws.command(inputs, enabled, memory, inner * h)
     drag = slowing(laws, dynamics, q, dq, memory, u, on)
-    last, driven = dq, None
+    last, driven, pressed = dq, None, None
     for i in range(periods):
         if i and laws.dynamic:
             u, on, memory = laws.command(inputs, enabled, memory, inner * h)
@@ -37,11 +37,15 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
         ahead = 1.5 * dq - 0.5 * last
         mass, bias = dynamics.mass_and_bias(middle, ahead)
         last = dq
+        place = middle, ahead, mass, bias
         if driven is None or not laws.steady:
             load = dynamics.load(middle) if laws.needs_load else None
+            if load is not None and pressed is None:
+                trial = _driven(laws, drag, middle, dq, memory, u, on, load, push, mass)
+                pressed = _moved(laws, trial, q, dq, memory, place, h, inner)[3]
+            load = None if load is None else load + pressed
             driven = _driven(laws, drag, middle, dq, memory, u, on, load, push, mass)
-        q, dq, memory = _moved(laws, driven, q, dq, memory, middle, ahead, mass, bias, h,
-                               inner)
+        q, dq, memory, pressed = _moved(laws, driven, q, dq, memory, place, h, inner)
         if laws.remembers:
             memory = laws.remember(q, dq, memory, inner * h)
     return q, dq, memory
@@ -75,9 +79,13 @@ def _driven(laws: Laws, drag: Drag, q: Any, dq: Any, memory: Memory, u: Any, ena
     return _Driven(shape, forces, Play(*(_rows(f, shape, size) for f in play)))
 
 
-def _moved(laws: Laws, driven: _Driven, q: Any, dq: Any, memory: Memory, middle: Any, ahead: Any,
-           mass: Any, bias: Any, h: Any, count: int) -> tuple[Any, Any, Memory]:
-    """State and memory after `count` substeps of h s with the geometry at the angles `middle`."""
+def _moved(laws: Laws, driven: _Driven, q: Any, dq: Any, memory: Memory,
+           place: tuple[Any, Any, Any, Any], h: Any, count: int) -> tuple[Any, Any, Memory, Any]:
+    """State, memory and mean contact torque of `count` substeps of h s.
+
+    The place is angles and rates in the middle of them, inertia and bias there.
+    """
+    middle, ahead, mass, bias = place
     shape, size = driven.shape, q.shape[-1]
     smooth = driven.forces.smooth - _rows(bias, shape, size)
     touch = laws.spheres.touch(middle, ahead, shape)
@@ -90,4 +98,11 @@ def _moved(laws: Laws, driven: _Driven, q: Any, dq: Any, memory: Memory, middle:
     q, dq, offset, speed = (a.reshape(*shape, size) for a in motion)
     if laws.gap is not None:
         memory = {**memory, DRIVE: np.stack([offset, np.where(laws.gap > 0, speed, dq)])}
-    return q, dq, memory
+    pressed = _torque(touch, impulses, shape) / (count * h) if laws.needs_load else 0.0
+    return q, dq, memory, pressed
+
+
+def _torque(touch: Touch, impulses: Any, shape: tuple[int, ...]) -> Any:
+    """What impulses at the spheres do at the joints, (..., J)."""
+    levers = np.stack([touch.normal, touch.tangent], axis=2)
+    return np.einsum('npkj,npk->nj', levers, impulses).reshape(*shape, levers.shape[-1])
