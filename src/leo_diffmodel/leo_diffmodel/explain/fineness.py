@@ -17,7 +17,7 @@ LONGEST = 5e-3
 """s; with it every effect of the catalogue has been found, also friction that sticks and slips."""
 
 ENOUGH_NATS = 0.5
-FINEST = 0.25
+FINEST = 1.0
 """Of the robot's own step: data almost without noise ask for no end of it."""
 
 

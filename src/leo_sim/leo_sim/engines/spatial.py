@@ -66,8 +66,8 @@ class Spatial:
         rows = [np.ascontiguousarray(np.broadcast_to(a, (*shape, size))).reshape(-1, size)
                 for a in (q, dq)]
         mass, bias = np.empty((len(rows[0]), size, size)), np.empty((len(rows[0]), size))
-        _dynamics(*self._tree, self._figures, np.broadcast_to(self._gravity, scans), *rows, mass,
-                  bias)
+        gravity = np.broadcast_to(self._gravity, scans)
+        _dynamics(*self._tree, self._figures, gravity, *rows, mass, bias)  # type: ignore[call-arg]
         return ([[mass[:, i, k].reshape(shape) for k in range(i + 1)] for i in range(size)],
                 [bias[:, i].reshape(shape) for i in range(size)])
 
