@@ -119,9 +119,7 @@ def _less(torques: Any, bias: Any) -> list[Any]:
 
 
 def rested(laws: Laws, q: Any, dq: Any, memory: Memory) -> Memory:
-    """The memory, with motors in the middle of their play and sensors that had settled where it
-    says nothing of them.
-    """
+    """The memory; where it says nothing, motors are amid their play and sensors have settled."""
     if laws.sensors.dynamic:
         memory = laws.sensors.sense(q, dq, memory, 0.0)[2]
     if laws.gap is None or DRIVE in memory:

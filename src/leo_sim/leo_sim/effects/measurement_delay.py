@@ -7,7 +7,7 @@ import numpy as np
 from leo_sim.effects.base import Effect, Parameter, Values
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    pass
 
 TINY = 1e-12
 
