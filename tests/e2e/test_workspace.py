@@ -96,7 +96,7 @@ def test_colcon_installs_every_module_and_data_file(colcon_install: Path, packag
     source = ROOT / 'src' / package / package
     files = [p.relative_to(source) for p in source.rglob('*') if p.is_file()]
     sources = [f for f in files if '__pycache__' not in f.parts]
-        missing = [str(f) for f in sources if not (installed / f).exists()]
+    missing = [str(f) for f in sources if not (installed / f).exists()]
     assert missing == []
 
 
