@@ -80,3 +80,23 @@ def _sorted_in(model: Model, states: States, found: dict[str, list[States]]) -> 
     for kind, there in kinds.items():
         found[kind].append(States(*(a[there & up] for a in states)))
     return now
+
+
+def stepping(model: Model, volts: float, seed: int = 0, robots: int = 200) -> States:
+    """States of robots whose legs are driven in turn, from the nominal pose until they fall."""
+    rng, start = np.random.default_rng(seed), model.start('nominal')
+    q = np.tile(start.q, (robots, 1))
+    q[:, 3:] += rng.uniform(-0.08, 0.08, (robots, 6))
+    q[:, 5:7] = np.minimum(q[:, 5:7], 0.0)
+    cycle, phase = rng.uniform(1, 2.5, (robots, 1)), rng.uniform(0, 2 * np.pi, (robots, 3))
+    shift = np.repeat(phase, 2, axis=1) + np.pi * np.tile([0, 1], 3)
+    now, met = States(q, np.zeros_like(q), np.zeros((robots, 6))), []
+    for k in range(40):
+        wave = np.sign(np.sin(2 * np.pi * cycle * 0.03 * k + shift))
+        now = now._replace(volts=volts * wave)
+        up = (np.abs(now.q[:, 2]) < 1) & (heights(model, now.q)[:, FEET.stop:].min(axis=-1) > 0)
+        now = States(*(a[up] for a in now))
+        cycle, shift = cycle[up], shift[up]
+        met.append(now)
+        now = States(*moved(model, now, 0.03), now.volts)
+    return States(*map(np.concatenate, zip(*met, strict=True)))
