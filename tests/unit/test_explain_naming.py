@@ -24,6 +24,7 @@ BY_HAND = {
     ('torque_pendulum', 'voltage_limit'): {'v': 1.2},
     ('pendulum', 'backlash'): {'gap': 0.3},
     ('torque_pendulum', 'backlash'): {'gap': 0.5},
+    ('torque_pendulum', 'velocity_lag'): {'tau': 0.03},
 }
 CASES = [
     (robot.name, name, number)
