@@ -95,7 +95,7 @@ def test_colcon_installs_every_module_and_data_file(colcon_install: Path, packag
     [installed] = colcon_install.glob(f'{package}/lib/python*/site-packages/{package}')
     source = ROOT / 'src' / package / package
     files = [p.relative_to(source) for p in source.rglob('*') if p.is_file()]
-    sources = [f for f in files if '__pycache__' not in f.parts]
+    sources = [f for f in files if not f.parts[0].startswith('.') and '__pycache__' not in f.parts]
     missing = [str(f) for f in sources if not (installed / f).exists()]
     assert missing == []
 

@@ -49,7 +49,8 @@ def test_everything_survives_a_round_trip(tmp_path):
 
 @pytest.mark.parametrize('name', sorted(EFFECTS))
 def test_every_effect_can_be_written_and_read(tmp_path, name):
-    model = Model(ROBOT, [place(ROBOT, name, 'all')])
+    robot = load_robot('leo') if EFFECTS[name].hook == 'ground' else ROBOT
+    model = Model(robot, [place(robot, name, 'all')])
     again = load_model(save_model(tmp_path / 'model.yaml', model))
     assert again.effects == model.effects
 
