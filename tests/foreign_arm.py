@@ -79,7 +79,7 @@ class Arm:
         return np.clip(torques, -self.limits, self.limits)
 
 
-def run(arm: Arm, seconds: float, seed: int) -> Run:
+def run(arm: Arm, seconds: float, seed: int, noise: tuple[float, float] = NOISE) -> Run:
     """Drive the arm along random set points, at 91-111 Hz, and measure it at 50-200 Hz."""
     rng, size = np.random.default_rng(seed), len(arm.joints)
     ticks = np.cumsum(rng.uniform(0.009, 0.011, int(seconds / 0.01)))
@@ -96,8 +96,8 @@ def run(arm: Arm, seconds: float, seed: int) -> Run:
         state = moved.y[:, -1]
         sent.append(u)
     q, dq = np.split(np.array(rows), 2, axis=1)
-    return Run(arm.joints, stamps, q + rng.normal(0, NOISE[0], q.shape),
-               dq + rng.normal(0, NOISE[1], dq.shape), ticks[:-1], np.array(sent))
+    return Run(arm.joints, stamps, q + rng.normal(0, noise[0], q.shape),
+               dq + rng.normal(0, noise[1], dq.shape), ticks[:-1], np.array(sent))
 
 
 def write(folder: Path, happened: Run) -> Path:

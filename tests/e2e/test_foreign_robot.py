@@ -14,7 +14,8 @@ from leo_sim.robot import load_robot
 
 ARM = Path(__file__).parents[1] / 'data' / 'arm2.urdf'
 FRICTION = 0.02
-SECONDS = 12.0
+SECONDS = 10.0
+NOISE = (1e-3, 0.03)  # rad, rad/s: encoders of 12 bit
 
 
 @pytest.fixture(scope='module')
@@ -25,7 +26,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     robot = load_robot(root / 'arm')
     arm = foreign_arm.Arm(robot, foreign_arm.viscous(robot, 'joint2', FRICTION))
     for seed in (1, 2):
-        foreign_arm.write(root / f'run{seed}', foreign_arm.run(arm, SECONDS, seed))
+        foreign_arm.write(root / f'run{seed}', foreign_arm.run(arm, SECONDS, seed, NOISE))
     (root / 'omx.yaml').write_text(foreign_arm.topic_map(robot))
     return root
 
@@ -34,7 +35,7 @@ def test_a_foreign_bag_is_read_as_it_was_driven(desk):
     recording = read_bag(desk / 'run1', desk / 'arm', desk / 'omx.yaml')
     robot = load_robot(desk / 'arm')
     arm = foreign_arm.Arm(robot, foreign_arm.viscous(robot, 'joint2', FRICTION))
-    truth = foreign_arm.run(arm, SECONDS, 1)
+    truth = foreign_arm.run(arm, SECONDS, 1, NOISE)
     (episode,) = recording.episodes
     assert (recording.joints, recording.input) == (('joint2', 'joint3'), 'torque')
     assert abs(episode.q - truth.q[-len(episode.q) :]).max() < 1e-9
