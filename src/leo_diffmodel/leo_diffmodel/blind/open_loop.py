@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,7 @@ Array = np.ndarray
 Effects = tuple[Placed, ...]
 AHEAD, HISTORY = 0.5, 0.15
 ROUNDS, TOLERANCE = 6, 0.15
-LEFT = 0.15
+LEFT, REFITS = 0.15, 4
 NUDGE = 1e-5
 
 
@@ -72,8 +73,30 @@ class OpenLoop:
             return _rms(change - (change @ self._tuned) @ self._tuned.T)
 
     def shows(self, placed: Placed) -> bool:
-        """Whether more than a small part of the effect is no matter of uncertain constants."""
-        return bool(self.size(placed)[0] > LEFT * _rms(self._change(placed))[0])
+        """Whether refitted constants leave more than a small part of the effect."""
+        change = self._change(placed)
+        return bool(_rms(self._refitted(change))[0] > LEFT * _rms(change)[0])
+
+    def _refitted(self, change: Array) -> Array:
+        """What is left of a change, (1, W 2J), with the uncertain constants fitted to it."""
+        ranges = {c.path: c.uncertain for c in self.robot.constants.values() if c.uncertain}
+        values = {path: self.robot.constants[path].value for path in ranges}
+        rest = change
+        for _ in range(REFITS if values else 0):
+            now = self._by_values(values)
+            nudges = {path: NUDGE * np.ptp(limits) for path, limits in ranges.items()}
+            columns = [(self._by_values({**values, path: values[path] + nudge}) - now) / nudge
+                       for path, nudge in nudges.items()]  # fmt: skip
+            step = np.linalg.lstsq(np.stack(columns, axis=-1), change[0] - now, rcond=None)[0]
+            values = {path: float(np.clip(values[path] + moved, *ranges[path]))
+                      for path, moved in zip(ranges, step, strict=True)}  # fmt: skip
+            rest = change - self._by_values(values)
+        return rest
+
+    def _by_values(self, values: Mapping[str, float]) -> Array:
+        """Change at 0.5 s in noise floors that other constants make, shape (W 2J,)."""
+        end = self._end(Model(self.robot, self._others, values))
+        return ((end - self._ideal) / self._floor).ravel()
 
     def _change(self, placed: Placed) -> Array:
         """Change at 0.5 s in noise floors, shape (S, W 2J)."""
@@ -85,10 +108,8 @@ class OpenLoop:
 
     def _by_constants(self) -> Array:
         """Orthonormal changes that the uncertain constants make, shape (W 2J, C)."""
-        nudged = [{c.path: c.value + NUDGE * np.ptp(c.uncertain)}
-                  for c in self.robot.constants.values() if c.uncertain]  # fmt: skip
-        moved = [self._end(Model(self.robot, self._others, values)) for values in nudged]
-        columns = [((end - self._ideal) / self._floor).ravel() for end in moved]
+        columns = [self._by_values({c.path: c.value + NUDGE * np.ptp(c.uncertain)})
+                   for c in self.robot.constants.values() if c.uncertain]  # fmt: skip
         if not columns:
             return np.zeros((self._ideal.size, 0))
         scaled = np.stack([c / max(np.linalg.norm(c), 1e-300) for c in columns], axis=-1)
