@@ -173,8 +173,9 @@ class Model:
         if self.robot.contacts:
             from leo_sim.engines.planar import Planar
             return Planar(*tree)
+        from leo_sim.engines.flat import Flat, is_flat
         from leo_sim.engines.spatial import Spatial
-        return Spatial(*tree)
+        return Flat(*tree) if is_flat(self.robot.joints) else Spatial(*tree)
 
     @cached_property
     def _dynamics(self) -> Any:
