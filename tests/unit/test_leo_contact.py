@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 
+from leo_msgs_py.errors import UserError
 from leo_sim.batch import rollout
 from leo_sim.effects import place
 from leo_sim.model import Model, State
@@ -165,3 +166,11 @@ def test_a_loaded_gear_grips_harder_on_the_ground_than_in_the_air():
             rates.append(model.step(up, [0, 0, -2.0, 0, 0, 0], 0.03).dq[5])
         slowed.append(abs(rates[1] / rates[0]))
     assert slowed[0] < 0.9 * slowed[1] < 1
+
+
+def test_a_step_from_outside_the_stops_is_one_clear_line():
+    model = Model('leo', engine='rigid')
+    start = model.start()
+    bent = State(start.q + np.array([0, 0, 0, 0, 0, 1.0, 0, 0, 0]), start.dq)
+    with pytest.raises(UserError, match='left_knee is at 0.9985 rad, outside its stops'):
+        model.step(bent, np.zeros(6), 0.03)

@@ -17,7 +17,7 @@ from leo_sim.laws import HELD, Laws
 from leo_sim.names import nearest
 from leo_sim.robot import load_robot, Robot
 from leo_sim.starts import start_pose
-from leo_sim.state_check import check_possible, check_sizes
+from leo_sim.state_check import check_possible, check_sizes, outside
 from leo_sim.substep import integrate, substeps
 
 MUJOCO_STEP = 0.0005
@@ -135,12 +135,14 @@ class Model:
             enabled: Booleans (A,); None = all motors on.
 
         Raises:
-            UserError: A state or input of the wrong size.
+            UserError: A state or input of the wrong size, or a state outside the stops.
         """
         count = substeps(dt, self.integration_step)
         u = np.asarray(inputs, dtype=float)
         if (state.q.shape, state.dq.shape, u.shape) != self._shapes:
             check_sizes(self.robot, state.q, state.dq, u)
+        if self.laws.stops is not None and outside(self.laws.stops, state.q):
+            check_possible(self.robot, state.q, state.dq)
         on = None if enabled is None or np.all(enabled) else np.asarray(enabled, dtype=bool)
         q, dq, memory = self._integrate(self.laws, self._dynamics, state.q, state.dq,
                                         state.memory, u, on, dt / count, count)

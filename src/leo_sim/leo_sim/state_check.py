@@ -37,6 +37,11 @@ def check_possible(robot: Robot, q: Any, dq: Any) -> None:
                             f'stops {low:.4g} to {high:.4g} {unit}')
 
 
+def outside(stops: tuple[Any, Any], q: Any) -> bool:
+    """Whether angles (J,) are beyond stops (low, high) by more than the slack; false for NaN."""
+    return bool(((q < stops[0] - SLACK) | (q > stops[1] + SLACK)).any())
+
+
 def _shape(values: Any) -> str:
     shape = np.shape(values)
     return str(shape[0]) if len(shape) == 1 else f'an array of shape {shape}'
