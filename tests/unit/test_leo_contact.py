@@ -172,5 +172,5 @@ def test_a_step_from_outside_the_stops_is_one_clear_line():
     model = Model('leo', engine='rigid')
     start = model.start()
     bent = State(start.q + np.array([0, 0, 0, 0, 0, 1.0, 0, 0, 0]), start.dq)
-    with pytest.raises(UserError, match='left_knee is at 0.9985 rad, outside its stops'):
+    with pytest.raises(UserError, match=r'left_knee is at 0\.9985 rad, outside its stops'):
         model.step(bent, np.zeros(6), 0.03)
