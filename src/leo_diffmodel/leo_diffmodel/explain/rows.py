@@ -21,6 +21,7 @@ from leo_diffmodel.explain.verdict import Named
 from leo_sim.model import Model
 
 HEADLINE_SECONDS = 0.5
+MOST_DECIMALS = 8
 
 
 @dataclass(frozen=True)
@@ -257,8 +258,9 @@ def _with_error(parameter: dict) -> str:
     if not half > 0 or half > 10 * abs(parameter['value']):
         return f'{parameter["value"]:.3g}'
     digits = max(0, 1 - math.floor(math.log10(half)))
-    if digits > 5:
-        return f'{parameter["value"]:.4g} ± {half:.1g}'
+    if digits > MOST_DECIMALS:
+        figures = digits + 1 + math.floor(math.log10(max(abs(parameter['value']), half)))
+        return f'{parameter["value"]:#.{figures}g} ± {half:#.2g}'
     return f'{parameter["value"]:.{digits}f} ± {half:.{digits}f}'
 
 
