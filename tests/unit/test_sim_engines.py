@@ -14,6 +14,7 @@ from leo_sim.effects import EFFECTS, place
 from leo_sim.effects.base import Body
 from leo_sim.engines.pybullet import Bullet
 from leo_sim.engines.rigid import Rigid
+from leo_sim.engines.spatial import Spatial
 from leo_sim.model import Model, State
 from leo_sim.robot import load_robot
 from leo_sim.urdf import parse
@@ -72,6 +73,25 @@ def arm(forces=False):
 
 def lower_triangle(mass, size):
     return np.array([float(mass[i][j]) for i in range(size) for j in range(i + 1)])
+
+
+@pytest.mark.parametrize('gravity', [9.81, np.array([[9.81], [1.6]])])
+def test_the_compiled_tree_agrees_with_the_plain_one_in_a_scan(gravity):
+    links, joints = parse(ARM, 'arm.urdf')
+    bodies = {link.name: link.body for link in links}
+    bodies['upper'] = bodies['upper']._replace(force=(0.3, 0.2, -0.4))
+    bodies['hand'] = bodies['hand']._replace(mass=np.array([[0.3], [0.5]]))
+    rng = np.random.default_rng(2)
+    q, dq = rng.normal(size=(2, 5, 3)), rng.normal(size=(2, 5, 3))
+    plain, compiled = (body(joints, bodies, gravity) for body in (Rigid, Spatial))
+    for states in ((q, dq), (q[0], dq)):
+        ours, theirs = (body.mass_and_bias(*states) for body in (compiled, plain))
+        for i in range(3):
+            np.testing.assert_allclose(ours[1][i], theirs[1][i], atol=1e-13)
+            for k in range(i + 1):
+                np.testing.assert_allclose(ours[0][i][k], np.broadcast_to(theirs[0][i][k], (2, 5)),
+                                           atol=1e-13)
+    np.testing.assert_allclose(compiled.load(q), plain.load(q), atol=1e-13)
 
 
 @pytest.mark.parametrize('forces', [False, True])

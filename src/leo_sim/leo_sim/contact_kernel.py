@@ -4,8 +4,10 @@
 Per substep h: drift by h/2, kick, drift by h/2, with inertia, bias and contact Jacobians held.
 Motor drag, contact dampers, dry friction, stops and play are solved together: sweeps over their
 impulses (Moreau), each exact for its row, find what holds, sticks and slides, and a linear solve
-in between brings all into agreement. A substep in which something
-strikes (a sphere the ground, a joint its stop, a gear the end of its play) is cut there.
+in between brings all into agreement. A substep in which something strikes (a sphere the ground, a
+joint its stop, a gear the end of its play) is cut there.
+
+One module, long as it is: numba's cache does not notice a change in a module it calls into.
 """
 from typing import Any, NamedTuple
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_sim.engines.planar import Planar, tree_of
+from leo_sim.engines.stateless import Stateless
 from leo_sim.urdf import Joint
 
 
@@ -19,15 +20,8 @@ def is_flat(joints: Sequence[Joint]) -> bool:
     return True
 
 
-class Flat(Planar):
+class Flat(Stateless, Planar):
     """The same numbers as `Rigid`, for trees in the x-z plane."""
-
-    def begin(self, q: Any, dq: Any, h: Any) -> None:
-        """Nothing: this body has no state of its own."""
-
-    def move(self, q: Any, dq: Any, faster: Any, h: Any) -> tuple[Any, Any]:
-        """The state after the rates became `faster` and held for h s."""
-        return q + h * faster, faster
 
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[list[list[Any]], list[Any]]:
         """Rows of the lower triangle of the joint-space inertia, and bias torques."""

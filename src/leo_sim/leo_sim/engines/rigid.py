@@ -26,6 +26,7 @@ from leo_sim.engines.components import (
     Vec,
     ZERO,
 )
+from leo_sim.engines.stateless import Stateless
 from leo_sim.kinematics import Frame, placed, turning_parts, UNIT
 from leo_sim.urdf import Joint
 
@@ -46,7 +47,7 @@ class _Composite(NamedTuple):
     inertia: Mat
 
 
-class Rigid:
+class Rigid(Stateless):
     """Dynamics of a tree; all methods take and return components (..., one per moving joint)."""
 
     def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Any):
@@ -60,13 +61,6 @@ class Rigid:
         self._gravity = gravity
         self._single = self._inertia(self._poses(np.zeros(1))) if len(moving) == 1 else None
         self._pulled = any(f.__class__ is not float or f for b in self._bodies for f in b.force)
-
-    def begin(self, q: Any, dq: Any, h: Any) -> None:
-        """Nothing: this body has no state of its own."""
-
-    def move(self, q: Any, dq: Any, faster: Any, h: Any) -> tuple[Any, Any]:
-        """The state after the rates became `faster` and held for h s."""
-        return q + h * faster, faster
 
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[list[list[Any]], list[Any]]:
         """Joint-space inertia (rows of the lower triangle) and bias torques.

@@ -12,17 +12,17 @@ from numba import njit
 import numpy as np
 
 from leo_sim.effects.base import Body
+from leo_sim.engines.planar import FIXED, HINGE, KINDS, rows, SLIDE
+from leo_sim.engines.stateless import Stateless
 from leo_sim.urdf import Joint
 
 Array = np.ndarray
 Vec = tuple[float, float, float]
 Mat = tuple[Vec, Vec, Vec]
-FIXED, HINGE, SLIDE = 0, 1, 2
-KINDS = {'fixed': FIXED, 'revolute': HINGE, 'continuous': HINGE, 'prismatic': SLIDE}
 FIGURES = 13
 
 
-class Spatial:
+class Spatial(Stateless):
     """The same numbers as `leo_sim.engines.rigid.Rigid`, for several joints.
 
     Args:
@@ -43,14 +43,7 @@ class Spatial:
             np.array([j.translation for j in joints]), np.array([j.axis for j in joints]),
             np.array(_chains([links.get(j.parent, -1) for j in joints])))
         self._figures = _figures([bodies[joint.child] for joint in joints])
-        self._gravity = np.atleast_1d(np.asarray(gravity, dtype=float))[..., 0]
-
-    def begin(self, q: Any, dq: Any, h: Any) -> None:
-        """Nothing: this body has no state of its own."""
-
-    def move(self, q: Any, dq: Any, faster: Any, h: Any) -> tuple[Any, Any]:
-        """The state after the rates became `faster` and held for h s."""
-        return q + h * faster, faster
+        self._gravity = np.asarray(gravity, dtype=float).reshape(-1)
 
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[list[list[Any]], list[Any]]:
         """Rows of the lower triangle of the joint-space inertia, and bias torques, as components.
@@ -59,15 +52,15 @@ class Spatial:
             q: Angles (..., J).
             dq: Rates (..., J).
         """
-        q, dq = np.broadcast_arrays(q, dq)
-        scans = self._figures.shape[0]
-        shape = np.broadcast_shapes(q.shape[:-1], (scans, 1) if scans > 1 else ())
-        size = q.shape[-1]
-        rows = [np.ascontiguousarray(np.broadcast_to(a, (*shape, size))).reshape(-1, size)
-                for a in (q, dq)]
-        mass, bias = np.empty((len(rows[0]), size, size)), np.empty((len(rows[0]), size))
+        scans = max(len(self._figures), len(self._gravity))
+        shape = np.broadcast_shapes(np.shape(q)[:-1], np.shape(dq)[:-1],
+                                    (scans, 1) if scans > 1 else ())
+        size = np.shape(q)[-1]
+        states = rows(q, shape, size, True), rows(dq, shape, size, True)
+        figures = np.broadcast_to(self._figures, (scans, *self._figures.shape[1:]))
         gravity = np.broadcast_to(self._gravity, scans)
-        _dynamics(*self._tree, self._figures, gravity, *rows, mass, bias)  # type: ignore[call-arg]
+        mass, bias = np.empty((len(states[0]), size, size)), np.empty((len(states[0]), size))
+        _dynamics(*self._tree, figures, gravity, *states, mass, bias)  # type: ignore[call-arg]
         return ([[mass[:, i, k].reshape(shape) for k in range(i + 1)] for i in range(size)],
                 [bias[:, i].reshape(shape) for i in range(size)])
 
