@@ -60,7 +60,7 @@ class Spatial(Stateless):
         figures = np.broadcast_to(self._figures, (scans, *self._figures.shape[1:]))
         gravity = np.broadcast_to(self._gravity, scans)
         mass, bias = np.empty((len(states[0]), size, size)), np.empty((len(states[0]), size))
-        _dynamics(*self._tree, figures, gravity, *states, mass, bias)  # type: ignore[call-arg]
+        _dynamics(*self._tree, figures, gravity, *states, mass, bias)
         return ([[mass[:, i, k].reshape(shape) for k in range(i + 1)] for i in range(size)],
                 [bias[:, i].reshape(shape) for i in range(size)])
 
