@@ -70,13 +70,8 @@ def _at_motors(model: Model, episode: Episode) -> np.ndarray:
 
 def _left(model: Model, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, u: np.ndarray
           ) -> np.ndarray:
-    rows, bias = model.rigid.mass_and_bias(q, dq)
-    joints = q.shape[-1]
-    needed = np.stack([
-        sum(rows[max(i, j)][min(i, j)] * ddq[:, j] for j in range(joints)) + bias[i]
-        for i in range(joints)
-    ], axis=-1)  # fmt: skip
-    needed = needed + model.laws.rotor_inertia * ddq
+    mass, bias = model.rigid.mass_and_bias(q, dq)
+    needed = (mass @ ddq[..., None])[..., 0] + bias + model.laws.rotor_inertia * ddq
     load = model.rigid.load(q) if model.laws.needs_load else None
     given = model.laws.torques(q, dq, dq, u, None, load)
     left = needed - given.motor - given.joint

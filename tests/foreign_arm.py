@@ -67,10 +67,9 @@ class Arm:
         """d/dt of (q, dq) under the torques u, N m."""
         size = len(self.joints)
         q, dq = y[:size], y[size:]
-        rows, bias = self.rigid.mass_and_bias(q, dq)
-        mass = [[rows[max(i, k)][min(i, k)] for k in range(size)] for i in range(size)]
+        mass, bias = self.rigid.mass_and_bias(q, dq)
         hidden = self.torque(q, dq) if self.torque else 0.0
-        return np.concatenate([dq, np.linalg.solve(mass, u + hidden - np.array(bias))])
+        return np.concatenate([dq, np.linalg.solve(mass, u + hidden - bias)])
 
     def controller(self, goal: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Gravity compensation of the ideal arm and a soft PD, within the limits, N m."""

@@ -3,13 +3,13 @@
 
 Each is solved exactly for its joint; several are swept until they agree.
 """
-from collections.abc import Sequence
+import math
 from typing import Any, NamedTuple
 
+from numba import njit
 import numpy as np
 
-from leo_sim.engines.components import mul, sub
-from leo_sim.engines.rigid import joined
+from leo_sim.engines.planar import rows
 
 SWEEPS = 50
 SETTLED = 1e-12  # rad/s
@@ -39,40 +39,67 @@ class Contact(NamedTuple):
 
 
 class Factor:
-    """L D L' of inertia rows (lower triangle, components) plus a diagonal (..., J)."""
+    """The inverse of an inertia (..., J, J) plus a diagonal (..., J)."""
 
-    def __init__(self, rows: Sequence[Sequence[Any]], diagonal: Any, shape: tuple[int, ...]):
-        self._shape, size = shape, len(rows)
-        self._lower: list[list[Any]] = [[0.0] * size for _ in range(size)]
-        self._pivot: list[Any] = []
-        for i in range(size):
-            pivot = rows[i][i] + diagonal[..., i]
-            for k in range(i):
-                entry = rows[i][k]
-                for m in range(k):
-                    weight = mul(self._lower[k][m], self._pivot[m])
-                    entry = sub(entry, mul(self._lower[i][m], weight))
-                self._lower[i][k] = entry / self._pivot[k]
-                pivot = sub(pivot, mul(mul(self._lower[i][k], self._lower[i][k]),
-                                       self._pivot[k]))
-            self._pivot.append(pivot)
+    def __init__(self, mass: Any, diagonal: Any):
+        size = mass.shape[-1]
+        diagonal = np.asarray(diagonal, dtype=float)
+        if size == 1:
+            self.inverse = 1.0 / (mass + diagonal[..., None])
+            return
+        shape = np.broadcast_shapes(mass.shape[:-2], diagonal.shape[:-1])
+        inverse = np.empty((math.prod(shape), size, size))
+        _invert(rows(mass, shape, (size, size)), rows(diagonal, shape, size), inverse)
+        self.inverse = inverse.reshape(*shape, size, size)
 
-    def solve(self, right: Sequence[Any]) -> Any:
-        """Accelerations (..., J) under the torques `right` (components)."""
-        size, x = len(self._pivot), list(right)
-        for i in range(size):
-            for k in range(i):
-                x[i] = sub(x[i], mul(self._lower[i][k], x[k]))
-        x = [value / pivot for value, pivot in zip(x, self._pivot, strict=True)]
-        for i in range(size - 1, -1, -1):
-            for k in range(i + 1, size):
-                x[i] = sub(x[i], mul(self._lower[k][i], x[k]))
-        return joined(x, self._shape)
+    def solve(self, right: Any) -> Any:
+        """Accelerations (..., J) under the torques `right` (..., J)."""
+        size = self.inverse.shape[-1]
+        if size == 1:
+            return self.inverse[..., 0] * right
+        shape = np.broadcast_shapes(self.inverse.shape[:-2], right.shape[:-1])
+        out = np.empty((math.prod(shape), size))
+        _times(rows(self.inverse, shape, (size, size)), rows(right, shape, size), out)
+        return out.reshape(*shape, size)
 
     def response(self, joint: int) -> Any:
         """Rates (..., J) that a unit impulse at a joint causes."""
-        size = len(self._pivot)
-        return self.solve([1.0 if i == joint else 0.0 for i in range(size)])
+        return self.inverse[..., joint, :]
+
+
+@njit(cache=True)
+def _invert(mass: Any, diagonal: Any, inverse: Any) -> None:
+    """Gauss-Jordan without pivoting: an inertia is positive definite."""
+    size = mass.shape[1]
+    for n in range(inverse.shape[0]):
+        a, own, more = inverse[n], _row(mass, n), _row(diagonal, n)
+        for i in range(size):
+            for j in range(size):
+                a[i, j] = own[i, j]
+            a[i, i] += more[i]
+        for k in range(size):
+            pivot = 1.0 / a[k, k]
+            a[k, k] = 1.0
+            for j in range(size):
+                a[k, j] *= pivot
+            for i in range(size):
+                if i != k:
+                    factor = a[i, k]
+                    a[i, k] = 0.0
+                    for j in range(size):
+                        a[i, j] -= factor * a[k, j]
+
+
+@njit(cache=True)
+def _times(matrix: Any, vector: Any, out: Any) -> None:
+    size = out.shape[1]
+    for n in range(out.shape[0]):
+        left, right = _row(matrix, n), _row(vector, n)
+        for i in range(size):
+            total = 0.0
+            for j in range(size):
+                total += left[i, j] * right[j]
+            out[n, i] = total
 
 
 def settled(contact: Contact, factor: Factor, dq: Any, motor: Any) -> tuple[Any, Any]:
@@ -84,82 +111,86 @@ def settled(contact: Contact, factor: Factor, dq: Any, motor: Any) -> tuple[Any,
         dq: Rates without impulses, (..., J).
         motor: Rates of the motor sides without impulses; None without dead zones.
     """
-    joints = range(np.shape(dq)[-1])
-    kinds = [kind for kind, figure in (('friction', contact.level), ('stop', contact.stops),
-                                       ('gap', contact.gap)) if figure is not None]
-    answers = [factor.response(j) for j in joints]
-    given = {(kind, j): 0.0 for kind in kinds for j in joints}
-    for _ in range(1 if len(given) == 1 else SWEEPS):
-        moved = 0.0
-        for kind, j in given:
-            answer = answers[j][..., j]
-            total, share = _LAWS[kind](contact, j, answer, dq, motor, given[kind, j])
-            change = total - given[kind, j]
-            dq = dq + answers[j] * change[..., None]
-            if share is not None:
-                motor = _set(motor, j, motor[..., j] - change * share)
-            given[kind, j] = total
-            moved = max(moved, float(np.max(np.abs(change * answer))))
-        if not moved > SETTLED:
-            break
-    return dq, motor
+    size = np.shape(dq)[-1]
+    low, high = contact.stops or (-np.inf, np.inf)
+    play = (0.0, 1.0, 0.0) if contact.gap is None else (contact.gap, contact.rotor, contact.offset)
+    fields = [0.0 if contact.level is None else contact.level, low, high, *play, contact.q,
+              contact.dq]
+    moved = [dq, 0.0 if motor is None else motor]
+    shape = np.broadcast_shapes(*(np.shape(f)[:-1] for f in (*fields, *moved, contact.h)),
+                                factor.inverse.shape[:-2])
+    rates, speeds = (rows(m, shape, size, True).copy() for m in moved)
+    _sweep(rates, speeds, rows(factor.inverse, shape, (size, size)), rows(contact.h, shape, 1),
+           *(rows(f, shape, size) for f in fields))
+    rates, speeds = (m.reshape(*shape, size) for m in (rates, speeds))
+    return rates, None if motor is None else speeds
 
 
-def _friction(contact: Contact, j: int, answer: Any, dq: Any, motor: Any, given: Any
-              ) -> tuple[Any, Any]:
+@njit(cache=True)
+def _sweep(dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: Any, high: Any, gap: Any,
+           rotor: Any, offset: Any, q: Any, before: Any) -> None:
+    """Change rates (N, J) of joints and motors in place; fields are (N, J) or (1, J)."""
+    joints = dq.shape[1]
+    given = np.empty((3, joints))
+    for n in range(dq.shape[0]):
+        answer, step = _row(answers, n), max(_row(h, n)[0], 1e-12)
+        dry, least, most = _row(level, n), _row(low, n), _row(high, n)
+        wide, inertia, slip = _row(gap, n), _row(rotor, n), _row(offset, n)
+        angle, start = _row(q, n), _row(before, n)
+        given[:] = 0.0
+        for _ in range(SWEEPS):
+            moved = 0.0
+            for kind in range(3):
+                for j in range(joints):
+                    own, was, share = answer[j, j], given[kind, j], 0.0
+                    free = dq[n, j] - own * was
+                    if kind == 0 and dry[j] > 0.0:
+                        total = _friction(start[j], free, dry[j] * step, own)
+                    elif kind == 1 and (least[j] > -np.inf or most[j] < np.inf):
+                        nearest = max(free, (least[j] - angle[j]) / step)
+                        total = (min(nearest, (most[j] - angle[j]) / step) - free) / own
+                    elif kind == 2 and wide[j] > 0.0:
+                        share = 1.0 / inertia[j]
+                        apart = motor[n, j] - dq[n, j] + (share + own) * was
+                        total = _gap(apart, slip[j], wide[j], step) / (share + own)
+                    else:
+                        continue
+                    change = total - was
+                    for k in range(joints):
+                        dq[n, k] += answer[j, k] * change
+                    motor[n, j] -= share * change
+                    given[kind, j] = total
+                    moved = max(moved, abs(change * own))
+            if not moved > SETTLED:
+                break
+
+
+@njit(cache=True)
+def _friction(before: float, free: float, most: float, answer: float) -> float:
     """Impulse of dry friction against the motion, exact for a constant driving torque.
 
     The joint may come to rest within the substep; then it stays there, or turns round and
     friction changes sides, as the driving torque is below or above the level.
     """
-    before, free = contact.dq[..., j], dq[..., j] - answer * given
-    reach = _column(contact.level, j) * _column(contact.h, 0) * answer
-    side = np.where(before == 0, np.sign(free), np.sign(before))
+    reach = most * answer
+    if before == 0.0:
+        return -min(max(free, -reach), reach) / answer
+    side = 1.0 if before > 0.0 else -1.0
     against = (before - free) * side
     slowed = against + reach
-    rest = np.abs(before) / np.where(slowed > 0, slowed, np.inf)
-    rests = (slowed > 0) & (rest < 1)
-    turned = -(1.0 - rest) * np.maximum(against - reach, 0.0) * side
-    after = np.where(rests, turned, free - reach * side)
-    from_rest = free - np.clip(free, -reach, reach)
-    return (np.where(before == 0, from_rest, after) - free) / answer, None
+    if slowed > 0.0 and abs(before) < slowed:
+        rest = abs(before) / slowed
+        return (-(1.0 - rest) * max(against - reach, 0.0) * side - free) / answer
+    return -most * side
 
 
-def _stop(contact: Contact, j: int, answer: Any, dq: Any, motor: Any, given: Any
-          ) -> tuple[Any, Any]:
-    """Impulse that keeps the joint between its stops at the end of the substep."""
-    h = np.maximum(_column(contact.h, 0), 1e-12)
-    free = dq[..., j] - answer * given
-    low, high = ((limit[j] - contact.q[..., j]) / h for limit in contact.stops)
-    return (np.clip(free, low, high) - free) / answer, None
+@njit(cache=True)
+def _gap(apart: float, offset: float, width: float, h: float) -> float:
+    """What a motor side is too fast for its link to keep the play within its width."""
+    half = 0.5 * width
+    return apart - min(max(apart, (-half - offset) / h), (half - offset) / h)
 
 
-def _gap(contact: Contact, j: int, answer: Any, dq: Any, motor: Any, given: Any
-         ) -> tuple[Any, Any]:
-    """Impulse of the motor side on the link that keeps the play within its width."""
-    h = np.maximum(_column(contact.h, 0), 1e-12)
-    width, rotor = _column(contact.gap, j), _column(contact.rotor, j)
-    share = np.where(width > 0, 1.0 / rotor, 0.0)
-    slip = motor[..., j] - dq[..., j] + (share + answer) * given
-    half, offset = 0.5 * width, contact.offset[..., j]
-    kept = np.clip(slip, (-half - offset) / h, (half - offset) / h)
-    return np.where(width > 0, (slip - kept) / (share + answer), 0.0), share
-
-
-_LAWS = {'friction': _friction, 'stop': _stop, 'gap': _gap}
-
-
-def _column(figure: Any, j: int) -> Any:
-    """Column j of an array (..., J) or (..., 1); a float as it is."""
-    if not np.ndim(figure):
-        return figure
-    return figure[..., j if np.shape(figure)[-1] > 1 else 0]
-
-
-def _set(values: Any, j: int, column: Any) -> Any:
-    """A copy of `values` (..., J) with one column replaced."""
-    columns = [values[..., i] for i in range(values.shape[-1])]
-    columns[j] = column
-    return joined(columns, np.shape(values))
-
-
+@njit(cache=True)
+def _row(values: Any, n: int) -> Any:
+    return values[n if values.shape[0] > 1 else 0]

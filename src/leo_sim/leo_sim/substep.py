@@ -27,10 +27,10 @@ class Dynamics(Protocol):
         """The state after the rates went from dq to `faster` and then held for h s."""
 
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
-        """Rows of the joint-space inertia and the bias torques, as components."""
+        """Joint-space inertia (..., J, J) and bias torques (..., J)."""
 
     def bias(self, q: Any, dq: Any) -> Any:
-        """The bias torques alone."""
+        """The bias torques alone, (..., J)."""
 
     def load(self, q: Any) -> Any:
         """Torque of gravity and external forces, (..., J)."""
@@ -65,11 +65,11 @@ def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any
         geared, driving = (np.where(laws.gap > 0, 0.0, f) for f in (rotor, torques.motor))
         rotor = np.where(laws.gap > 0, rotor, 1.0)
     driving = driving + (torques.joint + push)
-    factor = Factor(mass, geared + (0.5 * h) * drag.joint, dq.shape)
-    if len(bias) > 1:
+    factor = Factor(mass, geared + (0.5 * h) * drag.joint)
+    if bias.shape[-1] > 1:
         held = driving if torques.level is None else driving - np.sign(dq) * torques.level
-        bias = dynamics.bias(q, dq + (0.5 * h) * factor.solve(_less(held, bias)))
-    rates = dq + h * factor.solve(_less(driving, bias))
+        bias = dynamics.bias(q, dq + (0.5 * h) * factor.solve(held - bias))
+    rates = dq + h * factor.solve(driving - bias)
     if torques.level is None and laws.stops is None and laws.gap is None:
         return rates, memory
     contact = Contact(torques.level, laws.stops, laws.gap, rotor, q, dq, offset, h)
@@ -111,11 +111,6 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
         if laws.remembers:
             memory = laws.remember(q - 0.5 * h * dq, dq, memory, h)
     return q - 0.5 * h * dq, dq, memory
-
-
-def _less(torques: Any, bias: Any) -> list[Any]:
-    """Torques (..., J) less the bias, as components."""
-    return [torques[..., j] - b for j, b in enumerate(bias)]
 
 
 def rested(laws: Laws, q: Any, dq: Any, memory: Memory) -> Memory:

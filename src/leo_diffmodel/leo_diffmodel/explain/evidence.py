@@ -39,7 +39,9 @@ def rivals(step: Round, facts: Facts, of: Scored | None = None) -> tuple[Rival, 
     found = []
     for other in step.scored:
         behind = mine.score - other.score
-        if other is mine or other.fit is None or abs(behind) >= RIVAL_NATS:
+        if other is mine or other.fit is None or behind >= RIVAL_NATS:
+            continue
+        if behind <= -RIVAL_NATS and not other.confirmed:
             continue
         why = same_thing(mine.candidate, other.candidate, facts) if behind < MARGIN_NATS else None
         found.append(Rival(other, behind, why))

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import Posed
+from leo_diffmodel.explain.scored import unexplained
 from leo_diffmodel.explain.search import Round
+from leo_diffmodel.explain.verdict import UNEXPLAINED_RATIO
 
 MOST_SWAPS = 4
 Explore = Callable[[Posed, Fit, Fit | None], Round]
@@ -41,6 +43,10 @@ def review(
 ) -> Reviewed:
     """Let every effect defend its place; drop it or swap it where another does better.
 
+    An effect gives way only to one with which nothing is left: on a robot with much that no
+    effect explains, each trifle fits best in its own way, and the order in which effects explain
+    most is worth more.
+
     Args:
         posed: the problem.
         final: the set, jointly fitted.
@@ -57,11 +63,16 @@ def review(
         posed, best = found.posed, found.best
         if best is None or best.fit is None:
             final, members, changed = found.null, {}, True
-        elif best.candidate == stale[0] or swaps == MOST_SWAPS:
+        elif best.candidate == stale[0] or swaps == MOST_SWAPS or not _completes(best.fit):
             members[stale[0]] = found
         else:
             final, members, changed = best.fit, {best.candidate: found}, True
             swaps += 1
+
+
+def _completes(swapped: Fit) -> bool:
+    """Whether only noise is left; of sets that all leave more, what was found first stays."""
+    return unexplained(swapped) < UNEXPLAINED_RATIO
 
 
 def without(problem: Problem, full: Fit, index: int) -> Fit:

@@ -90,7 +90,10 @@ class Scanner:
     """Scans candidates on top of one fitted hypothesis."""
 
     def __init__(self, problem: Problem, null: Fit, scales: Scales):
-        """Linearise at `null` once; every candidate reuses it."""
+        """Linearise at `null` once; every candidate reuses it.
+
+        A parameter at its bound can take nothing up, so it is no nuisance.
+        """
         self._problem, self._null, self._scales = problem, null, scales
         linear = shooting.linearise(
             problem.base, problem.windows, problem.sigma, null.hypothesis, null.theta, null.start
@@ -98,7 +101,9 @@ class Scanner:
         rest, _, _, _ = shooting.eliminate(linear)
         self._root = np.sqrt(shooting.robust_weight(rest))
         self._basis = np.linalg.qr(linear.by_start * self._root[..., None])[0]
-        self._nuisance = self._constants(linear.by_theta)
+        low, high = null.hypothesis.low, null.hypothesis.high
+        free = (null.theta > low) & (null.theta < high)
+        self._nuisance = self._constants(linear.by_theta[..., free])
         self.residual = self._project(linear.residual)
 
     def scan(self, candidate: Candidate) -> Scan:

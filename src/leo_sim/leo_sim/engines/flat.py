@@ -23,16 +23,10 @@ def is_flat(joints: Sequence[Joint]) -> bool:
 class Flat(Stateless, Planar):
     """The same numbers as `Rigid`, for trees in the x-z plane."""
 
-    def mass_and_bias(self, q: Any, dq: Any) -> tuple[list[list[Any]], list[Any]]:
-        """Rows of the lower triangle of the joint-space inertia, and bias torques."""
-        mass, bias = super().mass_and_bias(*np.broadcast_arrays(q, dq))
-        rows = [[mass[..., i, k] for k in range(i + 1)] for i in range(q.shape[-1])]
-        return rows, list(np.moveaxis(bias, -1, 0))
+    def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
+        """Joint-space inertia (..., J, J) and bias torques (..., J)."""
+        return super().mass_and_bias(*np.broadcast_arrays(q, dq))
 
-    def bias(self, q: Any, dq: Any) -> list[Any]:
-        """The bias torques alone."""
-        return self.mass_and_bias(q, dq)[1]
-
-    def load(self, q: Any) -> Any:
-        """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
-        return -super().mass_and_bias(q, np.zeros_like(q))[1]
+    def bias(self, q: Any, dq: Any) -> Any:
+        """The bias torques alone, (..., J)."""
+        return self.torques(*np.broadcast_arrays(q, dq))

@@ -6,6 +6,7 @@ of m J'J + I w'w, bias that of m J'(acceleration without joint accelerations - g
 forces. Angles count from x towards z, about -y.
 """
 from collections.abc import Mapping, Sequence
+import math
 from typing import Any, NamedTuple
 
 from numba import njit
@@ -59,17 +60,29 @@ class Planar:
 
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
         """Joint-space inertia (..., J, J) and bias torques (..., J); see `Rigid`."""
-        shape = np.broadcast_shapes(q.shape[:-1], self.figures.shape[:-2], self.gravity.shape)
-        size = q.shape[-1]
-        states = rows(q, shape, size, True), rows(dq, shape, size, True)
-        count = len(states[0])
-        mass, bias = np.empty((count, size, size)), np.empty((count, size))
-        _dynamics(*self.tree, self._figures(shape), self._gravity(shape), *states, mass, bias)
-        return mass.reshape(*shape, size, size), bias.reshape(*shape, size)
+        shape, size = self._shape(q), q.shape[-1]
+        mass = np.empty((math.prod(shape), size, size))
+        bias = self._filled(shape, q, dq, mass)
+        return mass.reshape(*shape, size, size), bias
+
+    def torques(self, q: Any, dq: Any) -> Any:
+        """The bias torques alone, (..., J)."""
+        return self._filled(self._shape(q), q, dq, np.empty((0, q.shape[-1], q.shape[-1])))
 
     def load(self, q: Any) -> Any:
         """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
-        return -self.mass_and_bias(q, np.zeros_like(q))[1]
+        return -self.torques(q, np.zeros_like(q))
+
+    def _shape(self, q: Any) -> tuple[int, ...]:
+        return np.broadcast_shapes(q.shape[:-1], self.figures.shape[:-2], self.gravity.shape)
+
+    def _filled(self, shape: tuple[int, ...], q: Any, dq: Any, mass: Any) -> Any:
+        """The bias torques; fills the inertia too unless it has no rows."""
+        size = q.shape[-1]
+        states = rows(q, shape, size, True), rows(dq, shape, size, True)
+        bias = np.empty((len(states[0]), size))
+        _dynamics(*self.tree, self._figures(shape), self._gravity(shape), *states, mass, bias)
+        return bias.reshape(*shape, size)
 
     def _figures(self, shape: tuple[int, ...]) -> Any:
         return rows(self.figures, shape, self.figures.shape[-2:])
@@ -128,8 +141,10 @@ def rows(values: Any, shape: tuple[int, ...], tail: int | tuple[int, ...], whole
     """
     tail = (tail,) if isinstance(tail, int) else tail
     values = np.asarray(values, dtype=float)
-    if not shape and values.shape == tail:
-        return np.ascontiguousarray(values[None])
+    if values.shape == shape + tail:
+        return np.ascontiguousarray(values).reshape(-1, *tail)
+    if not values.ndim and not whole:
+        return np.full((1, *tail), values)
     lead = values.shape[:max(values.ndim - len(tail), 0)]
     if whole or any(n != 1 for n in lead):
         lead = shape
@@ -197,14 +212,15 @@ def jacobian(kind: Any, parent: Any, column: Any, sense: Any, pose: Any, link: A
 @njit(cache=True)
 def _dynamics(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, figures: Any,
               gravity: Any, q: Any, dq: Any, mass: Any, bias: Any) -> Any:
-    """Fill mass (N, J, J) and bias (N, J) for states (N, J)."""
-    size = q.shape[1]
+    """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows."""
+    size, wanted = q.shape[1], mass.shape[0] > 0
+    none = np.empty((size, size))
     pose, lever = np.zeros((kind.shape[0], 10)), np.empty((3, size))
     for n in range(q.shape[0]):
         poses(kind, parent, column, turn, sense, place, q[n], dq[n], pose)
         body = figures[n if figures.shape[0] > 1 else 0]
         down = gravity[n if gravity.shape[0] > 1 else 0]
-        m, b = mass[n], bias[n]
+        m, b = mass[n] if wanted else none, bias[n]
         m[:], b[:] = 0.0, 0.0
         for i in range(kind.shape[0]):
             weight, inertia = body[i, MASS], body[i, INERTIA]
@@ -221,7 +237,7 @@ def _dynamics(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place:
                 if x == 0.0 and z == 0.0 and w == 0.0:
                     continue
                 b[j] += lever[0, j] * fx + lever[1, j] * fz
-                for k in range(j + 1):
+                for k in range(j + 1 if wanted else 0):
                     m[j, k] += x * lever[0, k] + z * lever[1, k] + w * lever[2, k]
         for j in range(size):
             for k in range(j):

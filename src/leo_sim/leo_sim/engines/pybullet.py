@@ -50,18 +50,16 @@ class Bullet:
             pybullet.resetJointState(self._body, joint, angle, rate, **self._at)
 
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
-        """Joint-space inertia rows and bias torques, external forces included."""
+        """Joint-space inertia (J, J) and bias torques (J,), external forces included."""
         angles = q[self._to_bullet].tolist()
-        mass: Any = pybullet.calculateMassMatrix(self._body, angles, **self._at)
-        if len(angles) > 1:
-            mass = np.array(mass)
-            if not self._in_order:
-                mass = mass[np.ix_(self._from_bullet, self._from_bullet)]
+        mass = np.array(pybullet.calculateMassMatrix(self._body, angles, **self._at))
+        if not self._in_order:
+            mass = mass[np.ix_(self._from_bullet, self._from_bullet)]
         self._mass, self._bias = mass, self._resistance(angles, dq)
         return mass, self._less_pulls(self._bias, angles)
 
     def bias(self, q: Any, dq: Any) -> Any:
-        """The bias torques alone."""
+        """The bias torques alone, (J,)."""
         angles = q[self._to_bullet].tolist()
         return self._less_pulls(self._resistance(angles, dq), angles)
 
@@ -74,14 +72,12 @@ class Bullet:
 
     def move(self, q: Any, dq: Any, faster: Any, h: float) -> tuple[Any, Any]:
         """One step of the simulator under the torques that take the rates to `faster`."""
-        push = ((faster - dq) / h).tolist()
-        torques = [sum(map(float.__mul__, row, push), b)
-                   for row, b in zip(self._rows(), self._bias, strict=True)]
+        torques = self._mass @ ((faster - dq) / h) + self._bias
         if self._pulled:
-            torques = (torques - self._pulls(q[self._to_bullet].tolist())).tolist()
+            torques = torques - self._pulls(q[self._to_bullet].tolist())
             self._apply()
         pybullet.setJointMotorControlArray(self._body, self._joints, pybullet.TORQUE_CONTROL,
-                                           forces=torques, **self._at)
+                                           forces=torques.tolist(), **self._at)
         pybullet.stepSimulation(**self._at)
         states = pybullet.getJointStates(self._body, self._joints, **self._at)
         return np.array([s[0] for s in states]), np.array([s[1] for s in states])
@@ -90,15 +86,10 @@ class Bullet:
         """Torques that keep the rates as they are without external forces, (J,)."""
         bias: Any = pybullet.calculateInverseDynamics(
             self._body, angles, dq[self._to_bullet].tolist(), self._still, **self._at)
-        return bias if len(angles) == 1 else np.array(bias)[self._from_bullet]
+        return np.array(bias)[self._from_bullet]
 
     def _less_pulls(self, bias: Any, angles: list[float]) -> Any:
-        if not self._pulled:
-            return bias
-        return [b - f for b, f in zip(bias, self._pulls(angles), strict=True)]
-
-    def _rows(self) -> Any:
-        return self._mass if isinstance(self._mass, tuple) else self._mass.tolist()
+        return bias - self._pulls(angles) if self._pulled else bias
 
     def _load(self, text: str) -> int:
         """Load a URDF text; PyBullet reads files only."""

@@ -48,7 +48,7 @@ class _Composite(NamedTuple):
 
 
 class Rigid(Stateless):
-    """Dynamics of a tree; all methods take and return components (..., one per moving joint)."""
+    """Dynamics of a tree."""
 
     def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Any):
         self._joints = list(joints)
@@ -62,8 +62,8 @@ class Rigid(Stateless):
         self._single = self._inertia(self._poses(np.zeros(1))) if len(moving) == 1 else None
         self._pulled = any(f.__class__ is not float or f for b in self._bodies for f in b.force)
 
-    def mass_and_bias(self, q: Any, dq: Any) -> tuple[list[list[Any]], list[Any]]:
-        """Joint-space inertia (rows of the lower triangle) and bias torques.
+    def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
+        """Joint-space inertia (..., J, J) and bias torques (..., J).
 
         M ddq + bias = torques; bias holds gravity, external, Coriolis and centrifugal forces.
 
@@ -71,14 +71,16 @@ class Rigid(Stateless):
             q: Angles (..., J).
             dq: Rates (..., J).
         """
-        poses = self._poses(q)
+        poses, shape = self._poses(q), np.broadcast_shapes(np.shape(q), np.shape(dq))
         if self._single is not None:  # a constant inertia, and no torque from the speed
-            return self._single, self._torques(poses, [0.0])
-        return self._inertia(poses), self._torques(poses, self._split(dq))
+            return _square(self._single, (1,)), joined(self._torques(poses, [0.0]), shape)
+        return (_square(self._inertia(poses), shape),
+                joined(self._torques(poses, self._split(dq)), shape))
 
-    def bias(self, q: Any, dq: Any) -> list[Any]:
-        """The bias torques alone."""
-        return self._torques(self._poses(q), self._split(dq))
+    def bias(self, q: Any, dq: Any) -> Any:
+        """The bias torques alone, (..., J)."""
+        torques = self._torques(self._poses(q), self._split(dq))
+        return joined(torques, np.broadcast_shapes(np.shape(q), np.shape(dq)))
 
     def load(self, q: Any) -> Any:
         """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
@@ -190,6 +192,14 @@ def joined(parts: Sequence[Any], shape: tuple[int, ...]) -> Any:
         return np.asarray(parts[0])[..., None]
     arrays = np.broadcast_arrays(*parts, np.empty(shape[:-1]))[:-1]
     return np.stack(arrays, axis=-1)
+
+
+def _square(rows: Sequence[Sequence[Any]], shape: tuple[int, ...]) -> Any:
+    """The symmetric matrix (..., J, J) of the rows of its lower triangle."""
+    size = len(rows)
+    entries = [rows[max(i, j)][min(i, j)] for i in range(size) for j in range(size)]
+    flat = joined(entries, (*shape[:-1], size * size))
+    return flat.reshape(*flat.shape[:-1], size, size)
 
 
 def _inertial(body: Body, motion: _Motion) -> tuple[Vec, Vec]:

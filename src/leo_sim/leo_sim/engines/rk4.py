@@ -59,8 +59,8 @@ class _System:
         torques = laws.torques(y.q, y.dq, y.speed, self.u, self.enabled, load, self.memory)
         linked = (self.gap == 0) | (phase.engaged != 0)
         driving = np.where(linked, torques.motor, 0.0) + torques.joint
-        factor = Factor(mass, np.where(linked, laws.rotor_inertia, 0.0), y.q.shape)
-        free = driving - np.array([float(b) for b in bias])
+        factor = Factor(mass, np.where(linked, laws.rotor_inertia, 0.0))
+        free = driving - bias
         link = self._with_friction(factor, free, torques.level, phase.sliding)
         inertia = np.maximum(laws.rotor_inertia, NEAR)
         rotor = np.where(linked, link, torques.motor / inertia)
@@ -69,15 +69,15 @@ class _System:
     def _with_friction(self, factor: Factor, free: Any, level: Any, sliding: Any) -> Any:
         """Accelerations with friction against sliding; sticking joints are held while it can."""
         if not self.laws.dry:
-            return factor.solve(free.tolist())
+            return factor.solve(free)
         torque = free - sliding * level
         held = np.zeros_like(free)
         sticking = np.flatnonzero((sliding == 0) & (level > 0)).tolist()
         for _ in range(SWEEPS if len(sticking) > 1 else len(sticking)):
             for j in sticking:
-                now = factor.solve((torque + held).tolist())[j]
+                now = factor.solve(torque + held)[j]
                 held[j] = np.clip(held[j] - now / factor.response(j)[j], -level[j], level[j])
-        return factor.solve((torque + held).tolist())
+        return factor.solve(torque + held)
 
     def derivative(self, y: _Motion, phase: _Phase) -> _Motion:
         """d/dt of the state."""
@@ -166,7 +166,7 @@ def _struck(system: _System, y: _Motion, ends: Any) -> _Motion:
         mass, _ = system.dynamics.mass_and_bias(y.q, dq)
         linked = (system.gap == 0) & np.ones_like(ends)
         diagonal = np.where(linked, system.laws.rotor_inertia, 0.0)
-        answer = Factor(mass, diagonal, y.q.shape).response(j)
+        answer = Factor(mass, diagonal).response(j)
         rotor = (system.laws.rotor_inertia + np.zeros_like(dq))[j]
         impulse = (speed[j] - dq[j]) / (1.0 / rotor + answer[j])
         dq = dq + answer * impulse

@@ -45,8 +45,8 @@ class Spatial(Stateless):
         self._figures = _figures([bodies[joint.child] for joint in joints])
         self._gravity = np.asarray(gravity, dtype=float).reshape(-1)
 
-    def mass_and_bias(self, q: Any, dq: Any) -> tuple[list[list[Any]], list[Any]]:
-        """Rows of the lower triangle of the joint-space inertia, and bias torques, as components.
+    def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
+        """Joint-space inertia (..., J, J) and bias torques (..., J).
 
         Args:
             q: Angles (..., J).
@@ -61,16 +61,15 @@ class Spatial(Stateless):
         gravity = np.broadcast_to(self._gravity, scans)
         mass, bias = np.empty((len(states[0]), size, size)), np.empty((len(states[0]), size))
         _dynamics(*self._tree, figures, gravity, *states, mass, bias)
-        return ([[mass[:, i, k].reshape(shape) for k in range(i + 1)] for i in range(size)],
-                [bias[:, i].reshape(shape) for i in range(size)])
+        return mass.reshape(*shape, size, size), bias.reshape(*shape, size)
 
-    def bias(self, q: Any, dq: Any) -> list[Any]:
-        """The bias torques alone."""
+    def bias(self, q: Any, dq: Any) -> Any:
+        """The bias torques alone, (..., J)."""
         return self.mass_and_bias(q, dq)[1]
 
     def load(self, q: Any) -> Any:
         """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
-        return -np.stack(self.bias(q, np.zeros_like(q)), axis=-1)
+        return -self.bias(q, np.zeros_like(q))
 
 
 def _chains(parents: Sequence[int]) -> list[int]:
@@ -192,7 +191,7 @@ def _add(i: int, chain: int, kind: Array, column: Array, body: Array, r: Mat, co
 def _dynamics(kind: Array, parent: Array, column: Array, rotation: Array, translation: Array,
               own: Array, chain: Array, figures: Array, gravity: Array, q: Array, dq: Array,
               mass: Array, bias: Array) -> None:
-    """Fill the lower triangle of mass (N, J, J), and bias (N, J), for states (N, J)."""
+    """Fill mass (N, J, J) and bias (N, J) for states (N, J)."""
     count, size, each = len(kind), q.shape[1], len(q) // len(figures)
     turns = np.empty((3 * count, 3))
     origin, axis, speed, turn, push = (np.empty((count, 3)), np.empty((count, 3)),
@@ -235,3 +234,6 @@ def _dynamics(kind: Array, parent: Array, column: Array, rotation: Array, transl
             _add(i, chain[i], kind, column, body, r, _plus(o, lever), gravity[n // each],
                  _plus(a, _carried(t, w, lever)), w, t, origin, axis, mass[n], bias[n], front,
                  swing)
+        for j in range(size):
+            for k in range(j):
+                mass[n, k, j] = mass[n, j, k]

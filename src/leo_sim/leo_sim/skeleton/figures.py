@@ -34,13 +34,8 @@ def pose_range(joint: Joint) -> tuple[float, float]:
 
 def check_masses(robot: Robot, source: str) -> None:
     """Raise UserError where a joint moves nothing that has mass: it would have no motion."""
-    rows, _ = Model(robot, engine='rigid').rigid.mass_and_bias(
+    mass, _ = Model(robot, engine='rigid').rigid.mass_and_bias(
         poses(robot.joints), np.zeros((STATES, len(robot.joint_names))))
-    size = len(rows)
-    mass = np.zeros((STATES, size, size))
-    for i, row in enumerate(rows):
-        for k, entry in enumerate(row):
-            mass[:, i, k] = mass[:, k, i] = entry
     for i, name in enumerate(robot.joint_names):
         if mass[:, i, i].min() <= 0:
             raise UserError(f'{source}: nothing that joint {name!r} moves has a mass; give its '
