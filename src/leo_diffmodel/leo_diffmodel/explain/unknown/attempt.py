@@ -87,6 +87,8 @@ def _refined(made: Attempt, problem: Problem, blocks: Array, joint: str) -> Atte
         return made
     for _ in range(REFINEMENTS):
         left = _around(problem, made)
+        if left is None:
+            break
         law = law_of(left, blocks, again(left, blocks, made.law.curve))
         better = _fitted(problem, made.base, law, joint)
         if better.gain_train <= made.gain_train:
@@ -95,11 +97,13 @@ def _refined(made: Attempt, problem: Problem, blocks: Array, joint: str) -> Atte
     return made
 
 
-def _around(problem: Problem, made: Attempt) -> Influence:
-    """What the base leaves, linearised where the law is in place."""
+def _around(problem: Problem, made: Attempt) -> Influence | None:
+    """What the base leaves, linearised where the law is in place; None where it runs away."""
     assert made.fit is not None
     law, joint = made.law, made.law.curve.joint
     left = influence(problem, made.fit)
+    if left.runs_away:
+        return None
     carried = carry(left, law.curve.carrier, joint)
     variable = next(v for v in variables(left, joint) if v.kind == law.curve.variable.kind)
     assert carried is not None

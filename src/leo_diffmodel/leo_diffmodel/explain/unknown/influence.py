@@ -19,6 +19,7 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 MOST_STRETCHES = 30
+FAR = 100.0
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,12 @@ class Influence:
         columns = np.concatenate([self.answer[..., joint], self.by_theta], axis=-1)
         turned = np.swapaxes(columns, -1, -2)
         return turned @ columns, (turned @ self.residual[..., None])[..., 0]
+
+    @property
+    def runs_away(self) -> bool:
+        """Whether a predicted rate is far beyond all measured ones, or no number."""
+        measured = self.problem.windows.dq
+        return not np.abs(self.dq).max() < FAR * max(float(np.abs(measured).max()), 1e-9)
 
     @property
     def time(self) -> Array:
