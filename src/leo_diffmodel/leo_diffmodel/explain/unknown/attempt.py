@@ -74,7 +74,8 @@ def attempt(
     if curve.variable.name != 'path':
         made = _refined(made, problem, blocks, joint)
     promised = LINEAR_SHARE * float(curve.score.gain_train)
-    if curve.variable.name != 'path' and made.gain_train < promised:
+    read_at_knots = curve.variable.name != 'path' and not curve.hertz
+    if read_at_knots and made.gain_train < promised:
         whole = _fitted(problem, base, table_of(curve), joint)
         return max(made, whole, key=lambda a: a.gain_train)
     return made
