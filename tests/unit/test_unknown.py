@@ -2,6 +2,7 @@
 """Laws that are no known effect: the variable is found, and known effects keep their names."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,8 +10,10 @@ from tests.first_round import first_search
 from tests.simulate import PENDULUM, record, TORQUE
 
 from leo_diffmodel.blind import kinds, outside
+from leo_diffmodel.explain.unknown import attempt
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
 from leo_diffmodel.explain.unknown.find import find
+from leo_diffmodel.explain.unknown.influence import influence
 from leo_sim.effects import get_effect, place
 from leo_sim.model import Model
 from leo_sim.robot import Robot
@@ -60,6 +63,21 @@ def test_the_curve_has_the_true_torque_within_its_intervals():
     x, y, half = (np.array(answer.curve[k]) for k in ('x', 'y', 'ci95'))
     truth = 0.3 * np.sin(2 * np.pi * 1.3 * x + 0.5)
     assert len(x) >= 10 and np.mean(np.abs(y - truth) < 2 * half) > 0.8
+
+
+def test_a_sine_in_time_is_never_read_at_knots(monkeypatch):
+    monkeypatch.setattr(attempt, 'LINEAR_SHARE', 10.0)  # no readable law promises that much
+    answer = unknown(TORQUE, hidden(TORQUE, 'periodic_torque', **LAWS['periodic_torque']))
+    assert answer is not None and 'table' not in answer.formula
+    assert answer.parameters['f']['value'] == pytest.approx(1.3, rel=0.02)
+
+
+@pytest.mark.parametrize('rate', [1e6, np.nan])
+def test_a_prediction_beyond_all_measured_rates_runs_away(rate):
+    found = first_search([record(TORQUE, seconds=SECONDS)], Model(TORQUE))
+    left = influence(found.problem, found.final)
+    assert not left.runs_away
+    assert replace(left, dq=np.where(left.dq == left.dq.max(), rate, left.dq)).runs_away
 
 
 def _square(t: np.ndarray) -> np.ndarray:
