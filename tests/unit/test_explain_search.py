@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.first_round import first_search
-from tests.simulate import PENDULUM, record, TORQUE
+from tests.simulate import DT, PENDULUM, record, TORQUE
 
 from leo_diffmodel.compare import noise
+from leo_diffmodel.explain.classes import Facts
 from leo_diffmodel.explain.engine import scales_of, Search, Trial
+from leo_diffmodel.explain.evidence import rivals
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.fit import fit
 from leo_diffmodel.explain.review import review
@@ -17,6 +19,7 @@ from leo_diffmodel.explain.scored import dispersion
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model_file import load_model
+from leo_sim.robot import load_robot
 
 SEEDS = range(20, 25)
 
@@ -95,6 +98,34 @@ def test_a_spurious_effect_is_dropped_and_a_mixture_gives_way(friction):
         assert [c.effect.name for c in found.final.hypothesis.candidates] == ['coulomb_friction']
         (step,) = found.members.values()
         assert step.best.candidate.effect.name == 'coulomb_friction'
+
+
+def test_where_much_stays_unexplained_what_was_found_first_stays():
+    push = 0.25 * np.sign(np.sin(2 * np.pi * 2.7 * DT * np.arange(1000)))[:, None]
+    effect = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
+    data = record(TORQUE, effect, seconds=10, push=push)
+    first = first_search([data], Model(TORQUE))
+    candidates = {s.candidate.effect.name: s.candidate for s in first.rounds[0].scored}
+    tried = Trial(
+        [candidates[n] for n in ('viscous_friction', 'coulomb_friction')],
+        scales_of(Model(TORQUE), first.problem.windows), noise.short_windows([data]),
+    )
+    hypothesis = first.null.hypothesis.with_candidate(candidates['viscous_friction'])
+    found = review(first.posed, fit(first.problem, hypothesis, np.array([0.05])), {}, tried)
+    assert found.final.hypothesis == hypothesis and not found.changed
+    ((viscous, step),) = found.members.items()
+    assert step.best.candidate == candidates['coulomb_friction']
+    nearest = rivals(step, Facts(TORQUE, False), step.of(viscous))[0]
+    assert nearest.scored.candidate == step.best.candidate and nearest.separable_nats < 0
+
+
+def test_a_constant_at_its_bound_hides_no_effect():
+    robot = load_robot('servo_pendulum')
+    low = robot.constants['sensors.pivot.offset'].uncertain[0]
+    effects = [place(robot, 'encoder_offset', 'pivot', o=2 * low),
+               place(robot, 'actuator_lag', 'pivot', tau=0.01)]
+    answer = explain([record(robot, *effects, seconds=15)], Model(robot))
+    assert {e['name'] for e in answer.effects} == {'encoder_offset', 'actuator_lag'}
 
 
 def test_uncertain_constants_are_refitted_before_anything_is_named(tmp_path):
