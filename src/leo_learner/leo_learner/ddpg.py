@@ -69,6 +69,8 @@ class Config:
     """Divide observations and rewards by their spread over the warm-up."""
     layer_norm: bool = False
     """Layer norm before each hidden ReLU."""
+    twin_critics: bool = False
+    """Two critics; the target takes the lower value (Fujimoto et al. 2018)."""
 
 
 THESIS = Config()
@@ -86,7 +88,6 @@ RECOMMENDED = replace(
     scale=True,
     layer_norm=True,
 )
-CONFIGS = {'thesis': THESIS, 'recommended': RECOMMENDED}
 
 
 def hidden_layers(sizes: list[int], extra_at_last: int, layer_norm: bool) -> nn.ModuleList:
@@ -141,6 +142,19 @@ class Critic(nn.Module):
         return self.output(last).squeeze(1)
 
 
+class Critics(nn.Module):
+    """One critic, or two that start apart: (B, n_obs), (B, n_act) -> (C, B)."""
+
+    def __init__(self, n_obs: int, n_act: int, config: Config) -> None:
+        super().__init__()
+        count = 2 if config.twin_critics else 1
+        self.members = nn.ModuleList(Critic(n_obs, n_act, config) for _ in range(count))
+
+    def forward(self, observation: Tensor, action: Tensor) -> Tensor:
+        """Values of a batch by every critic."""
+        return torch.stack([critic(observation, action) for critic in self.members])
+
+
 class OrnsteinUhlenbeck:
     """Exploration noise n <- n - theta n + sigma N(0, 1) per step, zero at the episode's start."""
 
@@ -183,7 +197,7 @@ class Agent:
         with torch.random.fork_rng():
             torch.manual_seed(seed)
             self.actor = Actor(n_obs, n_act, config)
-            self.critic = Critic(n_obs, n_act, config)
+            self.critic = Critics(n_obs, n_act, config)
         self.target_actor = copy.deepcopy(self.actor).requires_grad_(False)
         self.target_critic = copy.deepcopy(self.critic).requires_grad_(False)
         self.actor_adam = adam(self.actor, config.actor_rate)
@@ -221,11 +235,11 @@ class Agent:
     def _learn_critic(self, observations: Tensor, batch: Batch) -> dict[str, Tensor]:
         with torch.no_grad():
             following = batch.next_observations * self.observation_scale
-            value = self.target_critic(following, self.target_actor(following))
+            value = self.target_critic(following, self.target_actor(following)).amin(dim=0)
             bootstrap = self.config.gamma * (1 - batch.terminated) * value
             target = batch.rewards * self.reward_scale + bootstrap
         values = self.critic(observations, batch.actions)
-        loss = mse_loss(values, target)
+        loss = sum(mse_loss(value, target) for value in values)
         self.critic_adam.zero_grad()
         loss.backward()
         self.critic_adam.step()
@@ -233,7 +247,7 @@ class Agent:
 
     def _learn_actor(self, observations: Tensor) -> dict[str, Tensor]:
         self.critic.requires_grad_(False)
-        loss = -self.critic(observations, self.actor(observations)).mean()
+        loss = -self.critic.members[0](observations, self.actor(observations)).mean()
         self.actor_adam.zero_grad()
         loss.backward()
         self.actor_adam.step()
@@ -254,13 +268,16 @@ class Training:
             `options={'pose': 'nominal' | 'random'}`.
         config: `THESIS`, `RECOMMENDED` or a variation.
         seed: of the networks, the noise, the starts and the batches.
+        agent: `Agent`, or `fused.FusedAgent`, which computes the same sooner.
     """
 
-    def __init__(self, env: gymnasium.Env, config: Config, seed: int) -> None:
+    def __init__(
+        self, env: gymnasium.Env, config: Config, seed: int, agent: type[Agent] = Agent
+    ) -> None:
         assert isinstance(env.observation_space, Box) and isinstance(env.action_space, Box)
         n_obs, n_act = env.observation_space.shape[0], env.action_space.shape[0]
         self.env, self.config, self.seed = env, config, seed
-        self.agent = Agent(n_obs, n_act, config, seed)
+        self.agent = agent(n_obs, n_act, config, seed)
         self.replay = Replay(config.replay, n_obs, n_act)
         self.limit: np.ndarray = env.action_space.high
         self.steps = self.episodes = 0

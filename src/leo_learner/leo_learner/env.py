@@ -105,3 +105,8 @@ def model_env(model: Model) -> ModelEnv:
     if difference.robot != model.robot.name:
         raise UserError(f'{path} is of robot {difference.robot!r}, not {model.robot.name!r}')
     return ModelEnv(model, difference)
+
+
+def training_env(model: Model) -> ModelEnv:
+    """As `model_env`, integrated as robot.yaml says for training: faster, less exact."""
+    return model_env(model.changed(scheme='training'))

@@ -21,8 +21,7 @@ EXAMPLES = """\
   leo learn --resume runs/ideal --steps 20000
   tensorboard --logdir runs"""
 RUN = 'run.json'
-STEPS = {'recommended': 10_000, 'thesis': 50_000}
-"""Transitions where --steps does not say."""
+CONFIGS = ('recommended', 'thesis')
 INTERRUPTED = 130
 
 
@@ -58,7 +57,7 @@ def _parser() -> Parser:
     parser.add_argument('--robot', metavar='R', help='robot whose ideal model is trained on')
     parser.add_argument('--model', metavar='MODEL', help='model file, robot or robot folder')
     parser.add_argument(
-        '--config', choices=list(STEPS), default='recommended',
+        '--config', choices=CONFIGS, default='recommended',
         help='recommended, or thesis: the reference',
     )
     parser.add_argument('--steps', type=int, metavar='N', help='transitions to gather')
@@ -84,12 +83,19 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
             f'{options.output} holds a run already; go on with leo learn --resume '
             f'{options.output}, or give another folder'
         )
-    steps = STEPS[options.config] if options.steps is None else options.steps
+    model = options.model or options.robot or 'pendulum'
+    steps = _steps(model, options.config) if options.steps is None else options.steps
     if steps < 1 or options.seed < 0:
         raise UserError('leo learn: --steps must be 1 or more and --seed 0 or more')
-    model = options.model or options.robot or 'pendulum'
     run = Run(model, options.config, options.seed, steps, options.on_robot, options.start)
     return run, options.output
+
+
+def _steps(model: str, config: str) -> int:
+    from leo_learner.configs import default_steps
+    from leo_sim.model_file import load_model
+
+    return default_steps(config, load_model(model).robot)
 
 
 def _resumed(folder: Path, steps: int | None) -> Run:
@@ -102,8 +108,10 @@ def _resumed(folder: Path, steps: int | None) -> Run:
 
 def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
     from leo_learner.checkpoint import start_from
-    from leo_learner.ddpg import CONFIGS, Training
-    from leo_learner.env import model_env
+    from leo_learner.configs import configuration
+    from leo_learner.ddpg import Training
+    from leo_learner.env import training_env
+    from leo_learner.fused import FusedAgent
     from leo_learner.learning import learn
     from leo_msgs_py.node import api
     from leo_sim.model_file import load_model
@@ -118,8 +126,9 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
         env: Any = RobotEnv(api.create_node('learn', ros_args), model.robot)
         alive = api.ok
     else:
-        env = model_env(model)
-    training = Training(env, CONFIGS[run.config], run.seed)
+        env = training_env(model)
+    config = configuration(run.config, model.robot)
+    training = Training(env, config, run.seed, FusedAgent)
     if run.start is not None:
         start_from(Path(run.start), training)
     folder.mkdir(parents=True, exist_ok=True)
