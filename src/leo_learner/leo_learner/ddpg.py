@@ -284,6 +284,7 @@ class Training(TrainingLoop):
     agent_name = 'ddpg'
     config: Config
     replay: Replay
+    best_actor: Mapping[str, Tensor]
 
     def __init__(self, env: gymnasium.Env, config: Config, seed: int) -> None:
         super().__init__(env, config, seed)
@@ -326,4 +327,4 @@ class Training(TrainingLoop):
         return self.agent.learn(self.replay.sample(self.config.batch, self._rng))
 
     def _keep(self) -> None:
-        self.best_actor: Mapping[str, Tensor] = copy.deepcopy(self.agent.actor.state_dict())
+        self.best_actor = copy.deepcopy(self.agent.actor.state_dict())

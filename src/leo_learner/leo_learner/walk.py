@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import gymnasium
@@ -27,6 +27,7 @@ class Walk:
         fell: whether the episode ended before its time.
         energy: electrical work of the motors without credit for what they give back, J; the
             thesis' reward takes a control step of 0.03 s as 1/30 s and so counts a ninth more.
+        energy_per_metre: J/m; None where it did not get forward.
         seconds: length of the episode, s.
     """
 
@@ -34,24 +35,8 @@ class Walk:
     footsteps: int
     fell: bool
     energy: float
+    energy_per_metre: float | None
     seconds: float
-
-    @property
-    def energy_per_metre(self) -> float | None:
-        """J/m; None where it did not get forward."""
-        return self.energy / self.distance if self.distance > 0 else None
-
-    def told(self) -> dict[str, Any]:
-        """All figures by name, for JSON."""
-        return asdict(self) | {'energy_per_metre': self.energy_per_metre}
-
-    def __str__(self) -> str:
-        cost = self.energy_per_metre
-        per_metre = '' if cost is None else f' ({cost:.1f} J/m)'
-        return (
-            f'{self.distance:.2f} m in {self.footsteps} footsteps, {self.energy:.0f} J'
-            f'{per_metre}, {"fell after" if self.fell else "upright for"} {self.seconds:.2f} s'
-        )
 
 
 def walks(robot: Robot) -> bool:
@@ -71,11 +56,12 @@ def walked(robot: Robot, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> W
     gait, task = Gait(robot), Task(robot)
     steps = footsteps(gait, q)
     by_feet = any(term.quantity == 'ankle_forward' for term in robot.reward)
-    distance = sum(steps) if by_feet else gait.com_x(q[-1]) - gait.com_x(q[0])
+    distance = float(sum(steps) if by_feet else gait.com_x(q[-1]) - gait.com_x(q[0]))
     power = task.motor_power(dq[:-1], inputs, dq[1:])
+    energy = float(np.sum(power)) * robot.control_period
     return Walk(
-        float(distance), len(steps), bool(task.terminated(State(q[-1], dq[-1]))),
-        float(np.sum(power)) * robot.control_period, len(inputs) * robot.control_period,
+        distance, len(steps), bool(task.terminated(State(q[-1], dq[-1]))), energy,
+        energy / distance if distance > 0 else None, len(inputs) * robot.control_period,
     )  # fmt: skip
 
 

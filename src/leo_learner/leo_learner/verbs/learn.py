@@ -17,12 +17,19 @@ EXAMPLES = """\
   leo learn --robot pendulum -o runs/ideal
   leo learn --model repaired/model.yaml --start runs/ideal --steps 5000 -o runs/repaired
   leo learn --robot pendulum --config thesis --steps 50000 -o runs/thesis
+  leo learn --robot leo_ode --actions sym --steps 300000 -o runs/sym
+  leo learn --robot leo_ode --agent sarsa -o runs/sarsa
   leo learn --robot pendulum --on-robot -o runs/real     (needs: leo run leo_sim robot ...)
   leo learn --resume runs/ideal --steps 20000
   tensorboard --logdir runs"""
 RUN = 'run.json'
-STEPS = {'recommended': 10_000, 'thesis': 50_000}
-"""Transitions where --steps does not say."""
+STEPS = {
+    'ddpg': {'recommended': 10_000, 'thesis': 50_000},
+    'sarsa': {'thesis': 1_000_000},
+}
+"""Transitions where --steps does not say, by agent and configuration; the first is the default."""
+ACTIONS = {'ddpg': ('full', 'sym'), 'sarsa': ('sym',)}
+"""What an agent can drive; the first is the default."""
 INTERRUPTED = 130
 
 
@@ -36,6 +43,8 @@ class Run:
     steps: int
     on_robot: bool
     start: str | None = None
+    agent: str = 'ddpg'
+    actions: str = 'full'
 
 
 def main(argv: list[str]) -> int:
@@ -54,12 +63,19 @@ def main(argv: list[str]) -> int:
 
 
 def _parser() -> Parser:
-    parser = Parser('leo learn', 'Train a policy with DDPG.', EXAMPLES)
+    parser = Parser('leo learn', 'Train a policy with DDPG, or with SARSA(lambda).', EXAMPLES)
     parser.add_argument('--robot', metavar='R', help='robot whose ideal model is trained on')
     parser.add_argument('--model', metavar='MODEL', help='model file, robot or robot folder')
     parser.add_argument(
-        '--config', choices=list(STEPS), default='recommended',
-        help='recommended, or thesis: the reference',
+        '--agent', choices=list(STEPS), default='ddpg',
+        help='ddpg, or sarsa: the baseline of the thesis, tile coding on Sym',
+    )
+    parser.add_argument(
+        '--actions', choices=ACTIONS['ddpg'],
+        help='full: every actuator; sym: three of a LEO robot, named by the leg that carries',
+    )
+    parser.add_argument(
+        '--config', choices=list(STEPS['ddpg']), help='recommended, or thesis: the reference'
     )
     parser.add_argument('--steps', type=int, metavar='N', help='transitions to gather')
     parser.add_argument('--seed', type=int, default=0, metavar='S')
@@ -84,11 +100,19 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
             f'{options.output} holds a run already; go on with leo learn --resume '
             f'{options.output}, or give another folder'
         )
-    steps = STEPS[options.config] if options.steps is None else options.steps
+    config = options.config or next(iter(STEPS[options.agent]))
+    actions = options.actions or ACTIONS[options.agent][0]
+    if config not in STEPS[options.agent] or actions not in ACTIONS[options.agent]:
+        raise UserError('leo learn: --agent sarsa takes --config thesis and --actions sym only')
+    if options.agent == 'sarsa' and options.start:
+        raise UserError('leo learn: --start takes networks, which --agent sarsa has not')
+    steps = STEPS[options.agent][config] if options.steps is None else options.steps
     if steps < 1 or options.seed < 0:
         raise UserError('leo learn: --steps must be 1 or more and --seed 0 or more')
-    model = options.model or options.robot or 'pendulum'
-    run = Run(model, options.config, options.seed, steps, options.on_robot, options.start)
+    model = options.model or options.robot or ('pendulum' if actions == 'full' else 'leo_ode')
+    run = Run(
+        model, config, options.seed, steps, options.on_robot, options.start, options.agent, actions
+    )
     return run, options.output
 
 
@@ -101,10 +125,12 @@ def _resumed(folder: Path, steps: int | None) -> Run:
 
 
 def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
+    from leo_learner import ddpg, sarsa
     from leo_learner.checkpoint import start_from
-    from leo_learner.ddpg import CONFIGS, Training
     from leo_learner.env import model_env
     from leo_learner.learning import learn
+    from leo_learner.sym import driven
+    from leo_learner.training_loop import TrainingLoop
     from leo_msgs_py.node import api
     from leo_sim.model_file import load_model
 
@@ -119,9 +145,14 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
         alive = api.ok
     else:
         env = model_env(model)
-    training = Training(env, CONFIGS[run.config], run.seed)
-    if run.start is not None:
-        start_from(Path(run.start), training)
+    env = driven(env, run.actions)
+    training: TrainingLoop
+    if run.agent == 'sarsa':
+        training = sarsa.Training(env, sarsa.CONFIGS[run.config], run.seed)
+    else:
+        training = ddpg.Training(env, ddpg.CONFIGS[run.config], run.seed)
+        if run.start is not None:
+            start_from(Path(run.start), training)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / RUN).write_text(json.dumps(asdict(run), indent=1))
     try:
