@@ -98,7 +98,8 @@ class Sym(gymnasium.Wrapper[np.ndarray, np.ndarray, np.ndarray, np.ndarray]):
         self._gait = Gait(env.robot)
         self.stance = int(Memory().stance)
         limits = self._map.limits
-        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (len(OBSERVED),))
+        size = (len(OBSERVED),)
+        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, size, np.float64)
         self.action_space = gymnasium.spaces.Box(-limits, limits, dtype=np.float64)
 
     def reset(
