@@ -47,7 +47,7 @@ class TileCoding:
         n_obs = len(widths) - actions.shape[1]
         self._steps = tilings / np.asarray(widths[:n_obs], float)
         self._initial, self._tilings = np.float32(initial), tilings
-        self._salt = mixed(np.uint64(seed) + GOLDEN)
+        self._salt = np.uint64(mixed(np.uint64(seed) ^ GOLDEN))
         keys = [tile_keys(a, tilings / widths[n_obs:], n_obs, tilings) for a in actions]
         unique = [np.unique(column, return_inverse=True) for column in np.array(keys).T]
         self._counts = np.array([len(own) for own, _ in unique])
