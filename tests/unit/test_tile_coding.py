@@ -91,7 +91,7 @@ def test_a_full_memory_goes_on_with_shared_tiles():
     for x in np.arange(1, 20) * 10.0:
         slots = coding.claim(np.array([x, 0.0]), 0)
         assert np.isfinite(coding.values(np.array([x, 0.0]))).all()
-    assert 64 < PROBES and 0 <= slots.min() <= slots.max() < 64
+    assert PROBES > 64 and 0 <= slots.min() <= slots.max() < 64
     assert np.array_equal(coding.claim(np.zeros(2), 0), first)
     assert len(coding.claimed()['slot']) == 64
 
