@@ -14,7 +14,7 @@ UNDER_COLCON = bool({'install', 'develop'} & set(sys.argv))
 setup(
     name=PACKAGE,
     version='0.1.0',
-    description='Environment, DDPG, SARSA, Algorithm 5, policies, experiments and the learner node',
+    description='Environment, DDPG, SARSA, Algorithm 5, policies, experiments, learner node',
     author='The LEO developers',
     license='Apache-2.0',
     python_requires='>=3.11',
