@@ -10,6 +10,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.robot import Robot
 
 NAMES = ('recommended', 'thesis')
+SARSA_STEPS = 1_000_000
 THESIS_WALKING = replace(THESIS, critic_l2=0.001, warm_up=20_000, replay=300_000)
 """LEO (data sheet section 10)."""
 RECOMMENDED_WALKING = replace(
