@@ -2,13 +2,15 @@
 """Does the run that `leo next` proposes settle an ambiguous answer better than a random run?
 
     python benchmarks/next_run.py --cases 30 --first-seed 52000 -o out/next
+    python benchmarks/next_run.py --cases 30 --blind out/blind/results.jsonl -o out/next
 
-Seeds are tried in order: a robot with one hidden effect (as in `leo blind`) records a first bag
-of 8 s. Where its explanation is `ambiguous`, the robot records the run that `leo next` proposes
-and, starting anew, a random run of the same length; each is explained together with the first
-bag. Counted is how often the hidden effect is then named, alone or with what is the same thing in
-the data. A proposal that says no run of the menu helps counts as not named. Results are one line
-a seed in next_run.jsonl; the same command again goes on where it stopped.
+Seeds are tried in order, first those (if given) whose longer bag `leo blind` found ambiguous: a
+robot with one hidden effect (as in `leo blind`) records a first bag of 8 s. Where its explanation
+is `ambiguous`, the robot records the run that `leo next` proposes and, starting anew, a random
+run of the same length; each is explained together with the first bag. Counted is how often the
+hidden effect is then named, alone or with what is the same thing in the data. A proposal that
+says no run of the menu helps counts as not named. Results are one line a seed in next_run.jsonl;
+the same command again goes on where it stopped.
 """
 
 from __future__ import annotations
@@ -103,19 +105,28 @@ def is_open(row: dict) -> bool:
     return 'random' in row
 
 
-def seeds(first: int, robots: Sequence[str], known: dict[int, dict]) -> Iterator[int]:
-    """Seeds of these robots that have not been run yet."""
-    for seed in itertools.count(first):
+def seeds(
+    given: Sequence[int], first: int, robots: Sequence[str], known: dict[int, dict]
+) -> Iterator[int]:
+    """Seeds of these robots that have not been run yet, the given ones first."""
+    for seed in itertools.chain(given, itertools.count(first)):
         if seed not in known and ROBOTS[seed // 2 % len(ROBOTS)] in robots:
             yield seed
+
+
+def likely(results: Path) -> list[int]:
+    """Seeds of single effects that `leo blind` found ambiguous."""
+    rows = [json.loads(line) for line in results.read_text().splitlines()]
+    return [r['seed'] for r in rows if r['kind'] == 'effect' and r['verdict'] == 'ambiguous']
 
 
 def collect(options: argparse.Namespace, results: Path) -> list[dict]:
     """Run seeds until enough of them are ambiguous; returns those, in order."""
     lines = results.read_text().splitlines() if results.exists() else []
     rows = [json.loads(line) for line in lines]
-    known = {r['seed']: r for r in rows if r['seed'] >= options.first_seed}
-    todo = seeds(options.first_seed, options.robots, known.copy())
+    given = likely(options.blind) if options.blind else []
+    known = {r['seed']: r for r in rows if r['seed'] >= options.first_seed or r['seed'] in given}
+    todo = seeds(given, options.first_seed, options.robots, known.copy())
     with results.open('a') as file, Progress() as bar, Parallel(n_jobs=options.jobs) as pool:
         task = bar.add_task('ambiguous cases', total=options.cases)
         while (count := sum(map(is_open, known.values()))) < options.cases:
@@ -158,6 +169,7 @@ def main() -> None:
     )
     parser.add_argument('--cases', type=int, default=30, help='ambiguous cases wanted')
     parser.add_argument('--first-seed', type=int, default=52000)
+    parser.add_argument('--blind', type=Path, metavar='RESULTS', help='results.jsonl of leo blind')
     parser.add_argument('--robots', nargs='+', choices=ROBOTS, default=ROBOTS)
     parser.add_argument('--jobs', type=int, default=2, help='processes')
     parser.add_argument('-o', dest='output', type=Path, default=Path('out/next'))

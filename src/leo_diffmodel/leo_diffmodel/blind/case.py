@@ -57,10 +57,12 @@ def draw_case(seed: int, kind: str) -> Case:
     """The case of a seed; every second one comes from another integrator and time step."""
     rng = np.random.default_rng([seed, tuple(KINDS).index(kind)])
     robot = load_robot(ROBOTS[seed // 2 % len(ROBOTS)])
-    noise = (_log_uniform(rng, POSITION_NOISE), _log_uniform(rng, RATE_NOISE))
-    run = Run(_as_built(robot, rng), *excitation(robot, rng), noise)
-    effects, sizes = KINDS[kind](seed, run, rng)
-    return Case(kind, seed, robot, run, ENGINES[seed % 2], effects, sizes)
+    while True:
+        noise = (_log_uniform(rng, POSITION_NOISE), _log_uniform(rng, RATE_NOISE))
+        run = Run(_as_built(robot, rng), *excitation(robot, rng), noise)
+        drawn = KINDS[kind](seed, run, rng)
+        if drawn is not None:
+            return Case(kind, seed, robot, run, ENGINES[seed % 2], *drawn)
 
 
 def _as_built(robot: Robot, rng: np.random.Generator) -> Robot:
@@ -96,14 +98,14 @@ def _pair(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
             return effects, sizes
 
 
-def _outside(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
-    """A law of no catalogue, each kind on every robot and engine in turn."""
+def _outside(seed: int, run: Run, rng: np.random.Generator) -> Drawn | None:
+    """A law of no catalogue, each kind on every robot in turn; None in a run that hides it."""
     kind = outside.KINDS[seed // (2 * len(ROBOTS)) % len(outside.KINDS)]
-    placed, size = outside.draw(kind, run, rng)
-    return (placed,), (size,)
+    drawn = outside.draw(kind, run, rng)
+    return drawn and ((drawn[0],), (drawn[1],))
 
 
-KINDS: dict[str, Callable[[int, Run, np.random.Generator], Drawn]] = {
+KINDS: dict[str, Callable[[int, Run, np.random.Generator], Drawn | None]] = {
     'none': _nothing, 'effect': _single, 'pair': _pair, 'outside': _outside,
 }  # fmt: skip
 

@@ -25,6 +25,7 @@ LEAST = 3.0
 MOVING, WEAKER = 0.3, 0.6
 """Share of its reach that a joint must keep: a joint that the law holds still shows nothing."""
 ROUNDS = 3
+TRIES = 20
 AMPLITUDES = np.geomspace(1e-4, 0.5, 24)
 """Tried amplitudes, in the robot's largest torque (a turn, or a share)."""
 
@@ -64,8 +65,8 @@ VARIABLES = {'periodic_torque': 'time', 'sector_friction': 'angle', 'cable': 'an
 """The variable that explains each of the first three kinds."""
 
 
-def draw(kind: str, run: Run, rng: np.random.Generator) -> tuple[Placed, float]:
-    """A law of one kind at a joint of a robot, and its size in noise floors.
+def draw(kind: str, run: Run, rng: np.random.Generator) -> tuple[Placed, float] | None:
+    """A law of one kind at a joint of a robot, and its size in noise floors; None: no way to show.
 
     Args:
         kind: one of `KINDS`.
@@ -75,7 +76,7 @@ def draw(kind: str, run: Run, rng: np.random.Generator) -> tuple[Placed, float]:
     effect = get_effect(str(Path(kinds.__file__).with_name(f'{kind}.py')))
     where = str(rng.choice(effect.places(run.robot)))
     reach = _reach(run, where, ())
-    while True:
+    for _ in range(TRIES):
         shape = place(run.robot, effect, where, **SHAPES[kind](reach, rng))
         placed = _sized(run, shape, float(np.exp(rng.uniform(*np.log(SIZES)))))
         while np.ptp(_reach(run, where, (placed,))) < MOVING * np.ptp(reach):
@@ -83,6 +84,7 @@ def draw(kind: str, run: Run, rng: np.random.Generator) -> tuple[Placed, float]:
         size = float(OpenLoop(run, (placed,)).size(placed)[0])
         if LEAST < size < 2 * SIZES[1]:
             return placed, size
+    return None
 
 
 def _reach(run: Run, joint: str, effects: tuple[Placed, ...]) -> Array:

@@ -55,9 +55,10 @@ class _Normal(NamedTuple):
         return np.einsum('fi,fij,fj->f', found, self.matrix, found)
 
     def nats(self, found: Array) -> Array:
-        """Nats gained here by coefficients found anywhere."""
-        linear = np.einsum('fi,fi->f', found, self.slope)
-        return linear - 0.5 * self.trace(found)
+        """Nats gained here by coefficients found anywhere; a law beyond all numbers gains none."""
+        with np.errstate(all='ignore'):
+            gained = np.einsum('fi,fi->f', found, self.slope) - 0.5 * self.trace(found)
+        return np.where(np.isfinite(gained), gained, -np.inf)
 
 
 class Regression:
