@@ -14,7 +14,7 @@ UNDER_COLCON = bool({'install', 'develop'} & set(sys.argv))
 setup(
     name=PACKAGE,
     version='0.1.0',
-    description='Environment, DDPG, Algorithm 5, policies, experiments and the learner node',
+    description='Environment, DDPG, SARSA, Algorithm 5, policies, experiments, learner node',
     author='The LEO developers',
     license='Apache-2.0',
     python_requires='>=3.11',
@@ -32,6 +32,7 @@ setup(
         'leo_sim',
         'gymnasium>=1.0',
         'joblib>=1.3',
+        'numba>=0.60',
         'numpy>=1.26.4',
         'rich',
         'safetensors',

@@ -11,6 +11,7 @@ import pytest
 from leo_diffmodel.bags.recording import read_bag
 from leo_learner.env import ModelEnv
 from leo_learner.robot_env import RobotEnv
+from leo_learner.sym import Sym
 from leo_msgs_py import topics
 from leo_msgs_py.node import api
 from leo_sim.model import Model
@@ -59,6 +60,18 @@ def test_lockstep_gives_the_models_transitions(env, spawn):
         np.testing.assert_allclose(answer[0], expected[0], atol=0.02)
         assert answer[1] == pytest.approx(expected[1], abs=0.5)
         assert answer[2:] == expected[2:]
+
+
+def test_sym_drives_the_robot_as_it_drives_the_model(env, spawn):
+    start(spawn, 'start:=nominal')
+    robot, model = Sym(env), Sym(ModelEnv(Model(LEO)))
+    seen = [each.reset(options={'pose': 'nominal'})[0] for each in (robot, model)]
+    np.testing.assert_allclose(*seen, atol=1e-12)
+    for volts in VOLTS[:5, :3]:
+        seen = [each.step(volts)[0] for each in (robot, model)]
+        np.testing.assert_allclose(*seen, atol=0.02)
+        assert env.applied == pytest.approx(model.unwrapped.applied, abs=0.02)
+        assert robot.stance == model.stance
 
 
 def test_a_recording_of_a_held_robot_says_so_and_holds_it(env, spawn, tmp_path):

@@ -49,9 +49,10 @@ def test_networks_start_as_in_the_thesis():
     agent = Agent(3, 1, THESIS, seed=0)
     first, second = (layer[0] for layer in agent.actor.hidden)
     assert first.weight.shape == (400, 3) and second.weight.shape == (300, 400)
-    assert agent.critic.hidden[1][0].weight.shape == (300, 401)
+    (critic,) = agent.critic.members
+    assert critic.hidden[1][0].weight.shape == (300, 401)
     for layer, bound in ((first, 3**-0.5), (second, 400**-0.5), (agent.actor.output, 3e-3),
-                         (agent.critic.hidden[1][0], 401**-0.5), (agent.critic.output, 3e-3)):
+                         (critic.hidden[1][0], 401**-0.5), (critic.output, 3e-3)):
         largest = float(layer.weight.detach().abs().max())
         assert 0.9 * bound < largest <= bound
         assert not layer.bias.any()
@@ -78,7 +79,7 @@ def test_bootstraps_unless_terminated():
     agent = Agent(1, 1, replace(THESIS, hidden=(8, 8), tau=0.0, critic_l2=0.0, critic_rate=0.01),
                   seed=0)
     with torch.no_grad():
-        agent.target_critic.output.bias.fill_(10.0)
+        agent.target_critic.members[0].output.bias.fill_(10.0)
     seen = np.zeros((64, 1), np.float32)
     for terminated, value in ((1.0, 1.0), (0.0, 1.0 + 0.99 * 10.0)):
         batch = Batch(seen, seen, np.ones(64, np.float32), seen,

@@ -22,6 +22,7 @@ from leo_learner.checkpoint import newest, start_from
 from leo_learner.collect import collect, play
 from leo_learner.ddpg import Config, Training
 from leo_learner.env import ModelEnv
+from leo_learner.fused import FusedAgent
 from leo_learner.learning import learn, POLICY
 from leo_learner.policy import Policy
 from leo_sim.model import Model
@@ -132,7 +133,8 @@ class Algorithm5:
         config = self._config
         if update and settings.thesis:
             config = replace(config, noise_sigma=UPDATE_SIGMA)
-        training = Training(ModelEnv(self._model, self._difference()), config, self._seed())
+        env = ModelEnv(self._model.changed(scheme='training'), self._difference())
+        training = Training(env, config, self._seed(), FusedAgent)
         if update:
             self._start_from_before(training)
         steps = settings.update_steps if update else settings.first_steps

@@ -11,28 +11,24 @@ import shutil
 
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
-import torch
-from torch import Tensor
 
-from leo_learner.ddpg import Agent, Training
+from leo_learner.ddpg import OBSERVATION_SCALE, part, Training
+from leo_learner.training_loop import TrainingLoop
 from leo_msgs_py.errors import UserError
 
-MODULES = ('actor', 'critic', 'target_actor', 'target_critic')
-OPTIMISERS = ('actor_adam', 'critic_adam')
-SCALES = ('observation_scale', 'reward_scale')
+TENSORS, REPLAY = 'agent.safetensors', 'replay.npz'
 PREFIX = 'checkpoint-'
 
 
-def save_checkpoint(folder: Path, training: Training) -> Path:
+def save_checkpoint(folder: Path, training: TrainingLoop) -> Path:
     """Write `checkpoint-STEPS` into `folder`, whole or not at all, and drop older ones."""
     final = folder / f'{PREFIX}{training.steps:09d}'
     temporary = folder / f'.{final.name}.tmp'
     shutil.rmtree(temporary, ignore_errors=True)
     temporary.mkdir(parents=True)
-    tensors = agent_tensors(training.agent)
-    tensors |= {f'best_actor/{name}': t for name, t in training.best_actor.items()}
-    save_file(tensors, temporary / 'agent.safetensors')
-    training.replay.save(temporary / 'replay.npz')
+    save_file(training.tensors(), temporary / TENSORS)
+    if training.replay is not None:
+        training.replay.save(temporary / REPLAY)
     (temporary / 'run.json').write_text(json.dumps(_counters(training), indent=1))
     shutil.rmtree(final, ignore_errors=True)
     temporary.rename(final)
@@ -42,7 +38,7 @@ def save_checkpoint(folder: Path, training: Training) -> Path:
     return final
 
 
-def load_checkpoint(folder: Path, training: Training) -> None:
+def load_checkpoint(folder: Path, training: TrainingLoop) -> None:
     """Put a training run of the same robot, configuration and seed where it was.
 
     Raises:
@@ -52,10 +48,9 @@ def load_checkpoint(folder: Path, training: Training) -> None:
     try:
         counters = json.loads((path / 'run.json').read_text())
         _check(path, counters, training)
-        tensors = load_file(path / 'agent.safetensors')
-        _load_agent(training.agent, tensors)
-        training.best_actor = _part(tensors, 'best_actor/')
-        training.replay.load(path / 'replay.npz')
+        training.load_tensors(load_file(path / TENSORS))
+        if training.replay is not None:
+            training.replay.load(path / REPLAY)
     except (OSError, SafetensorError, KeyError, ValueError, RuntimeError) as error:
         raise UserError(
             f'{path} cannot be read ({_one_line(error)}); remove it to start anew'
@@ -73,9 +68,11 @@ def start_from(folder: Path, training: Training) -> None:
     """
     path = newest(folder)
     try:
-        tensors = load_file(path / 'agent.safetensors')
-        _load_agent(training.agent, tensors)
-        training.agent.actor.load_state_dict(_part(tensors, 'best_actor/'))
+        tensors = load_file(path / TENSORS)
+        training.agent.load(tensors)
+        best = part(tensors, 'best_actor/')
+        best.pop(OBSERVATION_SCALE, None)
+        training.agent.actor.load_state_dict(best)
     except (OSError, SafetensorError, KeyError, ValueError, RuntimeError) as error:
         raise UserError(f'{path}: no networks for this run ({_one_line(error)})') from error
 
@@ -92,50 +89,11 @@ def newest(folder: Path) -> Path:
     return found[-1]
 
 
-def agent_tensors(agent: Agent) -> dict[str, Tensor]:
-    """Every number learning has changed, by name."""
-    tensors = {name: getattr(agent, name) for name in SCALES}
-    for module in MODULES:
-        state = getattr(agent, module).state_dict()
-        tensors |= {f'{module}/{name}': t for name, t in state.items()}
-    for optimiser in OPTIMISERS:
-        for number, state in getattr(agent, optimiser).state_dict()['state'].items():
-            tensors |= {f'{optimiser}/{number}/{key}': t for key, t in state.items()}
-    return {name: t.contiguous() for name, t in tensors.items()}
-
-
-def _load_agent(agent: Agent, tensors: dict[str, Tensor]) -> None:
-    """The reverse of `agent_tensors`, for an agent of the same configuration."""
-    for name in SCALES:
-        setattr(agent, name, tensors[name].clone())
-    for module in MODULES:
-        names = getattr(agent, module).state_dict()
-        getattr(agent, module).load_state_dict({n: tensors[f'{module}/{n}'] for n in names})
-    for optimiser in OPTIMISERS:
-        _load_optimiser(getattr(agent, optimiser), optimiser, tensors)
-
-
-def _load_optimiser(
-    optimiser: torch.optim.Optimizer, name: str, tensors: dict[str, Tensor]
-) -> None:
-    state: dict[int, dict[str, Tensor]] = {}
-    for path, tensor in tensors.items():
-        if path.startswith(f'{name}/'):
-            _, number, key = path.split('/')
-            state.setdefault(int(number), {})[key] = tensor
-    groups = optimiser.state_dict()['param_groups']
-    optimiser.load_state_dict({'state': state, 'param_groups': groups})
-
-
-def _part(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
-    return {n.removeprefix(prefix): t for n, t in tensors.items() if n.startswith(prefix)}
-
-
 def _one_line(error: Exception) -> str:
     return str(error).splitlines()[0]
 
 
-def _counters(training: Training) -> dict[str, object]:
+def _counters(training: TrainingLoop) -> dict[str, object]:
     best = training.best_return
     return {
         'steps': training.steps,
@@ -146,7 +104,7 @@ def _counters(training: Training) -> dict[str, object]:
     }
 
 
-def _check(path: Path, counters: dict[str, object], training: Training) -> None:
+def _check(path: Path, counters: dict[str, object], training: TrainingLoop) -> None:
     own = json.loads(json.dumps(asdict(training.config)))
     for name, here in (('seed', training.seed), ('config', own)):
         if counters[name] != here:

@@ -17,10 +17,17 @@ COLLECT_THETA, COLLECT_SIGMA = 0.15, 0.1
 """Noise while gathering transitions on the robot (data sheet section 10)."""
 
 
-def play(env: gymnasium.Env, act: Act, episodes: int, seed: int = 0) -> np.ndarray:
+def play(
+    env: gymnasium.Env,
+    act: Act,
+    episodes: int,
+    seed: int = 0,
+    on_episode: Callable[[], None] = lambda: None,
+) -> np.ndarray:
     """Returns of `episodes` episodes without noise: the nominal start, then random ones.
 
-    An episode that was lost to a restart of the robot is played again.
+    An episode that was lost to a restart of the robot is played again; `on_episode` is called
+    after each that counts.
     """
     returns: list[float] = []
     while len(returns) < episodes:
@@ -29,6 +36,7 @@ def play(env: gymnasium.Env, act: Act, episodes: int, seed: int = 0) -> np.ndarr
         total, lost = _episode(env, act, lambda u: u, seed + number, pose)
         if not lost:
             returns.append(total)
+            on_episode()
     return np.array(returns)
 
 

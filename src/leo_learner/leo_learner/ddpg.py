@@ -2,39 +2,37 @@
 """Deep deterministic policy gradient as in Rastogi's thesis (2017), chapters 2, 5 and 7.
 
 One file, read from top to bottom: the settings, the networks, the exploration noise, the agent
-(act, learn), the training loop. `THESIS` is the reference, number by number from sections 9 and
-10 of the data sheet; every option that differs from it is off there and on in `RECOMMENDED`
-only where the measurements in the README say that it pays.
-
-Every episode draws its noise, its start and its batches from generators seeded with (seed,
-episode), so a run that was stopped between two episodes goes on exactly as if it had not been.
+(act, learn), what it does in the training loop. `THESIS` is the reference, number by number from
+sections 9 and 10 of the data sheet; every option that differs from it is off there and on in
+`RECOMMENDED` only where the measurements in the README say that it pays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 import copy
 from dataclasses import dataclass, replace
 from itertools import pairwise
-import time
 from typing import Any
 
 import gymnasium
-from gymnasium.spaces import Box
 import numpy as np
 import torch
 from torch import nn, Tensor
 from torch.nn.functional import mse_loss
 
 from leo_learner.replay import Batch, Replay
+from leo_learner.training_loop import LoopConfig, TrainingLoop, Transition
 
-OnScalar = Callable[[str, float, int], None]
-"""Receives (name, value, step): TensorBoard's `add_scalar`, a progress bar, a test."""
+OBSERVATION_SCALE = 'observation_scale'
+SCALES = (OBSERVATION_SCALE, 'reward_scale')
+MODULES = ('actor', 'critic', 'target_actor', 'target_critic')
+OPTIMISERS = ('actor_adam', 'critic_adam')
 
 
 @dataclass(frozen=True)
-class Config:
+class Config(LoopConfig):
     """All numbers of a training run; the defaults are the thesis' (data sheet 9, 10, 12)."""
 
     hidden: tuple[int, ...] = (400, 300)
@@ -55,20 +53,16 @@ class Config:
     """Transitions held."""
     warm_up: int = 1000
     """Transitions gathered before the first update (20 000 for LEO)."""
-    episode_steps: int | None = None
-    """Cut training episodes after this many steps, for more starts; a cut bootstraps."""
     noise_theta: float = 0.15
     """Ornstein-Uhlenbeck pull towards zero per step."""
     noise_sigma: float = 0.2
     """Ornstein-Uhlenbeck step, in the action's [-1, 1]."""
-    test_interval: int = 10
-    """Training episodes between two tests."""
-    test_starts: int = 1
-    """Starts per test: the nominal one, then fixed random ones. The thesis tests one."""
     scale: bool = False
     """Divide observations and rewards by their spread over the warm-up."""
     layer_norm: bool = False
     """Layer norm before each hidden ReLU."""
+    twin_critics: bool = False
+    """Two critics; the target takes the lower value (Fujimoto et al. 2018)."""
 
 
 THESIS = Config()
@@ -86,7 +80,6 @@ RECOMMENDED = replace(
     scale=True,
     layer_norm=True,
 )
-CONFIGS = {'thesis': THESIS, 'recommended': RECOMMENDED}
 
 
 def hidden_layers(sizes: list[int], extra_at_last: int, layer_norm: bool) -> nn.ModuleList:
@@ -141,6 +134,19 @@ class Critic(nn.Module):
         return self.output(last).squeeze(1)
 
 
+class Critics(nn.Module):
+    """One critic, or two that start apart: (B, n_obs), (B, n_act) -> (C, B)."""
+
+    def __init__(self, n_obs: int, n_act: int, config: Config) -> None:
+        super().__init__()
+        count = 2 if config.twin_critics else 1
+        self.members = nn.ModuleList(Critic(n_obs, n_act, config) for _ in range(count))
+
+    def forward(self, observation: Tensor, action: Tensor) -> Tensor:
+        """Values of a batch by every critic."""
+        return torch.stack([critic(observation, action) for critic in self.members])
+
+
 class OrnsteinUhlenbeck:
     """Exploration noise n <- n - theta n + sigma N(0, 1) per step, zero at the episode's start."""
 
@@ -183,7 +189,7 @@ class Agent:
         with torch.random.fork_rng():
             torch.manual_seed(seed)
             self.actor = Actor(n_obs, n_act, config)
-            self.critic = Critic(n_obs, n_act, config)
+            self.critic = Critics(n_obs, n_act, config)
         self.target_actor = copy.deepcopy(self.actor).requires_grad_(False)
         self.target_critic = copy.deepcopy(self.critic).requires_grad_(False)
         self.actor_adam = adam(self.actor, config.actor_rate)
@@ -218,14 +224,34 @@ class Agent:
             self._follow(self.target_critic, self.critic)
         return losses
 
+    def tensors(self) -> dict[str, Tensor]:
+        """Every number learning has changed, by name."""
+        tensors = {name: getattr(self, name) for name in SCALES}
+        for module in MODULES:
+            state = getattr(self, module).state_dict()
+            tensors |= {f'{module}/{name}': t for name, t in state.items()}
+        for optimiser in OPTIMISERS:
+            for number, state in getattr(self, optimiser).state_dict()['state'].items():
+                tensors |= {f'{optimiser}/{number}/{key}': t for key, t in state.items()}
+        return {name: t.contiguous() for name, t in tensors.items()}
+
+    def load(self, tensors: Mapping[str, Tensor]) -> None:
+        """The reverse of `tensors`, for an agent of the same configuration."""
+        for name in SCALES:
+            setattr(self, name, tensors[name].clone())
+        for module in MODULES:
+            getattr(self, module).load_state_dict(part(tensors, f'{module}/'))
+        for optimiser in OPTIMISERS:
+            _load_optimiser(getattr(self, optimiser), part(tensors, f'{optimiser}/'))
+
     def _learn_critic(self, observations: Tensor, batch: Batch) -> dict[str, Tensor]:
         with torch.no_grad():
             following = batch.next_observations * self.observation_scale
-            value = self.target_critic(following, self.target_actor(following))
+            value = self.target_critic(following, self.target_actor(following)).amin(dim=0)
             bootstrap = self.config.gamma * (1 - batch.terminated) * value
             target = batch.rewards * self.reward_scale + bootstrap
         values = self.critic(observations, batch.actions)
-        loss = mse_loss(values, target)
+        loss = sum(mse_loss(value, target) for value in values)
         self.critic_adam.zero_grad()
         loss.backward()
         self.critic_adam.step()
@@ -233,7 +259,7 @@ class Agent:
 
     def _learn_actor(self, observations: Tensor) -> dict[str, Tensor]:
         self.critic.requires_grad_(False)
-        loss = -self.critic(observations, self.actor(observations)).mean()
+        loss = -self.critic.members[0](observations, self.actor(observations)).mean()
         self.actor_adam.zero_grad()
         loss.backward()
         self.actor_adam.step()
@@ -246,97 +272,78 @@ class Agent:
                 slow.lerp_(fast, self.config.tau)
 
 
-class Training:
-    """The loop: episodes on an environment, a test now and then, the best policy kept.
+def _load_optimiser(optimiser: torch.optim.Optimizer, tensors: Mapping[str, Tensor]) -> None:
+    state: dict[int, dict[str, Tensor]] = {}
+    for path, tensor in tensors.items():
+        number, key = path.split('/')
+        state.setdefault(int(number), {})[key] = tensor
+    groups = optimiser.state_dict()['param_groups']
+    optimiser.load_state_dict({'state': state, 'param_groups': groups})
+
+
+def part(tensors: Mapping[str, Tensor], prefix: str) -> dict[str, Tensor]:
+    """The tensors whose names begin with `prefix`, by what follows it."""
+    return {n.removeprefix(prefix): t for n, t in tensors.items() if n.startswith(prefix)}
+
+
+class Training(TrainingLoop):
+    """DDPG on an environment.
 
     Args:
-        env: observations as the policy sees them, actions in volts (or N m); `reset` takes
-            `options={'pose': 'nominal' | 'random'}`.
+        env: see `TrainingLoop`.
         config: `THESIS`, `RECOMMENDED` or a variation.
         seed: of the networks, the noise, the starts and the batches.
+        agent: `Agent`, or `fused.FusedAgent`, which computes the same sooner.
     """
 
-    def __init__(self, env: gymnasium.Env, config: Config, seed: int) -> None:
-        assert isinstance(env.observation_space, Box) and isinstance(env.action_space, Box)
-        n_obs, n_act = env.observation_space.shape[0], env.action_space.shape[0]
-        self.env, self.config, self.seed = env, config, seed
-        self.agent = Agent(n_obs, n_act, config, seed)
-        self.replay = Replay(config.replay, n_obs, n_act)
-        self.limit: np.ndarray = env.action_space.high
-        self.steps = self.episodes = 0
-        self.best_return = -np.inf
-        self.best_actor: Mapping[str, Tensor] = copy.deepcopy(self.agent.actor.state_dict())
-        self.stop = False
+    agent_name = 'ddpg'
+    config: Config
+    replay: Replay
+    _best: dict[str, Tensor]
 
-    def run(
-        self,
-        steps: int,
-        on_scalar: OnScalar = lambda name, value, step: None,
-        between: Callable[[], None] = lambda: None,
+    def __init__(
+        self, env: gymnasium.Env, config: Config, seed: int, agent: type[Agent] = Agent
     ) -> None:
-        """Whole episodes until `steps` transitions were gathered or `stop` is set.
+        super().__init__(env, config, seed)
+        n_obs, n_act = self.sizes
+        self.agent = agent(n_obs, n_act, config, seed)
+        self.replay = Replay(config.replay, n_obs, n_act)
+        self._keep()
 
-        `between` is called after every episode and its test: the moment to save.
-        """
-        while self.steps < steps and not self.stop:
-            self._train_episode(on_scalar)
-            if self.episodes % self.config.test_interval == 0:
-                self._keep_best(on_scalar)
-            between()
-        if not self.stop and self.episodes % self.config.test_interval:
-            self._keep_best(on_scalar)
+    def act(self, observation: np.ndarray) -> np.ndarray:
+        """The actor's action."""
+        return self.agent.act(observation)
 
-    def test(self, starts: int) -> np.ndarray:
-        """Returns (starts,) of the present policy without noise; nothing is learned or stored."""
-        return np.array([self._test_episode(start) for start in range(starts)])
+    def tensors(self) -> dict[str, Tensor]:
+        """Those of the agent and the best actor's."""
+        return self.agent.tensors() | {f'best_actor/{n}': t for n, t in self._best.items()}
 
-    def _train_episode(self, on_scalar: OnScalar) -> None:
-        rng = np.random.default_rng([self.seed, self.episodes])
-        config, began, first = self.config, time.perf_counter(), self.steps
-        noise = OrnsteinUhlenbeck(len(self.limit), config.noise_theta, config.noise_sigma, rng)
-        observation, _ = self.env.reset(
-            seed=int(rng.integers(2**31)), options={'pose': 'random'}
-        )
-        total, done = 0.0, False
-        losses: dict[str, Any] = {}
-        while not done:
-            action = np.clip(self.agent.act(observation) + noise(), -1, 1)
-            following, reward, terminated, truncated, info = self.env.step(action * self.limit)
-            if 'lost' in info:
-                break
-            self.replay.add(observation, action, float(reward), following, terminated)
-            total, self.steps = total + float(reward), self.steps + 1
-            cut = self.steps - first == config.episode_steps
-            observation, done = following, terminated or truncated or cut
-            losses |= self._learn(rng)
-        self.episodes += 1
-        speed = (self.steps - first) / (time.perf_counter() - began)
-        report = {'charts/episodic_return': total, 'charts/SPS': speed, **losses}
-        for name, value in report.items():
-            on_scalar(name, float(value), self.steps)
+    def load_tensors(self, tensors: Mapping[str, Tensor]) -> None:
+        """The reverse of `tensors`."""
+        self.agent.load(tensors)
+        scale = {OBSERVATION_SCALE: self.agent.observation_scale}
+        self._best = scale | part(tensors, 'best_actor/')
 
-    def _learn(self, rng: np.random.Generator) -> dict[str, Any]:
+    def best_policy(self) -> dict[str, Tensor]:
+        """The best actor and the scale of what it sees."""
+        return self._best
+
+    def _begin(self, rng: np.random.Generator) -> None:
+        config, self._rng = self.config, rng
+        size = len(self.limit)
+        self._noise = OrnsteinUhlenbeck(size, config.noise_theta, config.noise_sigma, rng)
+
+    def _explore(self, observation: np.ndarray) -> np.ndarray:
+        return np.clip(self.act(observation) + self._noise(), -1, 1)
+
+    def _learn(self, transition: Transition) -> dict[str, Any]:
+        self.replay.add(*transition)
         if len(self.replay) < max(self.config.warm_up, self.config.batch):
             return {}
         if self.config.scale and not self.agent.scaled:
             self.agent.fit_scale(self.replay.all())
-        return self.agent.learn(self.replay.sample(self.config.batch, rng))
+        return self.agent.learn(self.replay.sample(self.config.batch, self._rng))
 
-    def _keep_best(self, on_scalar: OnScalar) -> None:
-        result = float(self.test(self.config.test_starts).mean())
-        on_scalar('charts/test_return', result, self.steps)
-        if result > self.best_return:
-            self.best_return = result
-            self.best_actor = copy.deepcopy(self.agent.actor.state_dict())
-
-    def _test_episode(self, start: int) -> float:
-        pose = 'nominal' if start == 0 else 'random'
-        observation, _ = self.env.reset(seed=start, options={'pose': pose})
-        total, done = 0.0, False
-        while not done:
-            action = self.agent.act(observation) * self.limit
-            observation, reward, terminated, truncated, info = self.env.step(action)
-            if 'lost' in info:
-                return self._test_episode(start)
-            total, done = total + float(reward), terminated or truncated
-        return total
+    def _keep(self) -> None:
+        scale = self.agent.observation_scale.clone()
+        self._best = copy.deepcopy(self.agent.actor.state_dict()) | {OBSERVATION_SCALE: scale}

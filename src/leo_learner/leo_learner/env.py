@@ -22,7 +22,14 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
     """What every environment of a robot shares: spaces, length of an episode, reward.
 
     Observations are those of robot.yaml; actions are held inputs [V or N m] in actuator order.
+
+    Attributes:
+        sensed: the latest state as the sensors read it; set by `reset` and `step`.
+        applied: the inputs of the latest step after the limits [V or N m], (A,).
     """
+
+    sensed: State
+    applied: np.ndarray
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
@@ -31,14 +38,16 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float64)
         self.action_space = gymnasium.spaces.Box(-robot.limits, robot.limits, dtype=np.float64)
         self._task = Task(robot)
-        self._begin()
 
-    def _begin(self) -> None:
-        self._steps, self._memory = 0, Memory()
+    def _begin(self, start: State) -> np.ndarray:
+        """The observation at the start of an episode."""
+        self._steps, self._memory, self.sensed = 0, Memory(), start
+        return self._task.observation(start.q, start.dq)
 
     def _outcome(self, before: State, inputs: np.ndarray, after: State) -> Step:
         """Observation, reward and end of the step from one sensed state to the next."""
         self._steps += 1
+        self.sensed, self.applied = after, inputs
         reward, self._memory = self._task.reward(self._memory, before, inputs, after)
         return (
             self._task.observation(after.q, after.dq),
@@ -71,8 +80,7 @@ class ModelEnv(RobotSpaces):
         super().reset(seed=seed)
         pose = (options or {}).get('pose', 'random')
         self.state = self.model.start(pose, self.np_random)
-        self._begin()
-        return self._task.observation(*self.model.sense(self.state)), {}
+        return self._begin(self._sensed(self.state)), {}
 
     def step(self, action: np.ndarray) -> Step:
         """Hold `action` [V or N m] for one control period."""
@@ -105,3 +113,8 @@ def model_env(model: Model) -> ModelEnv:
     if difference.robot != model.robot.name:
         raise UserError(f'{path} is of robot {difference.robot!r}, not {model.robot.name!r}')
     return ModelEnv(model, difference)
+
+
+def training_env(model: Model) -> ModelEnv:
+    """As `model_env`, integrated as robot.yaml says for training: faster, less exact."""
+    return model_env(model.changed(scheme='training'))

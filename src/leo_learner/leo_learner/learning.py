@@ -17,8 +17,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from torch.utils.tensorboard import SummaryWriter
 
 from leo_learner.checkpoint import load_checkpoint, PREFIX, save_checkpoint
-from leo_learner.ddpg import OnScalar, Training
 from leo_learner.policy import save_policy
+from leo_learner.training_loop import OnScalar, TrainingLoop
 from leo_sim.robot import Robot
 
 SAVE_PERIOD = 30.0
@@ -48,7 +48,7 @@ class Outcome:
 
 
 def learn(
-    training: Training,
+    training: TrainingLoop,
     robot: Robot,
     steps: int,
     folder: Path,
@@ -98,7 +98,7 @@ def _both(first: OnScalar, second: OnScalar) -> OnScalar:
 class _Saver:
     """Saves a checkpoint now and then, and stops the run once `alive` says no."""
 
-    def __init__(self, training: Training, folder: Path, alive: Callable[[], bool]) -> None:
+    def __init__(self, training: TrainingLoop, folder: Path, alive: Callable[[], bool]) -> None:
         self._training, self._folder, self._alive = training, folder, alive
         self._saved = time.monotonic()
 
@@ -110,7 +110,7 @@ class _Saver:
 
 
 @contextmanager
-def _progress(training: Training, steps: int, title: str, quiet: bool) -> Iterator[OnScalar]:
+def _progress(training: TrainingLoop, steps: int, title: str, quiet: bool) -> Iterator[OnScalar]:
     columns = (
         TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
         TextColumn('steps, left'), TimeRemainingColumn(), TextColumn('{task.fields[test]}'),
@@ -127,7 +127,7 @@ def _progress(training: Training, steps: int, title: str, quiet: bool) -> Iterat
 
 
 @contextmanager
-def _stopped_by_signal(training: Training) -> Iterator[list[int]]:
+def _stopped_by_signal(training: TrainingLoop) -> Iterator[list[int]]:
     """While inside, SIGINT and SIGTERM end the run after the present episode; those that came."""
     came: list[int] = []
     if threading.current_thread() is not threading.main_thread():

@@ -1,42 +1,49 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A policy file: the actor's weights and everything needed to run it on its robot."""
+"""A policy file: what was learned and everything needed to run it on its robot."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 import json
 from pathlib import Path
+from typing import Any
 
+import gymnasium
 import numpy as np
 from safetensors import safe_open, SafetensorError
 from safetensors.torch import save_file
 import torch
 from torch import Tensor
 
-from leo_learner.ddpg import Actor, Config, Training
+from leo_learner import ddpg, sarsa, sym
+from leo_learner.env import RobotSpaces
+from leo_learner.training_loop import TrainingLoop
 from leo_msgs_py.errors import UserError
 from leo_sim.robot import Robot
 
-SCALE = 'observation_scale'
+Act = Callable[[np.ndarray], np.ndarray]
+"""Observation (..., n_obs) -> action (..., A) in [-1, 1]."""
 
 
 @dataclass(frozen=True)
 class Policy:
-    """Observation -> input of the actuators.
+    """Observation -> input of the actuators, or of those that Sym drives.
 
     Attributes:
+        act: what was learned.
         robot: name of the robot it was trained for.
+        actions: `full` or `sym`, what it sees and drives.
         observation: what each observation number is, as `cos(pivot)`.
         unit: of the result, `V` or `N m`.
         limit: largest input per actuator [unit], (A,).
-        metadata: as in the file: also `config`, `steps`, `test_return`, `version`.
+        metadata: as in the file: also `agent`, `config`, `steps`, `test_return`, `version`.
     """
 
-    actor: Actor
-    scale: Tensor
+    act: Act
     robot: str
+    actions: str
     observation: tuple[str, ...]
     unit: str
     limit: np.ndarray
@@ -65,63 +72,102 @@ class Policy:
 
     @classmethod
     def _build(cls, metadata: Mapping[str, str], tensors: dict[str, Tensor]) -> Policy:
-        config = config_from_json(metadata['config'])
         limit = np.array(json.loads(metadata['limit']), float)
         observation = tuple(json.loads(metadata['observation']))
-        scale = tensors.pop(SCALE)
-        actor = Actor(len(observation), len(limit), config)
-        actor.load_state_dict(tensors)
-        torch.set_num_threads(1)
+        act = AGENTS[metadata.get('agent', 'ddpg')](metadata, len(observation), limit, tensors)
         return cls(
-            actor.eval(), scale, metadata['robot'], observation, metadata['unit'], limit, metadata
-        )
+            act, metadata['robot'], metadata.get('actions', 'full'), observation,
+            metadata['unit'], limit, metadata,
+        )  # fmt: skip
 
     def __call__(self, observation: np.ndarray) -> np.ndarray:
         """Inputs (..., A) in volts (N m) for unscaled observations (..., n_obs)."""
-        with torch.no_grad():
-            scaled = torch.as_tensor(observation, dtype=torch.float32) * self.scale
-            return self.actor(scaled).double().numpy() * self.limit
+        return self.act(observation) * self.limit
+
+    def on(self, env: RobotSpaces) -> gymnasium.Env:
+        """The environment of its robot as this policy sees and drives it."""
+        return sym.driven(env, self.actions)
 
     def check(self, robot: Robot) -> None:
         """Raise UserError unless the policy fits `robot`."""
-        if (self.robot, self.observation) != (robot.name, observation_names(robot)):
+        if self.robot != robot.name:
             raise UserError(
-                f'the policy is of robot {self.robot!r} and observes '
-                f'{", ".join(self.observation)}; {robot.name!r} observes '
-                f'{", ".join(observation_names(robot))}. Give a policy trained for it'
+                f'the policy is of robot {self.robot!r}, this is {robot.name!r}; '
+                'give a policy trained for it'
+            )
+        own = observation_names(robot, self.actions)
+        if self.observation != own:
+            raise UserError(
+                f'the policy observes {", ".join(self.observation)}; {robot.name!r} observes '
+                f'{", ".join(own)}. Give a policy trained for it'
             )
 
 
-def observation_names(robot: Robot) -> tuple[str, ...]:
-    """What each number of a robot's observation is."""
+def observation_names(robot: Robot, actions: str = 'full') -> tuple[str, ...]:
+    """What each number of an observation is; Sym's are the same for all robots."""
+    if actions == 'sym':
+        return sym.OBSERVED
     if robot.observation:
         return tuple(f'{seen.quantity}({seen.joint})' for seen in robot.observation)
     return tuple(f'{kind}({name})' for kind in ('angle', 'rate') for name in robot.joint_names)
 
 
-def save_policy(path: Path, training: Training, robot: Robot) -> None:
+def save_policy(path: Path, training: TrainingLoop, robot: Robot) -> None:
     """Write the best policy by test of a training run."""
+    actions = sym.actions_of(training.env)
     metadata = {
         'kind': 'policy',
         'version': version('leo_learner'),
         'robot': robot.name,
-        'observation': json.dumps(observation_names(robot)),
+        'agent': training.agent_name,
+        'actions': actions,
+        'observation': json.dumps(observation_names(robot, actions)),
         'unit': 'V' if robot.input == 'voltage' else 'N m',
         'limit': json.dumps(training.limit.tolist()),
         'config': json.dumps(asdict(training.config)),
+        'seed': str(training.seed),
         'steps': str(training.steps),
         'test_return': repr(training.best_return),
     }
-    tensors = {**training.best_actor, SCALE: training.agent.observation_scale}
     temporary = path.with_name(path.name + '.tmp')
-    save_file(tensors, temporary, metadata)
+    save_file(training.best_policy(), temporary, metadata)
     temporary.replace(path)
 
 
-def config_from_json(text: str) -> Config:
-    """A configuration as `json.dumps(asdict(config))` wrote it."""
-    values = json.loads(text)
-    return Config(**values | {'hidden': tuple(values['hidden'])})
+def _actor(
+    metadata: Mapping[str, str], n_obs: int, limit: np.ndarray, tensors: dict[str, Tensor]
+) -> Act:
+    scale = tensors.pop(ddpg.OBSERVATION_SCALE)
+    actor = ddpg.Actor(n_obs, len(limit), ddpg.Config(**_config(metadata, 'hidden')))
+    actor.load_state_dict(tensors)
+    actor.eval()
+    torch.set_num_threads(1)
+
+    def act(observation: np.ndarray) -> np.ndarray:
+        with torch.no_grad():
+            scaled = torch.as_tensor(observation, dtype=torch.float32) * scale
+            return actor(scaled).double().numpy()
+
+    return act
+
+
+def _tiles(
+    metadata: Mapping[str, str], n_obs: int, limit: np.ndarray, tensors: dict[str, Tensor]
+) -> Act:
+    config = sarsa.Config(**_config(metadata, 'widths'))
+    agent = sarsa.Agent(n_obs, limit, config, int(metadata['seed']))
+    agent.load(tensors)
+    return agent.act
+
+
+AGENTS = {'ddpg': _actor, 'sarsa': _tiles}
+"""How to act as a policy file says, by its agent."""
+
+
+def _config(metadata: Mapping[str, str], sequence: str) -> dict[str, Any]:
+    """A configuration as `save_policy` wrote it; JSON has no tuples."""
+    values = json.loads(metadata['config'])
+    return values | {sequence: tuple(values[sequence])}
 
 
 def _one_line(error: Exception) -> str:

@@ -64,9 +64,8 @@ class RobotEnv(RobotSpaces):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Ask the robot to its start pose and wait for its first state there."""
         super().reset(seed=seed)
-        self._begin()
         self._state = self._at_start()
-        return self._task.observation(self._state.position, self._state.velocity), {}
+        return self._begin(_state(self._state)), {}
 
     def step(self, action: np.ndarray) -> Step:
         """Command `action` [V or N m] and wait for the state one control period later."""

@@ -25,8 +25,10 @@ from leo_diffmodel.difference.layout import layout_of
 from leo_diffmodel.difference.network import CONFIGS as NETWORKS
 from leo_learner.checkpoint import start_from
 from leo_learner.collect import collect, play
-from leo_learner.ddpg import CONFIGS, Training
+from leo_learner.configs import configuration
+from leo_learner.ddpg import Training
 from leo_learner.env import ModelEnv, Step
+from leo_learner.fused import FusedAgent
 from leo_learner.learning import learn
 from leo_learner.policy import Policy
 from leo_msgs_py.errors import UserError
@@ -159,7 +161,8 @@ class _Trainer:
         self.folder = folder / f'{case.config}-{case.steps}' / f'seed-{case.seed}'
 
     def on(self, name: str, env: ModelEnv, steps: int, start: str | None = None) -> Policy:
-        training = Training(env, CONFIGS[self._case.config], self._case.seed)
+        config = configuration(self._case.config, env.robot)
+        training = Training(env, config, self._case.seed, FusedAgent)
         if start is not None:
             start_from(self.folder / start, training)
         folder = self.folder / name

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from leo_learner.algorithm5 import Algorithm5, Settings
-from leo_learner.ddpg import CONFIGS
+from leo_learner.configs import configuration
 from leo_learner.nodes.difference_client import DifferenceClient
 from leo_learner.nodes.status import Status
 from leo_learner.robot_env import RobotEnv, Stopped
@@ -42,8 +42,7 @@ def main(argv: list[str]) -> int:
     model = load_model(api.fixed_parameter(node, 'model', 'pendulum'))
     folder = Path(api.fixed_parameter(node, 'folder', 'runs/learner'))
     name = api.fixed_parameter(node, 'config', 'recommended')
-    if name not in CONFIGS:
-        raise UserError(f'no configuration {name!r}; give {" or ".join(CONFIGS)}')
+    config = configuration(name, model.robot)
     status = Status(node)
     log = status.say
 
@@ -52,7 +51,7 @@ def main(argv: list[str]) -> int:
         return api.ok()
 
     algorithm = Algorithm5(
-        folder, model, CONFIGS[name],
+        folder, model, config,
         Settings(**asdict(settings) | {'thesis': name == 'thesis'}),
         RobotEnv(node, model.robot), DifferenceClient(node, model.robot.name), alive, log,
     )

@@ -17,12 +17,16 @@ EXAMPLES = """\
   leo learn --robot pendulum -o runs/ideal
   leo learn --model repaired/model.yaml --start runs/ideal --steps 5000 -o runs/repaired
   leo learn --robot pendulum --config thesis --steps 50000 -o runs/thesis
+  leo learn --robot leo_ode --actions sym --steps 300000 -o runs/sym
+  leo learn --robot leo_ode --agent sarsa -o runs/sarsa
   leo learn --robot pendulum --on-robot -o runs/real     (needs: leo run leo_sim robot ...)
   leo learn --resume runs/ideal --steps 20000
   tensorboard --logdir runs"""
 RUN = 'run.json'
-STEPS = {'recommended': 10_000, 'thesis': 50_000}
-"""Transitions where --steps does not say."""
+AGENTS = {'ddpg': ('recommended', 'thesis'), 'sarsa': ('thesis',)}
+"""Configurations of each agent; the first is the default."""
+ACTIONS = {'ddpg': ('full', 'sym'), 'sarsa': ('sym',)}
+"""What an agent can drive; the first is the default."""
 INTERRUPTED = 130
 
 
@@ -36,6 +40,8 @@ class Run:
     steps: int
     on_robot: bool
     start: str | None = None
+    agent: str = 'ddpg'
+    actions: str = 'full'
 
 
 def main(argv: list[str]) -> int:
@@ -54,12 +60,19 @@ def main(argv: list[str]) -> int:
 
 
 def _parser() -> Parser:
-    parser = Parser('leo learn', 'Train a policy with DDPG.', EXAMPLES)
+    parser = Parser('leo learn', 'Train a policy with DDPG, or with SARSA(lambda).', EXAMPLES)
     parser.add_argument('--robot', metavar='R', help='robot whose ideal model is trained on')
     parser.add_argument('--model', metavar='MODEL', help='model file, robot or robot folder')
     parser.add_argument(
-        '--config', choices=list(STEPS), default='recommended',
-        help='recommended, or thesis: the reference',
+        '--agent', choices=list(AGENTS), default='ddpg',
+        help='ddpg, or sarsa: the baseline of the thesis, tile coding on Sym',
+    )
+    parser.add_argument(
+        '--actions', choices=ACTIONS['ddpg'],
+        help='full: every actuator; sym: three of a LEO robot, named by the leg that carries',
+    )
+    parser.add_argument(
+        '--config', choices=AGENTS['ddpg'], help='recommended, or thesis: the reference'
     )
     parser.add_argument('--steps', type=int, metavar='N', help='transitions to gather')
     parser.add_argument('--seed', type=int, default=0, metavar='S')
@@ -84,12 +97,30 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
             f'{options.output} holds a run already; go on with leo learn --resume '
             f'{options.output}, or give another folder'
         )
-    steps = STEPS[options.config] if options.steps is None else options.steps
+    config = options.config or AGENTS[options.agent][0]
+    actions = options.actions or ACTIONS[options.agent][0]
+    if config not in AGENTS[options.agent] or actions not in ACTIONS[options.agent]:
+        raise UserError('leo learn: --agent sarsa takes --config thesis and --actions sym only')
+    if options.agent == 'sarsa' and options.start:
+        raise UserError('leo learn: --start takes networks, which --agent sarsa has not')
+    model = options.model or options.robot or ('pendulum' if actions == 'full' else 'leo_ode')
+    steps = options.steps
+    if steps is None:
+        steps = _steps(options.agent, config, model)
     if steps < 1 or options.seed < 0:
         raise UserError('leo learn: --steps must be 1 or more and --seed 0 or more')
-    model = options.model or options.robot or 'pendulum'
-    run = Run(model, options.config, options.seed, steps, options.on_robot, options.start)
+    run = Run(
+        model, config, options.seed, steps, options.on_robot, options.start, options.agent, actions
+    )
     return run, options.output
+
+
+def _steps(agent: str, config: str, model: str) -> int:
+    """Transitions where --steps does not say."""
+    from leo_learner.configs import default_steps, SARSA_STEPS
+    from leo_sim.model_file import load_model
+
+    return SARSA_STEPS if agent == 'sarsa' else default_steps(config, load_model(model).robot)
 
 
 def _resumed(folder: Path, steps: int | None) -> Run:
@@ -101,10 +132,14 @@ def _resumed(folder: Path, steps: int | None) -> Run:
 
 
 def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
+    from leo_learner import ddpg, sarsa
     from leo_learner.checkpoint import start_from
-    from leo_learner.ddpg import CONFIGS, Training
-    from leo_learner.env import model_env
+    from leo_learner.configs import configuration
+    from leo_learner.env import training_env
+    from leo_learner.fused import FusedAgent
     from leo_learner.learning import learn
+    from leo_learner.sym import driven
+    from leo_learner.training_loop import TrainingLoop
     from leo_msgs_py.node import api
     from leo_sim.model_file import load_model
 
@@ -118,10 +153,16 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
         env: Any = RobotEnv(api.create_node('learn', ros_args), model.robot)
         alive = api.ok
     else:
-        env = model_env(model)
-    training = Training(env, CONFIGS[run.config], run.seed)
-    if run.start is not None:
-        start_from(Path(run.start), training)
+        env = training_env(model)
+    env = driven(env, run.actions)
+    training: TrainingLoop
+    if run.agent == 'sarsa':
+        training = sarsa.Training(env, sarsa.CONFIGS[run.config], run.seed)
+    else:
+        config = configuration(run.config, model.robot)
+        training = ddpg.Training(env, config, run.seed, FusedAgent)
+        if run.start is not None:
+            start_from(Path(run.start), training)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / RUN).write_text(json.dumps(asdict(run), indent=1))
     try:

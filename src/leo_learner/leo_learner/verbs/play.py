@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import asdict
 import json
 from pathlib import Path
 from typing import Any
@@ -21,7 +23,7 @@ EXAMPLES = """\
 
 
 def main(argv: list[str]) -> int:
-    """Play episodes without noise, print each return and their mean; or play a run file."""
+    """Play episodes without noise, print returns and how far it walked; or play a run file."""
     parser = Parser('leo play', 'Run a policy, or a run file, on the robot or on a model.',
                     EXAMPLES)  # fmt: skip
     parser.add_argument('policy', type=Path, metavar='POLICY',
@@ -51,6 +53,7 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     from leo_learner.collect import collect, play
     from leo_learner.env import model_env
     from leo_learner.policy import Policy
+    from leo_learner.walk import Recorded, Walk, walks
     from leo_msgs_py.node import api
     from leo_sim.model_file import load_model
 
@@ -63,16 +66,30 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
         from leo_learner.robot_env import RobotEnv
 
         env = RobotEnv(api.create_node('play', ros_args), model.robot)
+    recorded = Recorded(policy.on(env))
     told = {'policy': str(options.policy), 'on': options.model or 'the robot'}
     try:
         if options.collect:
-            collect(env, policy, options.collect, options.seed)
+            collect(recorded, policy, options.collect, options.seed)
             return told | {'collected': options.collect}
-        returns = play(env, policy, options.episodes, options.seed)
+        figures: list[Walk] = []
+        note = (lambda: figures.append(recorded.walk())) if walks(model.robot) else lambda: None
+        returns = play(recorded, policy, options.episodes, options.seed, note)
     finally:
         if not options.model:
             api.shutdown()
-    return told | {'returns': returns.tolist(), 'mean': float(returns.mean())}
+    told |= {'returns': returns.tolist(), 'mean': float(returns.mean())}
+    return told | ({'walks': [asdict(walk) for walk in figures]} if figures else {})
+
+
+def walk_text(walk: Mapping[str, Any]) -> str:
+    """The figures of `leo_learner.walk.Walk` in words."""
+    cost = walk['energy_per_metre']
+    return (
+        f'{walk["distance"]:.2f} m in {walk["footsteps"]} footsteps, {walk["energy"]:.0f} J'
+        f'{"" if cost is None else f" ({cost:.1f} J/m)"}, '
+        f'{"fell after" if walk["fell"] else "upright for"} {walk["seconds"]:.2f} s'
+    )
 
 
 def _text(result: dict[str, Any]) -> str:
@@ -80,4 +97,6 @@ def _text(result: dict[str, Any]) -> str:
         return f'{result["collected"]} transitions driven on {result["on"]}'
     each = ', '.join(f'{value:.1f}' for value in result['returns'])
     mean = f'mean of {len(result["returns"])}: {result["mean"]:.1f}'
-    return f'return on {result["on"]}: {each}\n{mean}'
+    return '\n'.join(
+        [f'return on {result["on"]}: {each}', mean, *(map(walk_text, result.get('walks', ())))]
+    )

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which configuration of DDPG a robot is trained with: the thesis', or the one measured best."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from leo_learner.ddpg import Config, RECOMMENDED, THESIS
+from leo_msgs_py.errors import UserError
+from leo_sim.robot import Robot
+
+NAMES = ('recommended', 'thesis')
+SARSA_STEPS = 1_000_000
+THESIS_WALKING = replace(THESIS, critic_l2=0.001, warm_up=20_000, replay=300_000)
+"""LEO (data sheet section 10)."""
+RECOMMENDED_WALKING = replace(
+    THESIS_WALKING,
+    hidden=(256, 256),
+    actor_rate=3e-4,
+    critic_l2=0.0,
+    tau=0.005,
+    warm_up=10_000,
+    scale=True,
+    layer_norm=True,
+)
+
+
+def configuration(name: str, robot: Robot) -> Config:
+    """The configuration `thesis` or `recommended` for a robot; walkers have feet.
+
+    Raises:
+        UserError: no such configuration.
+    """
+    if name not in NAMES:
+        raise UserError(f'no configuration {name!r}; give {" or ".join(NAMES)}')
+    if robot.feet:
+        return {'thesis': THESIS_WALKING, 'recommended': RECOMMENDED_WALKING}[name]
+    return {'thesis': THESIS, 'recommended': RECOMMENDED}[name]
+
+
+def default_steps(name: str, robot: Robot) -> int:
+    """Transitions that a training takes where nothing else is said."""
+    if robot.feet:
+        return 300_000
+    return {'recommended': 10_000, 'thesis': 50_000}[name]

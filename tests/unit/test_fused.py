@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The update with gradients derived by hand: what autograd gives, for every option."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from leo_learner.ddpg import Agent, Config, THESIS
+from leo_learner.fused import FusedAgent
+from leo_learner.replay import Batch
+
+N_OBS, N_ACT = 5, 2
+SMALL = replace(THESIS, hidden=(24, 16), tau=0.05, critic_l2=0.01)
+OPTIONS = [
+    SMALL,
+    replace(SMALL, layer_norm=True),
+    replace(SMALL, twin_critics=True),
+    replace(SMALL, layer_norm=True, twin_critics=True, hidden=(24, 20, 16)),
+    replace(SMALL, hidden=(24,)),
+]
+MODULES = ('actor', 'critic', 'target_actor', 'target_critic')
+
+
+def batch(seed: int, size: int = 32) -> Batch:
+    """Random transitions, some of them the last of their episode."""
+    rng = np.random.default_rng(seed)
+    columns = (
+        rng.normal(size=(size, N_OBS)), rng.uniform(-1, 1, (size, N_ACT)), rng.normal(size=size),
+        rng.normal(size=(size, N_OBS)), rng.random(size) < 0.2,
+    )  # fmt: skip
+    return Batch(*(column.astype(np.float32) for column in columns))
+
+
+def agents(config: Config) -> tuple[Agent, FusedAgent]:
+    """Both, in double precision, with scales that are not one."""
+    made = Agent(N_OBS, N_ACT, config, 7), FusedAgent(N_OBS, N_ACT, config, 7)
+    for agent in made:
+        agent.observation_scale = torch.linspace(0.5, 2.0, N_OBS)
+        agent.reward_scale = torch.tensor(0.3)
+    return made
+
+
+@pytest.mark.parametrize('config', OPTIONS, ids=str)
+def test_ten_updates_are_those_of_autograd(config):
+    plain, fused = agents(config)
+    for seed in range(10):
+        ours, theirs = fused.learn(batch(seed)), plain.learn(batch(seed))
+        assert ours.keys() == theirs.keys()
+        for name in ours:
+            assert float(ours[name]) == pytest.approx(float(theirs[name]), rel=1e-4, abs=1e-6)
+    for module in MODULES:
+        mine, other = (getattr(a, module).state_dict() for a in (fused, plain))
+        assert mine.keys() == other.keys()
+        for name, value in mine.items():
+            torch.testing.assert_close(value, other[name], rtol=1e-4, atol=1e-6)
+
+
+def test_loading_weights_reaches_what_learns():
+    trained, fresh = (FusedAgent(N_OBS, N_ACT, SMALL, seed) for seed in (1, 2))
+    trained.learn(batch(0))
+    for module in MODULES:
+        getattr(fresh, module).load_state_dict(getattr(trained, module).state_dict())
+    before = [p.clone() for p in fresh.target_actor.parameters()]
+    fresh.learn(batch(1))
+    after = list(fresh.target_actor.parameters())
+    assert all((a != b).any() for a, b in zip(before, after, strict=True))
+    seen = np.ones(N_OBS, np.float32)
+    assert not np.allclose(fresh.act(seen), trained.act(seen), atol=1e-7)
