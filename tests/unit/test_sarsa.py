@@ -193,7 +193,8 @@ def test_learn_and_play(tmp_path, capsys):
         'leo_ode', 'sarsa', 'sym', 'thesis')
     assert play_verb.main([told['policy'], '--model', 'leo_ode', '--json']) == 0
     played = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert played['returns'] == [pytest.approx(told['test_return'])]
+    # It was tested on the coarser scheme that it was trained on.
+    assert played['returns'] == [pytest.approx(told['test_return'], rel=0.01)]
     assert played['walks'][0]['fell'] and played['walks'][0]['energy'] > 0
     assert play_verb.main([told['policy'], '--model', 'leo_ode']) == 0
     assert 'footsteps' in capsys.readouterr().out
