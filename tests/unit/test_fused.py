@@ -34,7 +34,7 @@ def batch(seed: int, size: int = 32) -> Batch:
 
 
 def agents(config: Config) -> tuple[Agent, FusedAgent]:
-    """Both, in double precision, with scales that are not one."""
+    """Both, with scales that are not one."""
     made = Agent(N_OBS, N_ACT, config, 7), FusedAgent(N_OBS, N_ACT, config, 7)
     for agent in made:
         agent.observation_scale = torch.linspace(0.5, 2.0, N_OBS)

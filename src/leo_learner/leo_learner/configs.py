@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which configuration of DDPG a robot is trained with: the thesis', or the one measured best."""
+"""Which configuration of DDPG a robot is trained with: the thesis', or the recommended one."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ RECOMMENDED_WALKING = replace(
     scale=True,
     layer_norm=True,
 )
+"""A first choice for LEO; not measured against the thesis' yet."""
 
 
 def configuration(name: str, robot: Robot) -> Config:

@@ -34,7 +34,10 @@ class Rival:
 
 
 def rivals(step: Round, facts: Facts, of: Scored | None = None) -> tuple[Rival, ...]:
-    """Everything within reach of a candidate of a round (by default the best), nearest first."""
+    """Everything within reach of a candidate of a round (by default the best), nearest first.
+
+    What held-out data confirm and is far ahead of it counts too.
+    """
     mine = of or step.scored[0]
     found = []
     for other in step.scored:

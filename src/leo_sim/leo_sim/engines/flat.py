@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A fixed-base tree in the x-z plane for `leo_sim.substep`: the compiled recursion, by rows."""
+"""A fixed-base tree in the x-z plane for `leo_sim.substep`: the compiled recursion, on arrays."""
 from collections.abc import Sequence
-from typing import Any
-
-import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_sim.engines.planar import Planar, tree_of
@@ -22,11 +19,3 @@ def is_flat(joints: Sequence[Joint]) -> bool:
 
 class Flat(Stateless, Planar):
     """The same numbers as `Rigid`, for trees in the x-z plane."""
-
-    def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
-        """Joint-space inertia (..., J, J) and bias torques (..., J)."""
-        return super().mass_and_bias(*np.broadcast_arrays(q, dq))
-
-    def bias(self, q: Any, dq: Any) -> Any:
-        """The bias torques alone, (..., J)."""
-        return self.torques(*np.broadcast_arrays(q, dq))

@@ -60,21 +60,23 @@ class Planar:
 
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
         """Joint-space inertia (..., J, J) and bias torques (..., J); see `Rigid`."""
-        shape, size = self._shape(q), q.shape[-1]
+        shape, size = self._shape(q, dq), q.shape[-1]
         mass = np.empty((math.prod(shape), size, size))
         bias = self._filled(shape, q, dq, mass)
         return mass.reshape(*shape, size, size), bias
 
-    def torques(self, q: Any, dq: Any) -> Any:
+    def bias(self, q: Any, dq: Any) -> Any:
         """The bias torques alone, (..., J)."""
-        return self._filled(self._shape(q), q, dq, np.empty((0, q.shape[-1], q.shape[-1])))
+        none = np.empty((0, q.shape[-1], q.shape[-1]))
+        return self._filled(self._shape(q, dq), q, dq, none)
 
     def load(self, q: Any) -> Any:
         """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
-        return -self.torques(q, np.zeros_like(q))
+        return -self.bias(q, np.zeros_like(q))
 
-    def _shape(self, q: Any) -> tuple[int, ...]:
-        return np.broadcast_shapes(q.shape[:-1], self.figures.shape[:-2], self.gravity.shape)
+    def _shape(self, q: Any, dq: Any) -> tuple[int, ...]:
+        return np.broadcast_shapes(q.shape[:-1], dq.shape[:-1], self.figures.shape[:-2],
+                                   self.gravity.shape)
 
     def _filled(self, shape: tuple[int, ...], q: Any, dq: Any, mass: Any) -> Any:
         """The bias torques; fills the inertia too unless it has no rows."""
