@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.difference.network import from_bytes
+from leo_diffmodel.difference.model import from_bytes
 from leo_msgs_py import topics
 from leo_msgs_py.messages import DynamicJointState, Header, InterfaceValue, Time
 from leo_msgs_py.node import api

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.difference.layout import layout_of
-from leo_diffmodel.difference.network import Config, DifferenceModel, Network
+from leo_diffmodel.difference.model import DifferenceModel
+from leo_diffmodel.difference.network import Config, Network
 from leo_learner.collect import collect, play
 from leo_learner.ddpg import RECOMMENDED, Training
 from leo_learner.env import model_env, ModelEnv

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 import json
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from leo_msgs_py.verbs.common import Parser
 EXAMPLES = """\
   leo play runs/ideal/policy.safetensors --model pendulum
   leo play runs/ideal/policy.safetensors --episodes 20 --model repaired/model.yaml
+  leo play runs/ideal/policy.safetensors --model leo --difference run/difference-001.safetensors
   leo play runs/ideal/policy.safetensors                 (on the robot: leo run leo_sim robot)
   leo play runs/ideal/policy.safetensors --collect 5000  (with noise, to record a rollout)
   leo play next_run.csv                                  (the run that leo next proposed)"""
@@ -27,6 +29,8 @@ def main(argv: list[str]) -> int:
     parser.add_argument('policy', type=Path, metavar='POLICY',
                         help='policy.safetensors of leo learn, or a run file (.csv) of leo next')
     parser.add_argument('--model', metavar='M', help='model file or robot; without it the robot')
+    parser.add_argument('--difference', type=Path, metavar='FILE',
+                        help='correct M by this difference model, and say where its data end')
     parser.add_argument('--episodes', type=int, default=1, metavar='N')
     parser.add_argument('--collect', type=int, metavar='STEPS', help='drive STEPS with noise')
     parser.add_argument('--seed', type=int, default=0, metavar='S', help='of random starts')
@@ -36,6 +40,8 @@ def main(argv: list[str]) -> int:
         raise UserError(f'leo play: unknown argument {rest[0]!r}; see leo play --help')
     if options.episodes < 1 or (options.collect is not None and options.collect < 1):
         raise UserError('leo play: --episodes and --collect take 1 or more')
+    if options.difference and (not options.model or is_run_file(options.policy)):
+        raise UserError('leo play: --difference corrects a model under a policy; give --model M')
     if is_run_file(options.policy):
         if options.collect:
             raise UserError('leo play: --collect takes a policy; a run file is played as it is')
@@ -50,6 +56,7 @@ def main(argv: list[str]) -> int:
 def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     from leo_learner.collect import collect, play
     from leo_learner.env import model_env
+    from leo_learner.left_data import WatchedEnv
     from leo_learner.policy import Policy
     from leo_msgs_py.node import api
     from leo_sim.model_file import load_model
@@ -57,8 +64,13 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     policy = Policy.load(options.policy)
     model = load_model(options.model or policy.robot)
     policy.check(model.robot)
+    watched = None
     if options.model:
+        if options.difference:
+            model = model.changed(difference_model=options.difference)
         env: Any = model_env(model)
+        if env.difference is not None and env.difference.trust is not None:
+            env = watched = WatchedEnv(env)
     else:
         from leo_learner.robot_env import RobotEnv
 
@@ -72,12 +84,16 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     finally:
         if not options.model:
             api.shutdown()
-    return told | {'returns': returns.tolist(), 'mean': float(returns.mean())}
+    left = None if watched is None else [asdict(each) for each in watched.left()]
+    return told | {'returns': returns.tolist(), 'mean': float(returns.mean()), 'left_data': left}
 
 
 def _text(result: dict[str, Any]) -> str:
+    from leo_learner.left_data import Left
+
     if 'collected' in result:
         return f'{result["collected"]} transitions driven on {result["on"]}'
     each = ', '.join(f'{value:.1f}' for value in result['returns'])
     mean = f'mean of {len(result["returns"])}: {result["mean"]:.1f}'
-    return f'return on {result["on"]}: {each}\n{mean}'
+    left = [f'episode {n}: {Left(**row)}' for n, row in enumerate(result['left_data'] or (), 1)]
+    return '\n'.join([f'return on {result["on"]}: {each}', mean, *left])
