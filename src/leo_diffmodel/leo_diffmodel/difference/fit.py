@@ -16,10 +16,13 @@ from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.difference.targets import Targets, targets
 from leo_diffmodel.difference.training import OnEpoch, train
 from leo_diffmodel.difference.trust import calibrated, Trust
+from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
 TRAIN = 0.75
 """Share of the transitions, the first in time, that is fitted; the rest is held out."""
+LEAST = 40
+"""Fewer transitions than this are none to learn from or to calibrate with."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,15 @@ def fit(
         start: the previous difference model, whose weights the fit starts from.
         seed: of the first weights, the batches and the dropout.
         on_epoch: called after every pass over the data.
+
+    Raises:
+        UserError: too few transitions.
     """
+    if len(steps) < LEAST:
+        raise UserError(
+            f'{len(steps)} control steps are too few to learn a difference model from; '
+            f'record {LEAST} or more'
+        )
     torch.set_num_threads(1)
     layout, data = layout_of(model.robot), targets(steps, model, config.form)
     cut = round(TRAIN * len(steps))

@@ -15,7 +15,7 @@ from torch import Tensor
 
 from leo_diffmodel.difference.data import Transitions
 from leo_diffmodel.difference.layout import Layout
-from leo_diffmodel.difference.network import Config, FORMS, Network
+from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.difference.trust import Trust
 from leo_msgs_py.errors import UserError
 from leo_sim.batch import rollout
@@ -151,8 +151,6 @@ def from_bytes(data: bytes, source: str = 'difference model') -> DifferenceModel
         layout, config = json.loads(metadata['layout']), json.loads(metadata['config'])
         layout = Layout(**layout | {'continuous': tuple(layout['continuous'])})
         config = Config(**config | {'hidden': tuple(config['hidden'])})
-        if config.form not in FORMS:
-            raise KeyError(f'form {config.form}')
         trust = _trust(tensors) if config.members > 1 else None
         network = Network(layout, config)
         network.load_state_dict(tensors)

@@ -11,6 +11,8 @@ from torch import nn, Tensor
 
 from leo_diffmodel.difference.layout import Layout
 
+FORMS = ('state', 'torque', 'full')
+
 
 @dataclass(frozen=True)
 class Config:
@@ -41,7 +43,13 @@ class Config:
     third of the size of the target amid the data. Far from them nothing learned cancels it, so the
     members disagree there (Osband et al. 2018, randomised prior functions)."""
     members: int = 1
-    """Networks; several are an ensemble, which knows where its data end."""
+    """Networks; several are an ensemble, which knows where its data end: `stop_on` says it."""
+
+    def __post_init__(self) -> None:
+        if self.form not in FORMS:
+            raise ValueError(f'no form {self.form!r}; give one of {", ".join(FORMS)}')
+        if self.members > 1 and not self.stop_on:
+            raise ValueError('an ensemble is calibrated on the share stop_on; give one above 0')
 
 
 THESIS = Config()
@@ -61,7 +69,6 @@ RECOMMENDED = replace(
 TORQUE = replace(RECOMMENDED, form='torque')
 FULL = replace(RECOMMENDED, form='full')
 CONFIGS = {'thesis': THESIS, 'recommended': RECOMMENDED, 'torque': TORQUE, 'full': FULL}
-FORMS = ('state', 'torque', 'full')
 ACTIVATIONS = {'relu': nn.ReLU, 'silu': nn.SiLU}
 
 

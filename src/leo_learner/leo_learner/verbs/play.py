@@ -84,8 +84,11 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     finally:
         if not options.model:
             api.shutdown()
+    told |= {'returns': returns.tolist(), 'mean': float(returns.mean())}
+    if model.difference_model is None or not options.model:
+        return told
     left = None if watched is None else [asdict(each) for each in watched.left()]
-    return told | {'returns': returns.tolist(), 'mean': float(returns.mean()), 'left_data': left}
+    return told | {'difference': str(model.difference_model), 'left_data': left}
 
 
 def _text(result: dict[str, Any]) -> str:
@@ -95,5 +98,9 @@ def _text(result: dict[str, Any]) -> str:
         return f'{result["collected"]} transitions driven on {result["on"]}'
     each = ', '.join(f'{value:.1f}' for value in result['returns'])
     mean = f'mean of {len(result["returns"])}: {result["mean"]:.1f}'
-    left = [f'episode {n}: {Left(**row)}' for n, row in enumerate(result['left_data'] or (), 1)]
-    return '\n'.join([f'return on {result["on"]}: {each}', mean, *left])
+    lines = [f'return on {result["on"]}: {each}', mean]
+    if 'difference' in result and result['left_data'] is None:
+        lines.append(f'{result["difference"]}: one network, which cannot tell where its data end')
+    for number, row in enumerate(result.get('left_data') or (), 1):
+        lines.append(f'episode {number}: {Left(**row)}')
+    return '\n'.join(lines)
