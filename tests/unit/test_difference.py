@@ -2,12 +2,14 @@
 """Difference model: state vector, transitions from recordings, fits, weights, update jobs."""
 
 from dataclasses import replace
+import json
 from pathlib import Path
 import time
 
 import numpy as np
 import pytest
 
+from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.difference import child
 from leo_diffmodel.difference.data import predicted, Transitions, transitions
@@ -176,6 +178,21 @@ def test_job_with_a_broken_bag_fails_with_its_reason(tmp_path):
         time.sleep(0.05)
     assert updates.progress.state == 'failed' and str(bag) in updates.progress.error
     assert updates.newest() is None and not updates.busy
+
+
+def test_child_fits_a_torque_form_to_a_bag(model, real, capsys, tmp_path):
+    rng, bag, weights = np.random.default_rng(0), tmp_path / 'bag', tmp_path / 'w.safetensors'
+    u = rng.uniform(-3, 3, (1, 120, 1))
+    q, dq = rollout(real, np.ones((1, 1)), np.zeros((1, 1)), u, 0.05)
+    volts = {'pivot': {'voltage': np.append(u[0, :, 0], 0.0)}}
+    run = Run(np.arange(121) * 0.05, ['pivot'], q[0], dq[0], inputs=volts)
+    write_runs(bag, [run], {'robot': 'pendulum'})
+    argv = [str(bag), '--model', 'pendulum', '--config', 'torque', '-o', str(weights)]
+    assert child.main(argv) == 0
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])['report']
+    assert told['mse_after'] < told['mse_before'] and told['transitions'] >= 100
+    again = from_bytes(weights.read_bytes())
+    assert (again.config.form, again.trained_on) == ('torque', told['transitions'])
 
 
 def test_child_prints_its_error_on_one_line(capsys, tmp_path):

@@ -23,7 +23,7 @@ from leo_sim.model import Model
 
 TORQUE_STEP = 0.03
 """Of the stall torque, to differentiate the next state by."""
-STEEP = 2.0
+STEEP = 1.5
 """A step whose next state depends on the torque this many times as much as usual holds an impact
 or a slip that the torque moves in time; its weight falls so that it counts no more than that."""
 RIDGE = 1e-2
