@@ -115,7 +115,11 @@ def test_steps_with_motors_off_or_late_are_left_out(model):
 
 def test_recommended_network_takes_the_gap_away(steps, model, real):
     fitted, report = fit(steps, model, RECOMMENDED)
-    assert report.mse_after < 0.005 * report.mse_before
+    assert report.mse_after < 0.02 * report.mse_before  # with the steps beyond the data's edge
+    held_out = steps.part(slice(1875, None))
+    within = fitted.judge(held_out.q, held_out.dq, held_out.inputs).factor == 1.0
+    before, after = one_step_mse(held_out.part(within), fitted, model)
+    assert within.mean() > 0.9 and after < 0.005 * before
     again = from_bytes(fitted.to_bytes())
     assert (again.version, again.trained_on, again.robot) == (1, 2500, 'pendulum')
     assert one_step_mse(steps, again, model) == one_step_mse(steps, fitted, model)

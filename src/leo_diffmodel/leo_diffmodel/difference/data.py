@@ -43,7 +43,7 @@ class Transitions:
     def __len__(self) -> int:
         return len(self.q)
 
-    def part(self, rows: slice) -> Transitions:
+    def part(self, rows: slice | np.ndarray) -> Transitions:
         """Some of the steps."""
         arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != 'period'}
         return replace(self, **arrays)
