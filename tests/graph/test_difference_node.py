@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.difference.network import from_bytes
+from leo_diffmodel.difference.model import from_bytes
 from leo_msgs_py import topics
 from leo_msgs_py.messages import DynamicJointState, Header, InterfaceValue, Time
 from leo_msgs_py.node import api
@@ -57,8 +57,11 @@ def heavier() -> Model:
     return model.changed(effects=(place(model.robot, 'link_mass', 'bob', m=0.035),))
 
 
-def write_rollout(folder) -> None:
-    """Forty seconds of the heavier pendulum under random volts, at the control rate."""
+def write_rollout(folder) -> tuple[float, float, float]:
+    """Forty seconds of the heavier pendulum under random volts, at the control rate.
+
+    Returns angle, rate and volts of the moment in it that turns fastest.
+    """
     rng, model, runs = np.random.default_rng(0), heavier(), []
     for _ in range(4):
         u = rng.uniform(-3, 3, (1, 200, 1))
@@ -66,6 +69,9 @@ def write_rollout(folder) -> None:
         volts = {'pivot': {'voltage': np.append(u[0, :, 0], u[0, -1])}}
         runs.append(Run(np.arange(201) * 0.05, ['pivot'], q[0], dq[0], inputs=volts))
     write_runs(folder, runs, {'robot': 'pendulum'})
+    first = runs[0]
+    k = int(np.argmax(np.abs(first.dq[:-1, 0])))
+    return first.q[k, 0], first.dq[k, 0], first.inputs['pivot']['voltage'][k]
 
 
 def question(q: float, dq: float, volts: float, sec: int) -> DynamicJointState:
@@ -76,7 +82,7 @@ def question(q: float, dq: float, volts: float, sec: int) -> DynamicJointState:
 
 
 def test_update_weights_and_query(asker, spawn, tmp_path):
-    write_rollout(tmp_path / 'rollout')
+    q, dq, volts = write_rollout(tmp_path / 'rollout')
     spawn('-c', NODE, '--ros-args', '-p', f'bag:={tmp_path / "rollout"}', '-p', 'record:=false')
     first = asker.call_update()
     assert first.success and first.message.startswith('accepted')
@@ -86,12 +92,12 @@ def test_update_weights_and_query(asker, spawn, tmp_path):
     assert (difference.version, difference.robot) == (1, 'pendulum')
     assert difference.trained_on > 700
 
-    asker.query.publish(question(1.0, 2.0, 0.5, sec=7))
+    asker.query.publish(question(q, dq, volts, sec=7))
     asker.until(lambda: asker.corrections)
     answer = asker.corrections[0]
     assert (answer.header.stamp.sec, answer.header.frame_id) == (7, 'me')
     model, real = Model('pendulum'), heavier()
-    after = [m.step(m.state_from([1.0], [2.0]), [0.5], 0.05) for m in (model, real)]
+    after = [m.step(m.state_from([q], [dq]), [volts], 0.05) for m in (model, real)]
     wanted = after[1].dq[0] - after[0].dq[0]
     assert answer.velocity[0] == pytest.approx(wanted, abs=0.3 * abs(wanted))
 

@@ -12,10 +12,13 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.difference.layout import layout_of
-from leo_diffmodel.difference.network import Config, DifferenceModel, Network
+from leo_diffmodel.difference.model import DifferenceModel
+from leo_diffmodel.difference.network import Config, Network
+from leo_diffmodel.difference.trust import Trust
 from leo_learner.collect import collect, play
 from leo_learner.ddpg import RECOMMENDED, Training
-from leo_learner.env import model_env, ModelEnv
+from leo_learner.env import load_difference, model_env, ModelEnv
+from leo_learner.left_data import WatchedEnv
 from leo_learner.policy import observation_names, Policy, save_policy
 from leo_learner.verbs import learn as learn_verb
 from leo_learner.verbs import play as play_verb
@@ -166,3 +169,63 @@ def test_ctrl_c_saves_and_ends_with_130(tmp_path, capsys):
     helper.join()
     assert f'leo learn --resume {tmp_path}' in capsys.readouterr().out
     assert list(tmp_path.glob('checkpoint-*'))
+
+
+def unsure(model: Model, form: str = 'torque') -> DifferenceModel:
+    """An ensemble of two that say 1 mN m +- 0.1, and disagree more the faster it turns."""
+    layout = layout_of(model.robot)
+    config = Config(hidden=(4,), activation='relu', dropout=0.0, stop_on=0.5, members=2, form=form)
+    network = Network(layout, config)
+    for parameter in network.parameters():
+        parameter.data.zero_()
+    network.layers[0].weight.data[0, 2, 0] = 1.0  # relu of the rate, of the first member alone
+    network.layers[-1].weight.data[0, 0, 0] = 1e-4
+    network.layers[-1].bias.data[:] = 1e-3
+    one = np.ones(1)
+    trust = Trust(one, one * 1e-4, np.asarray(2.0), one * 2e-3)
+    return DifferenceModel(network.eval(), layout, config, 'pendulum', 1, 0, trust)
+
+
+def test_torque_form_acts_as_a_push_inside_the_step(model):
+    env = ModelEnv(model, unsure(model))
+    env.reset(options={'pose': 'nominal'})
+    *_, info = env.step(np.ones(1))
+    after = model.step(model.start(), [1.0], 0.05, push=np.array([1e-3]))
+    np.testing.assert_allclose(env.state.dq, after.dq, rtol=1e-5)
+    assert info['factor'] == 1.0 and info['channel'] == 0
+
+
+def test_play_says_when_the_data_were_left(model, policy, tmp_path, capsys):
+    path = tmp_path / 'difference.safetensors'
+    path.write_bytes(unsure(model).to_bytes())
+    argv = [str(policy), '--model', 'pendulum', '--difference', str(path)]
+    env = WatchedEnv(ModelEnv(model, unsure(model)))
+    play(env, lambda seen: np.array([3.0]), 1)
+    left = env.left()[0]
+    assert left.channel == 'pivot torque' and 0 < left.seconds < 2 and 0 < left.share < 1
+    assert 'left the data of the difference model after' in str(left)
+    assert play_verb.main([*argv, '--json']) == 0
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert told['difference'] == str(path) and len(told['left_data']) == 1
+    assert play_verb.main(argv) == 0
+    assert 'episode 1: ' in capsys.readouterr().out
+    path.write_bytes(shifted(model, 0.5).to_bytes())
+    assert play_verb.main(argv) == 0
+    assert 'one network' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('argv, words', [
+    (['--difference', 'x'], 'give --model'),
+    (['--model', 'pendulum', '--difference', 'x'], 'no difference model x'),
+])
+def test_play_says_what_is_wrong_with_a_difference_model(policy, argv, words):
+    with pytest.raises(UserError, match=words) as error:
+        play_verb.main([str(policy), *argv])
+    assert '\n' not in str(error.value)
+
+
+def test_a_difference_model_of_another_robot_is_refused(model, tmp_path):
+    path = tmp_path / 'difference.safetensors'
+    path.write_bytes(unsure(model).to_bytes())
+    with pytest.raises(UserError, match="of robot 'pendulum'"):
+        load_difference(path, Model('torque_pendulum'))

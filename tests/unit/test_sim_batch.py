@@ -131,3 +131,15 @@ def test_push_is_a_torque_on_the_links():
     q, _ = rollout(Model(ROBOT), Q0, DQ0, INPUTS, 0.02, push=push)
     biased = Model(ROBOT, [place(ROBOT, 'bias_torque', 'pivot', t=2e-3)])
     assert q == pytest.approx(rollout(biased, Q0, DQ0, INPUTS, 0.02)[0], abs=1e-12)
+
+
+@pytest.mark.parametrize('engine', ['pybullet', 'rigid', 'rk4', 'mujoco'])
+def test_a_step_takes_a_push_as_well(engine):
+    if engine == 'mujoco':
+        pytest.importorskip('mujoco')
+    plain = Model(ROBOT, engine=engine)
+    biased = plain.changed(effects=[place(ROBOT, 'bias_torque', 'pivot', t=2e-3)])
+    state = plain.state_from(Q0[0], DQ0[0])
+    pushed = plain.step(state, [1.0], 0.02, push=np.array([2e-3]))
+    assert pushed.dq == pytest.approx(biased.step(state, [1.0], 0.02).dq, abs=1e-9)
+    assert abs(pushed.dq - plain.step(state, [1.0], 0.02).dq) > 0.1

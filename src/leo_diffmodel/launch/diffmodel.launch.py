@@ -15,7 +15,7 @@ PARAMETERS = {
     'bag': 'folder of the first bag',
     'robot': 'model named in the bag where no robot node says it',
     'model': 'model file or robot the difference model corrects',
-    'difference': 'configuration of the difference model: recommended or thesis',
+    'difference': 'difference model: recommended, torque, full or thesis',
 }
 
 

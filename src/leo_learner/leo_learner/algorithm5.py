@@ -17,7 +17,7 @@ from typing import Protocol
 import gymnasium
 import numpy as np
 
-from leo_diffmodel.difference.network import DifferenceModel, from_bytes
+from leo_diffmodel.difference.model import DifferenceModel, from_bytes
 from leo_learner.checkpoint import newest, start_from
 from leo_learner.collect import collect, play
 from leo_learner.ddpg import Config, Training

@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 
-from leo_diffmodel.difference.network import DifferenceModel, from_bytes
+from leo_diffmodel.difference.layout import layout_of
+from leo_diffmodel.difference.model import DifferenceModel, from_bytes
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model, State
 from leo_sim.robot import Robot
@@ -44,7 +46,9 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
         self._steps, self._memory, self.sensed = 0, Memory(), start
         return self._task.observation(start.q, start.dq)
 
-    def _outcome(self, before: State, inputs: np.ndarray, after: State) -> Step:
+    def _outcome(
+        self, before: State, inputs: np.ndarray, after: State, info: dict[str, Any] | None = None
+    ) -> Step:
         """Observation, reward and end of the step from one sensed state to the next."""
         self._steps += 1
         self.sensed, self.applied = after, inputs
@@ -54,14 +58,16 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
             float(reward),
             bool(self._task.terminated(after)),
             self._steps >= self.episode_steps,
-            {},
+            info or {},
         )
 
 
 class ModelEnv(RobotSpaces):
-    """Episodes on `Model.step`; s' <- s'_model + d(s, a) becomes the state of the next step.
+    """Episodes on `Model.step`, corrected; the corrected state is where the next step starts.
 
     Observation, reward and termination come from the corrected state as the sensors read it.
+    With a difference model `info` tells the `factor` of the correction and the `channel` that is
+    furthest from its data, as `Judged` has them.
 
     Args:
         model: with its effects.
@@ -85,13 +91,15 @@ class ModelEnv(RobotSpaces):
     def step(self, action: np.ndarray) -> Step:
         """Hold `action` [V or N m] for one control period."""
         inputs = np.clip(np.asarray(action, float), -self.robot.limits, self.robot.limits)
-        before = self.state
-        after = self.model.step(before, inputs, self.robot.control_period)
-        if self.difference is not None:
-            q, dq = self.difference.correct(before.q, before.dq, inputs, after.q, after.dq)
-            after = replace(after, q=q, dq=dq)
-        self.state = after
-        return self._outcome(self._sensed(before), inputs, self._sensed(after))
+        before, sensed = self.state, self._sensed(self.state)
+        info: dict[str, Any] = {}
+        if self.difference is None:
+            self.state = self.model.step(before, inputs, self.robot.control_period)
+        else:
+            judged = self.difference.judge(sensed.q, sensed.dq, inputs)
+            self.state = self.difference.applied(self.model, before, inputs, judged.correction)
+            info = {'factor': judged.factor, 'channel': judged.channel}
+        return self._outcome(sensed, inputs, self._sensed(self.state), info)
 
     def _sensed(self, state: State) -> State:
         q, dq = self.model.sense(state)
@@ -99,20 +107,31 @@ class ModelEnv(RobotSpaces):
 
 
 def model_env(model: Model) -> ModelEnv:
-    """The environment of a model with the difference model its file names, if any.
+    """The environment of a model with the difference model that goes with it, if any.
 
     Raises:
         UserError: that difference model is not there, or is none of this robot.
     """
     path = model.difference_model
-    if path is None:
-        return ModelEnv(model)
+    return ModelEnv(model, None if path is None else load_difference(path, model))
+
+
+def load_difference(path: Path, model: Model) -> DifferenceModel:
+    """Read the difference model of a model's robot from a file.
+
+    Raises:
+        UserError: it is not there, no difference model, or one of another robot.
+    """
     if not path.is_file():
-        raise UserError(f'no difference model {path}; model.yaml names it')
+        raise UserError(f'no difference model {path}; model.yaml or --difference names it')
     difference = from_bytes(path.read_bytes(), str(path))
     if difference.robot != model.robot.name:
         raise UserError(f'{path} is of robot {difference.robot!r}, not {model.robot.name!r}')
-    return ModelEnv(model, difference)
+    if difference.layout != layout_of(model.robot):
+        raise UserError(
+            f'{path} is of a {model.robot.name} with other joints or actuators; fit it again'
+        )
+    return difference
 
 
 def training_env(model: Model) -> ModelEnv:

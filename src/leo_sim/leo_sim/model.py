@@ -125,7 +125,8 @@ class Model:
         check_possible(self.robot, q, dq)
         return State(*self.laws.true_state(q, dq), _memory(self.held))
 
-    def step(self, state: State, inputs: Any, dt: float, enabled: Any = None) -> State:
+    def step(self, state: State, inputs: Any, dt: float, enabled: Any = None,
+             push: Any = 0.0) -> State:
         """The state after dt s with the inputs held; a pure function, to the bit.
 
         Args:
@@ -133,6 +134,7 @@ class Model:
             inputs: V or N m per actuator, (A,), acting after the driver's clip.
             dt: s, > 0.
             enabled: Booleans (A,); None = all motors on.
+            push: Extra torque on the links held over dt, N m (N for slides), (J,).
 
         Raises:
             UserError: A state or input of the wrong size, or a state outside the stops.
@@ -145,7 +147,7 @@ class Model:
             check_possible(self.robot, state.q, state.dq)
         on = None if enabled is None or np.all(enabled) else np.asarray(enabled, dtype=bool)
         q, dq, memory = self._integrate(self.laws, self._dynamics, state.q, state.dq,
-                                        state.memory, u, on, dt / count, count)
+                                        state.memory, u, on, dt / count, count, push)
         return State(q, dq, memory)
 
     def sense(self, state: State) -> tuple[np.ndarray, np.ndarray]:

@@ -17,6 +17,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
+from leo_diffmodel.difference.job import CONFIG_NAMES
 from leo_msgs_py.errors import UserError
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def main(argv: list[str]) -> int:
     parser = argparse.ArgumentParser(prog='python -m leo_diffmodel.difference.child')
     parser.add_argument('bags', nargs='+', type=Path)
     parser.add_argument('--model', required=True, help='model file or robot')
-    parser.add_argument('--config', default='recommended', help='recommended or thesis')
+    parser.add_argument('--config', default='recommended', choices=CONFIG_NAMES)
     parser.add_argument('--start', type=Path, help='weights the fit starts from')
     parser.add_argument('--limit', type=int, help='use the first LIMIT transitions')
     parser.add_argument('-o', '--output', type=Path, required=True, help='weights to write')
@@ -49,8 +50,8 @@ def main(argv: list[str]) -> int:
 def _fit(options: argparse.Namespace) -> dict[str, float]:
     from leo_diffmodel.difference.data import transitions
     from leo_diffmodel.difference.fit import fit
-    from leo_diffmodel.difference.layout import layout_of
-    from leo_diffmodel.difference.network import CONFIGS, from_bytes
+    from leo_diffmodel.difference.model import from_bytes
+    from leo_diffmodel.difference.network import CONFIGS
     from leo_sim.model_file import load_model
 
     os.nice(5)
@@ -58,14 +59,12 @@ def _fit(options: argparse.Namespace) -> dict[str, float]:
     recordings = _readable(options.bags, model.robot)
     steps = transitions(recordings, model, options.limit)
     start = options.start and from_bytes(options.start.read_bytes(), str(options.start))
-    fitted, report = fit(
-        steps, layout_of(model.robot), model.robot.name, CONFIGS[options.config],
-        start=start, on_epoch=_Progress(),
-    )
+    config = CONFIGS[options.config]
+    fitted, report = fit(steps, model, config, start=start, on_epoch=_Progress())
     temporary = options.output.with_name(options.output.name + '.tmp')
     temporary.write_bytes(fitted.to_bytes())
     temporary.replace(options.output)
-    return asdict(report)
+    return {name: value for name, value in asdict(report).items() if value is not None}
 
 
 def _readable(bags: Sequence[Path], robot: Robot) -> list[Recording]:

@@ -28,6 +28,7 @@ class Transitions:
         inputs: held input [V or N m], (N, A).
         q_next, dq_next: measured state after it, (N, J).
         q_model, dq_model: what the model predicts for it, (N, J).
+        period: length of every step [s].
     """
 
     q: np.ndarray
@@ -37,13 +38,15 @@ class Transitions:
     dq_next: np.ndarray
     q_model: np.ndarray
     dq_model: np.ndarray
+    period: float
 
     def __len__(self) -> int:
         return len(self.q)
 
-    def part(self, rows: slice) -> Transitions:
+    def part(self, rows: slice | np.ndarray) -> Transitions:
         """Some of the steps."""
-        return Transitions(*(getattr(self, f.name)[rows] for f in fields(self)))
+        arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != 'period'}
+        return replace(self, **arrays)
 
 
 def transitions(
@@ -63,16 +66,15 @@ def transitions(
         )
     columns = zip(*rows[:limit], strict=True)
     q, dq, inputs, q_next, dq_next = (np.array(column) for column in columns)
-    measured = Transitions(q, dq, inputs, q_next, dq_next, q_next, dq_next)
-    return predicted(measured, model, recordings[0].command_period)
+    period = recordings[0].command_period
+    return predicted(Transitions(q, dq, inputs, q_next, dq_next, q_next, dq_next, period), model)
 
 
-def predicted(steps: Transitions, model: Model, period: float) -> Transitions:
-    """The same steps with the predictions of `model`; `period` is the control period [s]."""
+def predicted(steps: Transitions, model: Model) -> Transitions:
+    """The same steps with the predictions of `model`."""
     from leo_sim.batch import rollout
 
-    dt = np.full((len(steps), 1), period)
-    q, dq = rollout(model, steps.q, steps.dq, steps.inputs[:, None, :], dt)
+    q, dq = rollout(model, steps.q, steps.dq, steps.inputs[:, None, :], steps.period)
     return replace(steps, q_model=q[:, 1], dq_model=dq[:, 1])
 
 

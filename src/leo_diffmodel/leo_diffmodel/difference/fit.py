@@ -3,144 +3,151 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from torch import Tensor
-from torch.nn.functional import mse_loss
 
 from leo_diffmodel.difference.data import Transitions
-from leo_diffmodel.difference.layout import Layout
-from leo_diffmodel.difference.network import Config, DifferenceModel, Network
+from leo_diffmodel.difference.layout import layout_of
+from leo_diffmodel.difference.model import DifferenceModel
+from leo_diffmodel.difference.network import Config, Network
+from leo_diffmodel.difference.targets import Targets, targets
+from leo_diffmodel.difference.training import OnEpoch, train
+from leo_diffmodel.difference.trust import calibrated, Trust
+from leo_msgs_py.errors import UserError
+from leo_sim.model import Model
 
 TRAIN = 0.75
 """Share of the transitions, the first in time, that is fitted; the rest is held out."""
-
-OnEpoch = Callable[[int, int, float], None]
-"""Receives (epochs done, epochs in all, loss of the last)."""
+LEAST = 40
+"""Fewer transitions than this are none to learn from or to calibrate with."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """Mean squared one-step error over the state vector, raw units, on the held-out part."""
+    """What the fit is worth on the held-out part.
+
+    Attributes:
+        mse_before, mse_after: mean squared one-step error over the state vector, raw units.
+        transitions: used in all.
+        epochs: of the weights that were kept.
+        calibration_least, calibration_most: rms of the held-out error over the predicted one,
+            of the output where it is least and most; 1 is right. None of a single network.
+        inside: share of the held-out steps that are within the data; None of a single network.
+    """
 
     mse_before: float
     mse_after: float
     transitions: int
     epochs: int
+    calibration_least: float | None = None
+    calibration_most: float | None = None
+    inside: float | None = None
 
 
 def fit(
     steps: Transitions,
-    layout: Layout,
-    robot: str,
+    model: Model,
     config: Config,
     *,
     start: DifferenceModel | None = None,
     seed: int = 0,
     on_epoch: OnEpoch = lambda done, total, loss: None,
 ) -> tuple[DifferenceModel, Report]:
-    """Learn d(s, a) from the first 75 % of `steps`, in time order, and score it on the rest.
+    """Learn the difference from the first 75 % of `steps`, in time order; score it on the rest.
+
+    The last of the training part chooses the epoch and, of an ensemble, calibrates its spread.
 
     Args:
         steps: all transitions gathered so far.
-        layout: of the robot's state vector.
-        robot: name of the robot.
-        config: `THESIS`, `RECOMMENDED` or a variation.
+        model: they are predicted with.
+        config: one of `CONFIGS`, or a variation.
         start: the previous difference model, whose weights the fit starts from.
         seed: of the first weights, the batches and the dropout.
         on_epoch: called after every pass over the data.
+
+    Raises:
+        UserError: too few transitions.
     """
+    if len(steps) < LEAST:
+        raise UserError(
+            f'{len(steps)} control steps are too few to learn a difference model from; '
+            f'record {LEAST} or more'
+        )
     torch.set_num_threads(1)
-    x, y = tensors(steps, layout)
+    layout, data = layout_of(model.robot), targets(steps, model, config.form)
     cut = round(TRAIN * len(steps))
+    seen = round((1 - config.stop_on) * cut)
+    fitted, watched = data.part(slice(0, seen)), data.part(slice(seen, cut))
     with torch.random.fork_rng():
         torch.manual_seed(seed)
-        network = _first_network(layout, config, start, x[:cut], y[:cut])
-        epochs = _train(network, x[:cut], y[:cut], config, on_epoch)
+        network = _first_network(Network(layout, config), config, start, data.part(slice(0, cut)))
+        epochs = train(network, fitted, watched, config, on_epoch)
     network.eval()
+    trust = _trust(network, fitted, watched) if config.members > 1 else None
     version = start.version + 1 if start else 1
-    model = DifferenceModel(network, layout, config, robot, version, len(steps))
-    before, after = one_step_mse(steps.part(slice(cut, None)), model)
-    return model, Report(before, after, len(steps), epochs)
+    difference = DifferenceModel(
+        network, layout, config, model.robot.name, version, len(steps), trust
+    )
+    return difference, _report(difference, steps, data, cut, model, epochs)
 
 
-def tensors(steps: Transitions, layout: Layout) -> tuple[Tensor, Tensor]:
-    """Network inputs (N, states + A) and targets (N, states), float32."""
-    x = layout.network_input(steps.q, steps.dq, steps.inputs)
-    real = layout.state(steps.q_next, steps.dq_next)
-    y = real - layout.state(steps.q_model, steps.dq_model)
-    return torch.from_numpy(x.astype(np.float32)), torch.from_numpy(y.astype(np.float32))
-
-
-def one_step_mse(steps: Transitions, model: DifferenceModel) -> tuple[float, float]:
+def one_step_mse(
+    steps: Transitions, difference: DifferenceModel, model: Model
+) -> tuple[float, float]:
     """Mean squared error over the state vector without and with the difference model."""
-    layout = model.layout
+    layout = difference.layout
     real = layout.state(steps.q_next, steps.dq_next)
     ideal = layout.state(steps.q_model, steps.dq_model)
-    corrected = layout.state(
-        *model.correct(steps.q, steps.dq, steps.inputs, steps.q_model, steps.dq_model)
-    )
+    corrected = layout.state(*difference.predict(steps, model))
     return float(np.mean((real - ideal) ** 2)), float(np.mean((real - corrected) ** 2))
 
 
+def calibration(difference: DifferenceModel, data: Targets) -> np.ndarray:
+    """Rms of error over predicted error of every output, (C,), on data of no fit; 1 is right."""
+    assert difference.trust is not None
+    error, spread = _errors(difference.network, data)
+    expected = difference.trust.uncertainty(spread)
+    return np.sqrt(np.mean((error / np.maximum(expected, 1e-12)) ** 2, axis=0))
+
+
 def _first_network(
-    layout: Layout, config: Config, start: DifferenceModel | None, x: Tensor, y: Tensor
+    fresh: Network, config: Config, start: DifferenceModel | None, data: Targets
 ) -> Network:
     if start is not None and start.config == config:
         return copy.deepcopy(start.network)
-    network = Network(layout, config)
     if config.normalise:
-        network.normalise(x, y)
-    return network
+        fresh.normalise(data.x, data.output_size())
+    return fresh
 
 
-def _train(network: Network, x: Tensor, y: Tensor, config: Config, on_epoch: OnEpoch) -> int:
-    """Minimise the mean squared error; returns the epoch whose weights were kept."""
-    fitted = round((1 - config.stop_on) * len(x))
-    step = _stepper(network, config, fitted)
-    best, kept, weights = np.inf, config.epochs, None
-    for epoch in range(1, config.epochs + 1):
-        network.train()
-        order = torch.randperm(fitted)
-        loss = [step(x[rows], y[rows]) for rows in order.split(config.batch)][-1]
-        if config.stop_on:
-            loss = _loss(network, x[fitted:], y[fitted:])
-            if loss < best:
-                best, kept, weights = loss, epoch, copy.deepcopy(network.state_dict())
-        on_epoch(epoch, config.epochs, loss)
-    if weights is not None:
-        network.load_state_dict(weights)
-    return kept
-
-
-def _stepper(network: Network, config: Config, rows: int) -> Callable[[Tensor, Tensor], float]:
-    if config.optimiser == 'adagrad':
-        optimiser: torch.optim.Optimizer = torch.optim.Adagrad(network.parameters(), config.rate)
-        fall = 1.0
-    else:
-        optimiser = torch.optim.AdamW(network.parameters(), config.rate, fused=True)
-        fall = 0.0
-    total = config.epochs * -(-rows // config.batch)
-    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(
-        optimiser, total, eta_min=config.rate * fall
-    )
-
-    def step(x: Tensor, y: Tensor) -> float:
-        loss = mse_loss(network(x) / network.target_spread, y / network.target_spread)
-        optimiser.zero_grad()
-        loss.backward()
-        optimiser.step()
-        schedule.step()
-        return loss.item()
-
-    return step
-
-
-def _loss(network: Network, x: Tensor, y: Tensor) -> float:
-    network.eval()
+def _trust(network: Network, fitted: Targets, watched: Targets) -> Trust:
     with torch.no_grad():
-        return mse_loss(network(x) / network.target_spread, y / network.target_spread).item()
+        bound = network.members(fitted.x).mean(0).abs().amax(0)
+    return calibrated(*_errors(network, watched), bound.double().numpy())
+
+
+def _errors(network: Network, data: Targets) -> tuple[np.ndarray, np.ndarray]:
+    """Error of the members' mean and spread of the members, both (N, C)."""
+    with torch.no_grad():
+        each = network.members(data.x)
+        error = data.lacking(each.mean(0), network.target_spread)
+    return error.double().numpy(), each.double().numpy().std(axis=0, ddof=1)
+
+
+def _report(
+    difference: DifferenceModel, steps: Transitions, data: Targets, cut: int, model: Model,
+    epochs: int,
+) -> Report:
+    held_out = steps.part(slice(cut, None))
+    report = Report(*one_step_mse(held_out, difference, model), len(steps), epochs)
+    if difference.trust is None:
+        return report
+    found = calibration(difference, data.part(slice(cut, None)))
+    factor = difference.judge(held_out.q, held_out.dq, held_out.inputs).factor
+    return replace(
+        report, calibration_least=float(found.min()), calibration_most=float(found.max()),
+        inside=float(np.mean(factor >= 0.5)),
+    )

@@ -14,7 +14,7 @@ from typing import IO
 
 from leo_msgs_py.errors import UserError
 
-CONFIG_NAMES = ('recommended', 'thesis')
+CONFIG_NAMES = ('recommended', 'torque', 'full', 'thesis')
 
 
 @dataclass
@@ -38,7 +38,7 @@ class Updates:
     Args:
         folder: of the weights; made when the first fit begins.
         model: model file or robot the difference is taken from.
-        config: `recommended` or `thesis`.
+        config: one of `CONFIG_NAMES`.
     """
 
     def __init__(self, folder: Path, model: str, config: str) -> None:

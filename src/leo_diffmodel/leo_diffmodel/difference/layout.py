@@ -68,3 +68,14 @@ def layout_of(robot: Robot) -> Layout:
         planar=robot.base == 'planar',
         actuators=len(robot.actuators),
     )
+
+
+def channel_names(robot: Robot, form: str) -> tuple[str, ...]:
+    """What each number of a correction is about, as `left_knee rate` or `left_knee torque`."""
+    if form == 'torque':
+        return tuple(f'{actuator.joint} torque' for actuator in robot.actuators)
+    names, turning = robot.joint_names, layout_of(robot).continuous
+    circling = [name for name, turns in zip(names, turning, strict=True) if turns]
+    other = [name for name in names if name not in circling]
+    angles = [f'{name} angle' for name in [*circling, *circling, *other]]
+    return (*angles, *(f'{name} rate' for name in names))

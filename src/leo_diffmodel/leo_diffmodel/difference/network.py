@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The network d(s, a) and the difference model around it, with its file form."""
+"""The network d(s, a), one or an ensemble of them side by side, and its configurations."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
-import json
 
-import numpy as np
-from safetensors import SafetensorError
-from safetensors.torch import load, save
 import torch
 from torch import nn, Tensor
 
 from leo_diffmodel.difference.layout import Layout
-from leo_msgs_py.errors import UserError
+
+FORMS = ('state', 'torque', 'full')
 
 
 @dataclass(frozen=True)
@@ -39,6 +36,20 @@ class Config:
     """Passes over the training part."""
     stop_on: float = 0.0
     """Share of the training part, its last, that chooses the best epoch; 0 keeps the last one."""
+    form: str = 'state'
+    """What is learned, see `leo_diffmodel.difference.targets`: `state`, `torque` or `full`."""
+    prior: float = 0.0
+    """Weight of a random function each member keeps beside what it learns; 3 gives it about a
+    third of the size of the target amid the data. Far from them nothing learned cancels it, so the
+    members disagree there (Osband et al. 2018, randomised prior functions)."""
+    members: int = 1
+    """Networks; several are an ensemble, which knows where its data end: `stop_on` says it."""
+
+    def __post_init__(self) -> None:
+        if self.form not in FORMS:
+            raise ValueError(f'no form {self.form!r}; give one of {", ".join(FORMS)}')
+        if self.members > 1 and not self.stop_on:
+            raise ValueError('an ensemble is calibrated on the share stop_on; give one above 0')
 
 
 THESIS = Config()
@@ -51,110 +62,81 @@ RECOMMENDED = replace(
     optimiser='adamw',
     rate=5e-3,
     batch=128,
-    stop_on=0.1,
+    stop_on=0.15,
+    members=5,
+    prior=3.0,
 )
-CONFIGS = {'thesis': THESIS, 'recommended': RECOMMENDED}
+TORQUE = replace(RECOMMENDED, form='torque')
+FULL = replace(RECOMMENDED, form='full')
+CONFIGS = {'thesis': THESIS, 'recommended': RECOMMENDED, 'torque': TORQUE, 'full': FULL}
 ACTIVATIONS = {'relu': nn.ReLU, 'silu': nn.SiLU}
 
 
+class SideBySide(nn.Module):
+    """One linear layer of every member: (M or 1, B, a) -> (M, B, b) in one product."""
+
+    def __init__(self, members: int, a: int, b: int) -> None:
+        super().__init__()
+        self.weight = nn.Parameter(torch.empty(members, a, b).uniform_(-(a**-0.5), a**-0.5))
+        self.bias = nn.Parameter(torch.empty(members, 1, b).uniform_(-(a**-0.5), a**-0.5))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """The layer's answer."""
+        return x @ self.weight + self.bias
+
+
 class Network(nn.Module):
-    """(B, states + A) -> (B, states), both in raw units; hidden weights U(+-1/sqrt(fan in))."""
+    """(..., states + A) -> (..., outputs), raw units; hidden weights U(+-1/sqrt(fan in)).
+
+    Outputs are the state vector's, or torques [N m] at the actuated joints in the torque form.
+    """
 
     def __init__(self, layout: Layout, config: Config) -> None:
         super().__init__()
         n_in = layout.states + layout.actuators
-        sizes = [n_in, *config.hidden]
-        layers: list[nn.Module] = []
-        for a, b in pairwise(sizes):
-            linear = nn.Linear(a, b)
-            nn.init.uniform_(linear.weight, -(a**-0.5), a**-0.5)
-            dropout = [nn.Dropout(config.dropout)] if config.dropout else []
-            layers += [linear, ACTIVATIONS[config.activation](), *dropout]
-        self.layers = nn.Sequential(*layers, nn.Linear(sizes[-1], layout.states))
+        n_out = layout.actuators if config.form == 'torque' else layout.states
+        self.layers = _layers(n_in, n_out, config)
+        self.prior = _layers(n_in, n_out, config).requires_grad_(False) if config.prior else None
+        self._weight = config.prior
         self.register_buffer('input_mean', torch.zeros(n_in))
         self.register_buffer('input_spread', torch.ones(n_in))
-        self.register_buffer('target_spread', torch.ones(layout.states))
+        self.register_buffer('target_spread', torch.ones(n_out))
 
     def forward(self, x: Tensor) -> Tensor:
-        """d(s, a) for a batch of network inputs."""
-        return self.layers((x - self.input_mean) / self.input_spread) * self.target_spread
+        """The output, with an axis for the members in front where there are several."""
+        x = (x - self.input_mean) / self.input_spread
+        y = self.layers(x)
+        if self.prior is not None:
+            y = y + self._weight * self.prior(x)
+        return y * self.target_spread
 
-    def normalise(self, x: Tensor, y: Tensor) -> None:
-        """Take mean and spread from the training part; constant columns keep spread 1."""
+    def members(self, x: Tensor) -> Tensor:
+        """Outputs of every member, (M, B, outputs), for inputs (B, in) or (M, B, in)."""
+        return self(x if x.ndim == 3 else x[None])
+
+    def normalise(self, x: Tensor, size: Tensor) -> None:
+        """Take mean and spread of the inputs, and the usual `size` of each output."""
         self.input_mean.copy_(x.mean(0))
-        for spread, column in ((self.input_spread, x), (self.target_spread, y)):
-            found = column.std(0)
-            spread.copy_(torch.where(found > 1e-9, found, torch.ones(())))
+        self.input_spread.copy_(spread_of(x))
+        self.target_spread.copy_(size)
 
 
-@dataclass(frozen=True)
-class DifferenceModel:
-    """A fitted network and what belongs to it.
-
-    Attributes:
-        version: counts the updates, from 1.
-        trained_on: transitions used.
-        robot: name of the robot.
-    """
-
-    network: Network
-    layout: Layout
-    config: Config
-    robot: str
-    version: int
-    trained_on: int
-
-    def __call__(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        """d(s, a), (..., states), for joint angles and rates (..., J) and inputs (..., A)."""
-        x = torch.from_numpy(self.layout.network_input(q, dq, inputs).astype(np.float32))
-        with torch.no_grad():
-            return self.network(x).double().numpy()
-
-    def correct(
-        self,
-        q: np.ndarray,
-        dq: np.ndarray,
-        inputs: np.ndarray,
-        q_model: np.ndarray,
-        dq_model: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """The model's next state moved by d(s, a); all (..., J), inputs (..., A)."""
-        return self.layout.moved(q_model, dq_model, self(q, dq, inputs))
-
-    def to_bytes(self) -> bytes:
-        """As safetensors with `version`, `trained_on`, `robot` in the metadata."""
-        metadata = {
-            'kind': 'difference_model',
-            'version': str(self.version),
-            'trained_on': str(self.trained_on),
-            'robot': self.robot,
-            'layout': json.dumps(asdict(self.layout)),
-            'config': json.dumps(asdict(self.config)),
-        }
-        return save(self.network.state_dict(), metadata)
+def spread_of(columns: Tensor) -> Tensor:
+    """Standard deviation of every column, 1 where it is constant."""
+    found = columns.std(0)
+    return torch.where(found > 1e-9, found, torch.ones(()))
 
 
-def from_bytes(data: bytes, source: str = 'difference model') -> DifferenceModel:
-    """Read what `to_bytes` wrote.
+def _layers(n_in: int, n_out: int, config: Config) -> nn.Sequential:
+    sizes = [n_in, *config.hidden]
+    layers: list[nn.Module] = []
+    for a, b in pairwise(sizes):
+        linear = _linear(config.members, a, b)
+        nn.init.uniform_(linear.weight, -(a**-0.5), a**-0.5)
+        dropout = [nn.Dropout(config.dropout)] if config.dropout else []
+        layers += [linear, ACTIVATIONS[config.activation](), *dropout]
+    return nn.Sequential(*layers, _linear(config.members, sizes[-1], n_out))
 
-    Raises:
-        UserError: the bytes are something else.
-    """
-    try:
-        tensors = load(data)
-        head = json.loads(data[8 : 8 + int.from_bytes(data[:8], 'little')])
-        metadata = head['__metadata__']
-        layout, config = json.loads(metadata['layout']), json.loads(metadata['config'])
-        layout = Layout(**layout | {'continuous': tuple(layout['continuous'])})
-        config = Config(**config | {'hidden': tuple(config['hidden'])})
-        network = Network(layout, config)
-        network.load_state_dict(tensors)
-    except (SafetensorError, KeyError, TypeError, RuntimeError) as error:
-        raise UserError(
-            f'{source}: not the weights of a difference model ({error}); '
-            'they come from /difference_model/weights'
-        ) from error
-    return DifferenceModel(
-        network.eval(), layout, config, metadata['robot'],
-        int(metadata['version']), int(metadata['trained_on']),
-    )
+
+def _linear(members: int, a: int, b: int) -> nn.Linear | SideBySide:
+    return nn.Linear(a, b) if members == 1 else SideBySide(members, a, b)

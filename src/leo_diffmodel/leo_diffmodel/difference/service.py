@@ -13,7 +13,7 @@ import numpy as np
 from leo_diffmodel.difference.job import CONFIG_NAMES, Progress, Updates
 
 if TYPE_CHECKING:
-    from leo_diffmodel.difference.network import DifferenceModel
+    from leo_diffmodel.difference.model import DifferenceModel
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.messages import DiagnosticStatus, JointState, KeyValue, UInt8MultiArray
@@ -33,7 +33,7 @@ class Settings:
         model: model file or robot name the difference is taken from.
         bags: gives the folders of everything recorded so far, the open one too.
         folder: where the weights are kept; found again after a restart.
-        config: `recommended` or `thesis`.
+        config: `recommended`, `torque`, `full` or `thesis`.
     """
 
     model: str
@@ -47,8 +47,8 @@ class DifferenceService:
 
     def __init__(self, node: Any, settings: Settings) -> None:
         if settings.config not in CONFIG_NAMES:
-            names = ' or '.join(CONFIG_NAMES)
-            raise UserError(f'no difference model {settings.config!r}; give {names}')
+            names = ', '.join(CONFIG_NAMES)
+            raise UserError(f'no difference model {settings.config!r}; give one of {names}')
         self._node, self._settings = node, settings
         self._model: Model = load_model(settings.model)
         self._updates = Updates(settings.folder, settings.model, settings.config)
@@ -105,7 +105,7 @@ class DifferenceService:
         path = self._updates.newest()
         if path is None:
             return
-        from leo_diffmodel.difference.network import from_bytes
+        from leo_diffmodel.difference.model import from_bytes
 
         data = path.read_bytes()
         try:
@@ -144,9 +144,10 @@ def correction(
     model: Model, difference: DifferenceModel, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """What the difference model adds to the next angles [rad] and rates [rad/s], both (J,)."""
-    following = model.step(model.state_from(q, dq), inputs, model.robot.control_period)
-    wanted = difference.correct(q, dq, inputs, following.q, following.dq)
-    return wanted[0] - following.q, wanted[1] - following.dq
+    state = model.state_from(q, dq)
+    following = model.step(state, inputs, model.robot.control_period)
+    wanted = difference.applied(model, state, inputs, difference(q, dq, inputs))
+    return wanted.q - following.q, wanted.dq - following.dq
 
 
 def read_query(message: Any, model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -40,7 +40,7 @@ class DiffModelNode:
         record: whether to record.
         robot: model to name in the bag where the robot node does not say.
         model: model file or robot the difference model corrects.
-        difference: its configuration, recommended or thesis.
+        difference: its configuration, recommended, torque, full or thesis.
     """
 
     def __init__(self, node: Any) -> None:

@@ -181,8 +181,8 @@ def _repaired(
     """The environment to retrain on, and the one-step errors over (cos, sin, rate)."""
     if case.repair == 'explain':
         return _explained(case, ideal, recording, explained)
-    layout, steps = layout_of(ideal.robot), transitions([recording], ideal, case.transitions)
-    model, report = fit(steps, layout, 'pendulum', NETWORKS[case.repair], seed=case.seed)
+    steps = transitions([recording], ideal, case.transitions)
+    model, report = fit(steps, ideal, NETWORKS[case.repair], seed=case.seed)
     told = {'mse_before': report.mse_before, 'mse_after': report.mse_after}
     return ModelEnv(ideal, model), told
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from leo_diffmodel.difference.network import from_bytes
+from leo_diffmodel.difference.model import from_bytes
 from leo_learner.robot_env import Stopped
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError

@@ -17,6 +17,7 @@ from leo_msgs_py.verbs.common import Parser
 EXAMPLES = """\
   leo play runs/ideal/policy.safetensors --model pendulum
   leo play runs/ideal/policy.safetensors --episodes 20 --model repaired/model.yaml
+  leo play runs/ideal/policy.safetensors --model leo --difference run/difference-001.safetensors
   leo play runs/ideal/policy.safetensors                 (on the robot: leo run leo_sim robot)
   leo play runs/ideal/policy.safetensors --collect 5000  (with noise, to record a rollout)
   leo play next_run.csv                                  (the run that leo next proposed)"""
@@ -29,6 +30,8 @@ def main(argv: list[str]) -> int:
     parser.add_argument('policy', type=Path, metavar='POLICY',
                         help='policy.safetensors of leo learn, or a run file (.csv) of leo next')
     parser.add_argument('--model', metavar='M', help='model file or robot; without it the robot')
+    parser.add_argument('--difference', type=Path, metavar='FILE',
+                        help='correct M by this difference model, and say where its data end')
     parser.add_argument('--episodes', type=int, default=1, metavar='N')
     parser.add_argument('--collect', type=int, metavar='STEPS', help='drive STEPS with noise')
     parser.add_argument('--seed', type=int, default=0, metavar='S', help='of random starts')
@@ -38,6 +41,8 @@ def main(argv: list[str]) -> int:
         raise UserError(f'leo play: unknown argument {rest[0]!r}; see leo play --help')
     if options.episodes < 1 or (options.collect is not None and options.collect < 1):
         raise UserError('leo play: --episodes and --collect take 1 or more')
+    if options.difference and (not options.model or is_run_file(options.policy)):
+        raise UserError('leo play: --difference corrects a model under a policy; give --model M')
     if is_run_file(options.policy):
         if options.collect:
             raise UserError('leo play: --collect takes a policy; a run file is played as it is')
@@ -52,6 +57,7 @@ def main(argv: list[str]) -> int:
 def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     from leo_learner.collect import collect, play
     from leo_learner.env import model_env
+    from leo_learner.left_data import WatchedEnv
     from leo_learner.policy import Policy
     from leo_learner.walk import Recorded, Walk, walks
     from leo_msgs_py.node import api
@@ -60,8 +66,13 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     policy = Policy.load(options.policy)
     model = load_model(options.model or policy.robot)
     policy.check(model.robot)
+    watched = None
     if options.model:
+        if options.difference:
+            model = model.changed(difference_model=options.difference)
         env: Any = model_env(model)
+        if env.difference is not None and env.difference.trust is not None:
+            env = watched = WatchedEnv(env)
     else:
         from leo_learner.robot_env import RobotEnv
 
@@ -79,7 +90,12 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
         if not options.model:
             api.shutdown()
     told |= {'returns': returns.tolist(), 'mean': float(returns.mean())}
-    return told | ({'walks': [asdict(walk) for walk in figures]} if figures else {})
+    if figures:
+        told['walks'] = [asdict(walk) for walk in figures]
+    if model.difference_model is not None and options.model:
+        told['difference'] = str(model.difference_model)
+        told['left_data'] = None if watched is None else [asdict(each) for each in watched.left()]
+    return told
 
 
 def walk_text(walk: Mapping[str, Any]) -> str:
@@ -93,10 +109,15 @@ def walk_text(walk: Mapping[str, Any]) -> str:
 
 
 def _text(result: dict[str, Any]) -> str:
+    from leo_learner.left_data import Left
+
     if 'collected' in result:
         return f'{result["collected"]} transitions driven on {result["on"]}'
     each = ', '.join(f'{value:.1f}' for value in result['returns'])
     mean = f'mean of {len(result["returns"])}: {result["mean"]:.1f}'
-    return '\n'.join(
-        [f'return on {result["on"]}: {each}', mean, *(map(walk_text, result.get('walks', ())))]
-    )
+    lines = [f'return on {result["on"]}: {each}', mean, *map(walk_text, result.get('walks', ()))]
+    if 'difference' in result and result['left_data'] is None:
+        lines.append(f'{result["difference"]}: one network, which cannot tell where its data end')
+    for number, row in enumerate(result.get('left_data') or (), 1):
+        lines.append(f'episode {number}: {Left(**row)}')
+    return '\n'.join(lines)

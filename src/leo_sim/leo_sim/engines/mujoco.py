@@ -99,7 +99,7 @@ class World:
 
 
 def integrate(laws: Laws, world: Any, q: Any, dq: Any, memory: Memory, inputs: Any,
-              enabled: Any, h: float, count: int) -> tuple[Any, Any, Memory]:
+              enabled: Any, h: float, count: int, push: Any = 0.0) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held; see `leo_sim.substep`."""
     memory, place = rested(laws, q, dq, memory), q[:BASE]
     u, on, memory = laws.command(inputs, enabled, memory, h)
@@ -111,7 +111,7 @@ def integrate(laws: Laws, world: Any, q: Any, dq: Any, memory: Memory, inputs: A
         if i and laws.dynamic:
             u, on, memory = laws.command(inputs, enabled, memory, h)
         torques = laws.torques(q, dq, dq, u, on, None, memory)
-        smooth = torques.motor + torques.joint + drag * dq
+        smooth = torques.motor + torques.joint + drag * dq + push
         q, dq = world.advance(smooth, torques.level, together)
         if laws.remembers:
             memory = laws.remember(q, dq, memory, h)

@@ -46,9 +46,10 @@ class _Motion(NamedTuple):
 class _System:
     """Derivatives of one model with its input held."""
 
-    def __init__(self, laws: Laws, dynamics: Dynamics, u: Any, enabled: Any, memory: Memory):
+    def __init__(self, laws: Laws, dynamics: Dynamics, u: Any, enabled: Any, memory: Memory,
+                 push: Any = 0.0):
         self.laws, self.dynamics, self.u, self.enabled = laws, dynamics, u, enabled
-        self.memory = memory
+        self.memory, self.push = memory, push
         self.gap = np.zeros(len(laws.joints)) + (0.0 if laws.gap is None else laws.gap)
 
     def accelerations(self, y: _Motion, phase: _Phase) -> tuple[Any, Any, Any]:
@@ -58,7 +59,7 @@ class _System:
         load = self.dynamics.load(y.q) if laws.needs_load else None
         torques = laws.torques(y.q, y.dq, y.speed, self.u, self.enabled, load, self.memory)
         linked = (self.gap == 0) | (phase.engaged != 0)
-        driving = np.where(linked, torques.motor, 0.0) + torques.joint
+        driving = np.where(linked, torques.motor, 0.0) + (torques.joint + self.push)
         factor = Factor(mass, np.where(linked, laws.rotor_inertia, 0.0))
         free = driving - bias
         link = self._with_friction(factor, free, torques.level, phase.sliding)
@@ -120,14 +121,14 @@ class _System:
 
 
 def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, inputs: Any,
-              enabled: Any, h: float, count: int) -> tuple[Any, Any, Memory]:
+              enabled: Any, h: float, count: int, push: Any = 0.0) -> tuple[Any, Any, Memory]:
     """The state after `count` steps of h s with the inputs held; see `leo_sim.substep`."""
     memory = rested(laws, q, dq, memory)
     offset, speed = memory[DRIVE] if laws.gap is not None else (np.zeros_like(q), dq)
     y = _Motion(q, dq, offset, speed)
     for _ in range(count):
         u, on, memory = laws.command(inputs, enabled, memory, h)
-        y = _step(_System(laws, dynamics, u, on, memory), y, h)
+        y = _step(_System(laws, dynamics, u, on, memory, push), y, h)
         if laws.remembers:
             memory = laws.remember(y.q, y.dq, memory, h)
     if laws.gap is not None:

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A fitted difference model: what it adds to a model's step, how sure it is, and its file."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+import json
+from typing import NamedTuple
+
+import numpy as np
+from safetensors import SafetensorError
+from safetensors.torch import load, save
+import torch
+from torch import Tensor
+
+from leo_diffmodel.difference.data import Transitions
+from leo_diffmodel.difference.layout import Layout
+from leo_diffmodel.difference.network import Config, Network
+from leo_diffmodel.difference.trust import Trust
+from leo_msgs_py.errors import UserError
+from leo_sim.batch import rollout
+from leo_sim.model import Model, State
+
+TRUST = 'trust.'
+
+
+class Judged(NamedTuple):
+    """A correction and how far it is to be believed; C outputs.
+
+    Attributes:
+        correction: what is applied, (..., C).
+        factor: share of it that is left, 1 within the data, (...); 1 of a single network.
+        channel: the output that is furthest from its data, (...); None of a single network.
+    """
+
+    correction: np.ndarray
+    factor: np.ndarray
+    channel: np.ndarray | None
+
+
+@dataclass(frozen=True)
+class DifferenceModel:
+    """A fitted network, or an ensemble of them, and what belongs to it.
+
+    Attributes:
+        version: counts the updates, from 1.
+        trained_on: transitions used.
+        robot: name of the robot.
+        trust: where its data end; None of a single network, which cannot know.
+    """
+
+    network: Network
+    layout: Layout
+    config: Config
+    robot: str
+    version: int
+    trained_on: int
+    trust: Trust | None = None
+
+    def __call__(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """The correction, (..., C), for angles and rates (..., J) and inputs (..., A)."""
+        return self.judge(q, dq, inputs).correction
+
+    def judge(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> Judged:
+        """The correction and how far it is to be believed.
+
+        Args:
+            q: joint angles, as measured, (..., J).
+            dq: joint rates, as measured, (..., J).
+            inputs: held inputs [V or N m], (..., A).
+        """
+        each = self.members(q, dq, inputs)
+        mean = each.mean(axis=0)
+        if self.trust is None:
+            return Judged(mean, np.ones(mean.shape[:-1]), None)
+        strain = self.trust.strain(each.std(axis=0, ddof=1))
+        factor = self.trust.factor(strain)
+        correction = np.clip(mean, -self.trust.bound, self.trust.bound)
+        if self.config.form != 'full':  # which has no model to fall back on
+            correction = factor[..., None] * correction
+        return Judged(correction, factor, strain.argmax(axis=-1))
+
+    def members(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """What each member says, (M, ..., C)."""
+        x = self.layout.network_input(q, dq, inputs).astype(np.float32)
+        with torch.inference_mode():
+            each = self.network.members(torch.from_numpy(x.reshape(-1, x.shape[-1])))
+        return each.double().numpy().reshape(len(each), *x.shape[:-1], -1)
+
+    def applied(
+        self, model: Model, before: State, inputs: np.ndarray, correction: np.ndarray
+    ) -> State:
+        """The state one control period after `before`, corrected.
+
+        Args:
+            model: the correction belongs to.
+            before: its state.
+            inputs: held inputs [V or N m], (A,).
+            correction: of `judge`, (C,).
+        """
+        dt = model.robot.control_period
+        if self.config.form == 'torque':
+            push = np.zeros(len(before.q))
+            push[list(model.robot.actuated)] = correction
+            return model.step(before, inputs, dt, push=push)
+        after = before if self.config.form == 'full' else model.step(before, inputs, dt)
+        q, dq = self.layout.moved(after.q, after.dq, correction)
+        if model.laws.stops is not None:
+            q = np.clip(q, *model.laws.stops)
+        return replace(after, q=q, dq=dq)
+
+    def predict(self, steps: Transitions, model: Model) -> tuple[np.ndarray, np.ndarray]:
+        """Angles and rates (N, J) after each of `steps` on `model` with the correction."""
+        correction = self(steps.q, steps.dq, steps.inputs)
+        if self.config.form == 'torque':
+            push = np.zeros_like(steps.q)
+            push[:, list(model.robot.actuated)] = correction
+            q, dq = rollout(model, steps.q, steps.dq, steps.inputs[:, None], steps.period,
+                            push=push[:, None])
+            return q[:, 1], dq[:, 1]
+        full = self.config.form == 'full'
+        q, dq = (steps.q, steps.dq) if full else (steps.q_model, steps.dq_model)
+        return self.layout.moved(q, dq, correction)
+
+    def to_bytes(self) -> bytes:
+        """As safetensors with `version`, `trained_on`, `robot`, `form` in the metadata."""
+        metadata = {
+            'kind': 'difference_model',
+            'version': str(self.version),
+            'trained_on': str(self.trained_on),
+            'robot': self.robot,
+            'form': self.config.form,
+            'layout': json.dumps(asdict(self.layout)),
+            'config': json.dumps(asdict(self.config)),
+        }
+        trust = {} if self.trust is None else self.trust.arrays()
+        found = {TRUST + name: torch.from_numpy(array) for name, array in trust.items()}
+        return save(self.network.state_dict() | found, metadata)
+
+
+def from_bytes(data: bytes, source: str = 'difference model') -> DifferenceModel:
+    """Read what `to_bytes` wrote, in this version or an earlier one.
+
+    Raises:
+        UserError: the bytes are something else.
+    """
+    try:
+        tensors = load(data)
+        head = json.loads(data[8 : 8 + int.from_bytes(data[:8], 'little')])
+        metadata = head['__metadata__']
+        layout, config = json.loads(metadata['layout']), json.loads(metadata['config'])
+        layout = Layout(**layout | {'continuous': tuple(layout['continuous'])})
+        config = Config(**config | {'hidden': tuple(config['hidden'])})
+        trust = _trust(tensors) if config.members > 1 else None
+        network = Network(layout, config)
+        network.load_state_dict(tensors)
+    except (SafetensorError, KeyError, TypeError, ValueError, RuntimeError) as error:
+        said = ' '.join(str(error).split())
+        raise UserError(
+            f'{source}: not the weights of a difference model ({said}); '
+            'they come from /difference_model/weights'
+        ) from error
+    return DifferenceModel(
+        network.eval(), layout, config, metadata['robot'],
+        int(metadata['version']), int(metadata['trained_on']), trust,
+    )
+
+
+def _trust(tensors: dict[str, Tensor]) -> Trust:
+    """Take the ensemble's trust out of the tensors of a file."""
+    names = [name for name in tensors if name.startswith(TRUST)]
+    return Trust(**{name.removeprefix(TRUST): tensors.pop(name).numpy() for name in names})
