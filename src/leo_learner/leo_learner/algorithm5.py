@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 import json
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import gymnasium
 import numpy as np
@@ -38,7 +38,8 @@ class Settings:
     """Length and kind of a run.
 
     Attributes:
-        updates: of the difference model.
+        updates: of the difference model, at most.
+        patience: updates without a better test on the robot after which it ends.
         first_steps: training on the model alone.
         update_steps: training after each update.
         transitions: gathered on the robot before each update.
@@ -49,6 +50,7 @@ class Settings:
     """
 
     updates: int = 1
+    patience: int = 2
     first_steps: int = 10_000
     update_steps: int = 6000
     transitions: int = 5000
@@ -66,12 +68,17 @@ class Done:
         phase: what is next: `train`, `test`, `collect`, `update` or `end`.
         version: of the difference model in use, 0 for none.
         tests: mean return on the robot after each round.
+        driver: round whose policy drives the robot: the last whose test was not worse than that
+            of the driver before it.
+        samples: control steps the robot has made, tests included.
     """
 
     update: int = 0
     phase: str = 'train'
     version: int = 0
     tests: list[float] = field(default_factory=list)
+    driver: int = 0
+    samples: int = 0
 
 
 class DifferenceSource(Protocol):
@@ -79,6 +86,17 @@ class DifferenceSource(Protocol):
 
     def newer(self, version: int) -> bytes:
         """Weights of a later version than `version`, once an update has made them."""
+
+
+class Counted(gymnasium.Wrapper):
+    """Counts the control steps of an environment."""
+
+    steps = 0
+
+    def step(self, action: np.ndarray) -> Any:
+        """One of them."""
+        self.steps += 1
+        return self.env.step(action)
 
 
 class Algorithm5:
@@ -93,6 +111,7 @@ class Algorithm5:
         source: of difference models.
         alive: False ends a training early, after its episode.
         say: receives one line per phase.
+        start: run of `leo learn` that takes the place of the first training.
     """
 
     def __init__(
@@ -105,10 +124,11 @@ class Algorithm5:
         source: DifferenceSource,
         alive: Callable[[], bool] = lambda: True,
         say: Callable[[str], None] = print,
+        start: Path | None = None,
     ) -> None:
         self._folder, self._model, self._config = folder, model, config
         self._settings, self._robot, self._source = settings, robot, source
-        self._alive, self._say = alive, say
+        self._alive, self._say, self._start = alive, say, start
         self.done = self._read()
 
     def run(self) -> bool:
@@ -125,8 +145,8 @@ class Algorithm5:
 
     @property
     def best(self) -> Path:
-        """The policy with the best test on the robot."""
-        return self._round(int(np.argmax(self.done.tests))) / POLICY
+        """The policy that drives the robot: no other had a better test there."""
+        return self._round(self.done.driver) / POLICY
 
     def _train(self) -> bool:
         update, settings = self.done.update, self._settings
@@ -148,17 +168,35 @@ class Algorithm5:
         return outcome.finished
 
     def _test(self) -> bool:
-        result = float(play(self._robot, self._policy(), self._settings.tests).mean())
-        self.done.tests.append(result)
-        self._say(f'round {self.done.update}: return on the robot {result:.1f}')
-        over = self.done.update == self._settings.updates
-        self.done.phase = 'end' if over else 'collect'
+        done = self.done
+        policy = Policy.load(self._round(done.update) / POLICY)
+        counted = Counted(self._robot)
+        result = float(play(counted, policy, self._settings.tests).mean())
+        done.samples += counted.steps
+        done.tests.append(result)
+        self._say(f'round {done.update}: return on the robot {result:.1f}{self._decide(result)}')
+        done.phase = 'end' if self._over() else 'collect'
         return True
+
+    def _decide(self, result: float) -> str:
+        """Let the newest policy drive the robot unless it is worse than its driver; says so."""
+        done = self.done
+        before = done.tests[done.driver]
+        if result >= before:
+            done.driver = done.update
+            return ''
+        return f', worse than {before:.1f}: the policy of round {done.driver} goes on driving it'
+
+    def _over(self) -> bool:
+        done, settings = self.done, self._settings
+        since = done.update - int(np.argmax(done.tests))
+        return done.update == settings.updates or since >= settings.patience
 
     def _collect(self) -> bool:
         steps = self._settings.transitions
         self._say(f'round {self.done.update}: gathering {steps} transitions on the robot')
-        collect(self._robot, self._policy(), steps, self._seed())
+        collect(self._robot, Policy.load(self.best), steps, self._seed())
+        self.done.samples += steps
         self.done.phase = 'update'
         return True
 
@@ -174,8 +212,8 @@ class Algorithm5:
         return True
 
     def _start_from_before(self, training: Training) -> None:
-        """Networks as the round before left them; in the thesis the first round's replay too."""
-        start_from(self._round(self.done.update - 1), training)
+        """The networks behind the robot's driver; in the thesis the first round's replay too."""
+        start_from(self._round(self.done.driver), training)
         if self._settings.thesis:
             training.replay.load(newest(self._round(0)) / 'replay.npz', KEPT_REPLAY)
 
@@ -185,18 +223,19 @@ class Algorithm5:
         path = self._folder / f'difference-{self.done.version:03d}.safetensors'
         return from_bytes(path.read_bytes(), str(path))
 
-    def _policy(self) -> Policy:
-        return Policy.load(self._round(self.done.update) / POLICY)
-
     def _round(self, update: int) -> Path:
+        if update == 0 and self._start is not None:
+            return self._start
         return self._folder / f'round-{update}'
 
-    def _seed(self, update: int | None = None) -> int:
-        return 1000 * self._settings.seed + (self.done.update if update is None else update)
+    def _seed(self) -> int:
+        return 1000 * self._settings.seed + self.done.update
 
     def _read(self) -> Done:
         path = self._folder / 'algorithm5.json'
-        return Done(**json.loads(path.read_text())) if path.exists() else Done()
+        if path.exists():
+            return Done(**json.loads(path.read_text()))
+        return Done(phase='train' if self._start is None else 'test')
 
     def _write(self) -> None:
         self._folder.mkdir(parents=True, exist_ok=True)

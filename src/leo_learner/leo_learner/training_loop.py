@@ -32,6 +32,9 @@ class LoopConfig:
     """Cut training episodes after this many steps, for more starts; a cut bootstraps."""
     test_interval: int = 10
     """Training episodes between two tests."""
+    test_steps: int | None = None
+    """Transitions between two tests, in place of `test_interval`: a test of a robot that has
+    learned to stand still lasts as long as the training of many short falls."""
     test_starts: int = 1
     """Starts per test: the nominal one, then fixed random ones. The thesis tests one."""
 
@@ -112,12 +115,15 @@ class TrainingLoop(ABC):
 
         `between` is called after every episode and its test: the moment to save.
         """
+        tested = True
         while self.steps < steps and not self.stop:
+            before = self.steps
             self._train_episode(on_scalar)
-            if self.episodes % self.config.test_interval == 0:
+            tested = self._test_due(before)
+            if tested:
                 self._keep_best(on_scalar)
             between()
-        if not self.stop and self.episodes % self.config.test_interval:
+        if not self.stop and not tested:
             self._keep_best(on_scalar)
 
     def test(self, starts: int) -> np.ndarray:
@@ -149,6 +155,13 @@ class TrainingLoop(ABC):
         report = {'charts/episodic_return': total, 'charts/SPS': speed, **logged}
         for name, value in report.items():
             on_scalar(name, float(value), self.steps)
+
+    def _test_due(self, before: int) -> bool:
+        """Whether the episode that began after `before` transitions is followed by a test."""
+        period = self.config.test_steps
+        if period is None:
+            return self.episodes % self.config.test_interval == 0
+        return self.steps // period > before // period
 
     def _keep_best(self, on_scalar: OnScalar) -> None:
         result = float(self.test(self.config.test_starts).mean())

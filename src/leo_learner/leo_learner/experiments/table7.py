@@ -148,11 +148,6 @@ def share(rows: list[dict[str, Any]]) -> float:
     return float((repaired - ideal) / (max(row['return_real'] for row in rows) - ideal))
 
 
-def read_results(path: Path) -> list[dict[str, Any]]:
-    """The lines of a results file; none where there is no file."""
-    return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-
-
 class _Trainer:
     """Trains one policy per name in a folder of the case's configuration and seed."""
 

@@ -13,14 +13,18 @@ from pathlib import Path
 from typing import Any
 
 from leo_learner.algorithm5 import Algorithm5, Settings
+from leo_learner.checkpoint import newest
 from leo_learner.configs import configuration
+from leo_learner.learning import POLICY
 from leo_learner.nodes.difference_client import DifferenceClient
 from leo_learner.nodes.status import Status
+from leo_learner.policy import Policy
 from leo_learner.robot_env import RobotEnv, Stopped
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import api
 from leo_sim.model_file import load_model
+from leo_sim.robot import Robot
 
 
 def read_settings(node: Any) -> Settings:
@@ -29,9 +33,19 @@ def read_settings(node: Any) -> Settings:
     defaults.pop('thesis')
     given = {name: api.fixed_parameter(node, name, value) for name, value in defaults.items()}
     for name, value in given.items():
-        if not isinstance(value, int) or value < (name in ('tests', 'transitions')):
-            raise UserError(f'{name} is {value!r}; give a whole number, 0 or more')
+        least = int(name in ('tests', 'transitions', 'patience'))
+        if not isinstance(value, int) or value < least:
+            raise UserError(f'{name} is {value!r}; give a whole number, {least} or more')
     return Settings(**given)
+
+
+def _checked(start: str, robot: Robot) -> Path | None:
+    """The folder of the run that takes the place of the first training."""
+    if not start:
+        return None
+    newest(Path(start))
+    Policy.load(Path(start) / POLICY).check(robot)
+    return Path(start)
 
 
 @executable
@@ -41,6 +55,7 @@ def main(argv: list[str]) -> int:
     settings = read_settings(node)
     model = load_model(api.fixed_parameter(node, 'model', 'pendulum'))
     folder = Path(api.fixed_parameter(node, 'folder', 'runs/learner'))
+    start = api.fixed_parameter(node, 'start', '')
     name = api.fixed_parameter(node, 'config', 'recommended')
     config = configuration(name, model.robot)
     status = Status(node)
@@ -54,11 +69,13 @@ def main(argv: list[str]) -> int:
         folder, model, config,
         Settings(**asdict(settings) | {'thesis': name == 'thesis'}),
         RobotEnv(node, model.robot), DifferenceClient(node, model.robot.name), alive, log,
+        _checked(start, model.robot),
     )
     status.done = algorithm.done
     try:
         if algorithm.run():
-            log(f'done; best policy {algorithm.best}; try: leo play {algorithm.best}')
+            log(f'done, {algorithm.done.samples} steps on the robot; best policy '
+                f'{algorithm.best}; try: leo play {algorithm.best}')
         else:
             log(f'stopped; start again with -p folder:={folder} to go on')
     except Stopped:

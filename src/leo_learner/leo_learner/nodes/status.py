@@ -53,4 +53,6 @@ class Status:
             ('phase', self.done.phase),
             ('difference model version', str(self.done.version)),
             ('returns on the robot', returns or 'none yet'),
+            ('round that drives the robot', str(self.done.driver)),
+            ('steps on the robot', str(self.done.samples)),
         ]

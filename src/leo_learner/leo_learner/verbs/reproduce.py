@@ -3,145 +3,115 @@
 
 from __future__ import annotations
 
+from functools import partial
 import json
 from pathlib import Path
-import statistics
+import threading
 from typing import Any
 
+from leo_learner.verbs import reproduce_table7
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.verbs.common import dispatch, Parser
 
 EXAMPLES = """\
-  leo reproduce table7
-  leo reproduce table7 --repair thesis --seeds 1
-  leo reproduce table7 --truth mass --repair explain --transitions 1000
-  leo reproduce table7 --config thesis --steps 50000"""
-GATE = 0.97
-"""Share of the gap that has to be closed."""
-SETTINGS = ('truth', 'repair', 'transitions', 'config', 'steps', 'more_steps')
-"""What sets one group of cases apart from another."""
+  leo reproduce walk            LEO learns to walk, ten seeds
+  leo reproduce table3 --plan   what is left to run, and how long that takes
+  leo reproduce table7          the pendulum whose mass is not the model's
+  leo reproduce all --jobs 2    everything on LEO that has not been run yet"""
+LOOK_PERIOD = 5.0
+"""How often the progress of the runs is looked at [s]."""
+NAMES = ('walk', 'literal', 'ablation', 'table3', 'real', 'all')
 
 
 def main(argv: list[str]) -> int:
-    """Run the cases that are not in the results file yet; 1 where the gate is not met."""
-    options = _parser().parse_args(argv)
-    if options.more_steps is None:
-        options.more_steps = options.steps // 2
-    if min(options.seeds, options.transitions, options.steps, options.more_steps) < 1:
-        raise UserError('leo reproduce: --seeds, --transitions, --steps take 1 or more')
-    rows = [_case(options, seed) for seed in range(options.seeds)]
-    result, beside = _summary(rows), _beside(options.results, rows[0])
-    if options.json:
-        print(json.dumps(result | {'rows': rows, 'beside': beside}))
-    else:
-        _print(rows, result)
-        _print_beside(beside, options.results)
-    return 0 if result['share'] >= GATE else 1
+    """Run the cases that are not in the results file yet, print and write what they come to."""
+    verbs = {name: partial(_experiment, name) for name in NAMES}
+    return dispatch(
+        'leo reproduce', 'Redo tables and figures of the thesis.',
+        verbs | {'table7': reproduce_table7.main}, argv, EXAMPLES,
+    )
 
 
-def _parser() -> Parser:
-    parser = Parser('leo reproduce', 'Redo a table of the thesis.', EXAMPLES)
-    parser.add_argument('what', choices=['table7'])
+def _parser(name: str) -> Parser:
+    parser = Parser(
+        f'leo reproduce {name}', 'Train what is not in the results file yet, write the page.',
+        f'  leo reproduce {name} --jobs 2\n  leo reproduce {name} --plan',
+    )
+    parser.add_argument('--plan', action='store_true', help='say what is left to run, run nothing')
+    parser.add_argument('--jobs', type=int, default=1, metavar='N', help='processes at once')
     parser.add_argument(
-        '--truth', choices=['moved', 'mass'], default='moved',
-        help='mass 0.09 kg with the inertia about the pivot kept, or the mass alone',
+        '--backend', default='loky', help="joblib's: loky (this machine), or one registered"
     )
     parser.add_argument(
-        '--repair', choices=['recommended', 'thesis', 'explain'], default='recommended',
-        help='the difference network, or the effects that leo explain names',
+        '--folder', type=Path, default=Path('runs', 'leo'), metavar='DIR',
+        help='of the training runs; those that were stopped go on',
     )
-    parser.add_argument('--transitions', type=int, default=5000, metavar='N')
-    parser.add_argument('--config', choices=['recommended', 'thesis'], default='recommended')
-    parser.add_argument('--steps', type=int, default=10_000, metavar='N', help='of DDPG')
     parser.add_argument(
-        '--more-steps', type=int, metavar='N', help='of DDPG after the repair (half of --steps)'
-    )
-    parser.add_argument('--seeds', type=int, default=5, metavar='N')
-    parser.add_argument('--folder', type=Path, default=Path('runs', 'table7'), metavar='DIR')
-    parser.add_argument(
-        '--results', type=Path, default=Path('benchmarks', 'results', 'table7.jsonl'),
+        '--results', type=Path, default=Path('benchmarks', 'results', 'leo.jsonl'),
         metavar='FILE', help='one line per case is appended; cases found there are not run again',
+    )
+    parser.add_argument(
+        '--page', type=Path, default=Path('docs', 'leo_results.md'), metavar='FILE',
+        help='results page, figures beside it',
     )
     parser.add_json()
     return parser
 
 
-def _case(options: Any, seed: int) -> dict[str, Any]:
-    """The line of a case, from the results file or by running it."""
-    from leo_learner.experiments.table7 import Case, read_results, run_case
+def _experiment(name: str, argv: list[str]) -> int:
+    from leo_learner.experiments.cases import hours, missing, read_results
+    from leo_learner.experiments.catalogue import EXPERIMENTS
+    from leo_learner.experiments.page import table, write_page
+    from leo_learner.experiments.walking import seconds
 
-    case = Case(
-        options.truth, options.repair, options.transitions, options.config, options.steps,
-        options.more_steps, seed,
-    )
-    for row in read_results(options.results):
-        if vars(case).items() <= row.items():
-            return row
-    row = run_case(case, options.folder, quiet=options.json)
-    options.results.parent.mkdir(parents=True, exist_ok=True)
-    with options.results.open('a') as file:
-        file.write(json.dumps(row) + '\n')
-    return row
-
-
-def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    from leo_learner.experiments.table7 import share, shares
-
-    down = [100 * (1 - row['mse_after'] / row['mse_before']) for row in rows]
-    each = shares(rows)
-    means = {
-        f'{key}_mean': statistics.mean(row[key] for row in rows)
-        for key in ('mse_before', 'mse_after', 'return_ideal', 'return_repaired', 'return_real')
-    }
-    return {
-        'n': len(rows), 'share': share(rows), 'shares': each, 'share_least': min(each),
-        'mse_down_percent': down, **means,
-    }
+    options = _parser(name).parse_args(argv)
+    if options.jobs < 1:
+        raise UserError('leo reproduce: --jobs takes 1 or more')
+    chosen = list(EXPERIMENTS.values()) if name == 'all' else [EXPERIMENTS[name]]
+    cases = list(dict.fromkeys(case for each in chosen for case in each.cases))
+    left = missing(cases, options.results)
+    time = hours(cases, options.results, options.jobs, seconds)
+    if not options.json:
+        print(f'{len(cases)} cases, {len(left)} of them to run: about {time:.1f} h '
+              f'with {options.jobs} at once; lines in {options.results}')
+    if not options.plan:
+        _run(left, options)
+        write_page(options.page, options.results, read_results(options.results))
+    rows = read_results(options.results)
+    if options.json:
+        print(json.dumps({'cases': len(cases), 'left': len(missing(cases, options.results)),
+                          'hours': time, 'rows': rows}))
+    else:
+        for each in chosen:
+            print(f'\n{each.title}\n{table(each, rows)}')
+        print(f'page: {options.page}')
+    return 0
 
 
-def _beside(path: Path, row: dict[str, Any]) -> list[dict[str, Any]]:
-    """Summaries of what else the results file has of the same truth, however it was learned."""
-    from leo_learner.experiments.table7 import read_results
-
-    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
-    for other in read_results(path):
-        groups.setdefault(tuple(other[key] for key in SETTINGS), []).append(other)
-    own = tuple(row[key] for key in SETTINGS)
-    return [
-        dict(zip(SETTINGS, key, strict=True)) | _summary(rows)
-        for key, rows in groups.items() if key != own and key[0] == own[0]
-    ]
-
-
-def _print(rows: list[dict[str, Any]], result: dict[str, Any]) -> None:
+def _run(left: list[Any], options: Any) -> None:
     from rich.console import Console
-    from rich.table import Table
+    from rich.progress import Progress
 
-    first = rows[0]
-    table = Table(title=f'Table 7, {first["truth"]}, {first["repair"]}, n = {result["n"]}')
-    heads = ('seed', 'MSE before', 'after', 'down %', 'ideal', 'repaired', 'real', 'share')
-    for head in heads:
-        table.add_column(head, justify='right')
-    for row, down, part in zip(rows, result['mse_down_percent'], result['shares'], strict=True):
-        table.add_row(
-            str(row['seed']), f'{row["mse_before"]:.4g}', f'{row["mse_after"]:.3g}',
-            f'{down:.4f}', *(f'{row[f"return_{k}"]:.0f}' for k in ('ideal', 'repaired', 'real')),
-            f'{part:.4f}',
-        )
-    Console().print(table)
-    print(
-        f'share of the gap closed: {result["share"]:.4f} of the mean returns, least of a seed '
-        f'{result["share_least"]:.4f} (gate {GATE})'
-    )
+    from leo_learner.experiments.cases import run_cases
+    from leo_learner.experiments.walking import run_case, steps_done
 
+    run = partial(run_case, folder=options.folder)
+    ended = threading.Event()
+    with Progress(console=Console(stderr=True), disable=options.json) as progress:
+        task = progress.add_task('transitions', total=sum(case.steps for case in left))
 
-def _print_beside(groups: list[dict[str, Any]], path: Path) -> None:
-    for group in groups:
-        print(
-            'beside it: repair {repair} with {transitions} transitions, DDPG {config} with '
-            '{steps} + {more_steps} steps, n = {n}: MSE {mse_before_mean:.4g} -> '
-            '{mse_after_mean:.3g}; returns ideal {return_ideal_mean:.0f}, repaired '
-            '{return_repaired_mean:.0f}, real {return_real_mean:.0f}; share {share:.4f}'
-            .format(**group)
-        )
-    print(f'lines in {path}')
+        def watch() -> None:
+            while not ended.wait(LOOK_PERIOD):
+                done = sum(steps_done(case, options.folder) for case in left)
+                progress.update(task, completed=done)
+
+        threading.Thread(target=watch, daemon=True).start()
+        try:
+            for row in run_cases(left, run, options.results, options.jobs, options.backend):
+                progress.console.print(
+                    f'{row["robot"]} {row["truth"]} {row["agent"]} {row["actions"]} '
+                    f'{row["config"]} seed {row["seed"]}: test return {row["test_return"]:.0f}, '
+                    f'{row["nominal"]["distance"]:.2f} m, {row["seconds"] / 60:.0f} min'
+                )
+        finally:
+            ended.set()

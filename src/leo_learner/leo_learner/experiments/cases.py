@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The cases of an experiment: one line each in a results file, which are not run again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+import json
+from pathlib import Path
+from typing import Any, TypeVar
+
+from joblib import delayed, Parallel, parallel_config
+
+C = TypeVar('C')
+"""A case: a frozen dataclass whose fields begin its line in the results file."""
+Row = dict[str, Any]
+
+
+def read_results(path: Path) -> list[Row]:
+    """The lines of a results file; none where there is no file."""
+    return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+
+
+def found(case: C, rows: Sequence[Row]) -> Row | None:
+    """The line of a case among others."""
+    return next((row for row in rows if vars(case).items() <= row.items()), None)
+
+
+def missing(cases: Sequence[C], path: Path) -> list[C]:
+    """The cases that a results file has no line of."""
+    rows = read_results(path)
+    return [case for case in cases if found(case, rows) is None]
+
+
+def run_cases(
+    cases: Sequence[C], run: Callable[[C], Row], path: Path, jobs: int = 1,
+    backend: str = 'loky',
+) -> Iterator[Row]:
+    """Run those cases that the results file lacks and append their lines as they come.
+
+    Args:
+        cases: of the experiment.
+        run: makes the line of a case; what it had begun before it goes on with.
+        path: of the results file.
+        jobs: processes at once.
+        backend: of joblib; `dask` or `ray` once registered, for a cluster.
+
+    Yields:
+        each new line.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with parallel_config(backend, n_jobs=jobs):
+        rows = Parallel(return_as='generator_unordered')(
+            delayed(run)(case) for case in missing(cases, path)
+        )
+        for row in rows:
+            with path.open('a') as file:
+                file.write(json.dumps(row) + '\n')
+            yield row
+
+
+def hours(cases: Sequence[C], path: Path, jobs: int, weight: Callable[[Any], float]) -> float:
+    """How long the missing cases will take, by the lines of the results file.
+
+    Args:
+        cases: of the experiment.
+        path: of the results file.
+        jobs: processes at once.
+        weight: seconds that a case (or a line, as a namespace) would take at an assumed speed;
+            the lines that are there say how true that is.
+    """
+    seconds = sum(weight(case) for case in missing(cases, path))
+    ratios = sorted(row['seconds'] / weight(_Namespace(row)) for row in read_results(path))
+    return seconds * (ratios[len(ratios) // 2] if ratios else 1.0) / jobs / 3600
+
+
+class _Namespace:
+    def __init__(self, row: Mapping[str, Any]) -> None:
+        self.__dict__.update(row)

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Algorithm 5: who drives the robot, when it ends, what it starts from."""
+
+from dataclasses import replace
+
+import pytest
+
+from leo_diffmodel.difference.data import transitions
+from leo_diffmodel.difference.fit import fit
+from leo_diffmodel.difference.network import RECOMMENDED as NETWORK
+from leo_learner import algorithm5
+from leo_learner.algorithm5 import Algorithm5, Settings
+from leo_learner.collect import play
+from leo_learner.ddpg import RECOMMENDED
+from leo_learner.env import ModelEnv
+from leo_learner.experiments.table7 import effects, RecordedEnv
+from leo_sim.model import Model
+
+SMALL = replace(RECOMMENDED, hidden=(8, 8), warm_up=64, test_interval=2, test_starts=1)
+SETTINGS = Settings(updates=4, first_steps=120, update_steps=120, transitions=60, tests=1)
+
+
+class Fitting:
+    """Fits a small difference model to what the robot has done so far."""
+
+    def __init__(self, robot: RecordedEnv) -> None:
+        self._robot, self._newest, self.samples = robot, None, []
+
+    def newer(self, version: int) -> bytes:
+        steps = transitions([self._robot.recording()], Model('pendulum'))
+        self.samples.append(len(steps))
+        config = replace(NETWORK, hidden=(8,), members=2, epochs=2)
+        self._newest, _ = fit(steps, Model('pendulum'), config, start=self._newest)
+        return self._newest.to_bytes()
+
+
+@pytest.fixture
+def loop(tmp_path, monkeypatch):
+    """Algorithm 5 on a heavier pendulum; the returns of its tests there are given."""
+    ideal = Model('pendulum')
+    robot = RecordedEnv(ModelEnv(ideal.changed(effects=effects(ideal.robot, 'moved'))))
+    said: list[str] = []
+
+    def made(returns=None, start=None, folder='run') -> Algorithm5:
+        if returns is not None:
+            given = iter(returns)
+            monkeypatch.setattr(algorithm5, 'play', lambda *a, **k: play(*a) * 0 + next(given))
+        made.source = Fitting(robot)
+        return Algorithm5(
+            tmp_path / folder, ideal, SMALL, SETTINGS, robot, made.source, say=said.append,
+            start=start,
+        )
+
+    made.said, made.folder = said, tmp_path
+    return made
+
+
+def test_a_worse_policy_does_not_take_over_and_two_without_gain_end_it(loop):
+    algorithm = loop([-300.0, -200.0, -250.0, -201.0, -100.0])
+    assert algorithm.run()
+    done = algorithm.done
+    assert done.tests == [-300.0, -200.0, -250.0, -201.0] and done.driver == 1
+    assert algorithm.best == loop.folder / 'run' / 'round-1' / 'policy.safetensors'
+    assert any('worse than -200.0: the policy of round 1' in line for line in loop.said)
+
+
+def test_an_equal_policy_takes_over_but_is_no_gain(loop):
+    algorithm = loop([-300.0, -300.0, -300.0])
+    assert algorithm.run()
+    assert algorithm.done.driver == 2 and len(algorithm.done.tests) == 3
+
+
+def test_every_step_of_the_robot_is_counted_and_fitted(loop):
+    algorithm = loop([-3.0, -2.0, -1.0, -1.0, -1.0])
+    assert algorithm.run()
+    per_test, gathered = algorithm._robot.env.episode_steps, SETTINGS.transitions
+    assert algorithm.done.samples == 5 * per_test + 4 * gathered
+    in_first_fit = per_test + gathered
+    assert 0.9 * in_first_fit < loop.source.samples[0] <= in_first_fit
+
+
+def test_the_first_training_may_be_a_run_that_is_there(loop):
+    first = loop([-300.0, -200.0, -250.0, -260.0])
+    assert first.run()
+    start = loop.folder / 'run' / 'round-0'
+    second = loop([-50.0, -60.0, -70.0], start=start, folder='again')
+    assert second.done.phase == 'test' and second.run()
+    assert second.best == start / 'policy.safetensors'
+    assert not (loop.folder / 'again' / 'round-0').exists()
+
+
+def test_a_run_goes_on_with_the_phase_it_was_in(loop):
+    algorithm = loop([-300.0])
+    with pytest.raises((StopIteration, RuntimeError)):
+        algorithm.run()
+    again = loop([-200.0, -250.0, -260.0])
+    assert (again.done.tests, again.done.phase) == ([-300.0], 'test')
+    assert again.run() and again.done.tests == [-300.0, -200.0, -250.0, -260.0]
