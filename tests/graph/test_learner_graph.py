@@ -11,6 +11,7 @@ import pytest
 from leo_diffmodel.bags.recorder import recorded
 from leo_diffmodel.bags.recording import read_bag
 from leo_learner.policy import Policy
+from leo_sim.model_file import load_model
 
 pytestmark = [pytest.mark.graph, pytest.mark.slow]
 
@@ -24,7 +25,7 @@ effects:
 class Graph:
     """The three processes of one run in a folder."""
 
-    def __init__(self, spawn, folder: Path) -> None:
+    def __init__(self, spawn, folder: Path, **changes: list[str]) -> None:
         (folder / 'hidden.yaml').write_text(HIDDEN)
         self._spawn, self._folder = spawn, folder
         self._arguments = {
@@ -35,6 +36,8 @@ class Graph:
             'learner': ['leo_learner', 'learner', 'model:=pendulum', f'folder:={folder / "run"}',
                         'first_steps:=800', 'update_steps:=800', 'transitions:=500', 'tests:=1'],
         }
+        for name, more in changes.items():
+            self._arguments[name] += more
         self._processes: dict[str, subprocess.Popen] = {}
         for name in self._arguments:
             self.start(name)
@@ -78,3 +81,15 @@ def test_every_process_may_be_killed_and_the_loop_goes_on(spawn, tmp_path):
     samples = sum(len(e.t) for bag in recorded(tmp_path / 'rollout')
                   for e in read_bag(bag, 'pendulum').episodes)
     assert samples > 5 * 500
+
+
+def test_named_effects_move_into_the_model_between_updates(spawn, tmp_path):
+    graph = Graph(
+        spawn, tmp_path, robot=['noise:=[0.001,0.02]'], diffmodel=['repair:=true'],
+        learner=['transitions:=1000'],
+    )
+    graph.wait_for('done', seconds=180.0)
+    assert 'on top of link_mass at bob' in (tmp_path / 'learner.log').read_text()
+    repaired = load_model(tmp_path / 'run' / 'difference-001.yaml')
+    [effect] = repaired.effects
+    assert effect.parameters['m'] == pytest.approx(0.035, rel=0.05)

@@ -124,7 +124,7 @@ def test_recommended_network_takes_the_gap_away(steps, model, real):
     assert (again.version, again.trained_on, again.robot) == (1, 2500, 'pendulum')
     assert one_step_mse(steps, again, model) == one_step_mse(steps, fitted, model)
     state, u = real.state_from([2.0], [3.0]), [1.0]
-    added = correction(model, fitted, state.q, state.dq, np.array(u))
+    added = correction(model, model, fitted, state.q, state.dq, np.array(u))
     wanted = real.step(state, u, 0.05).dq - model.step(state, u, 0.05).dq
     assert added[1] == pytest.approx(wanted, abs=0.2 * abs(float(wanted[0])))
 

@@ -153,7 +153,8 @@ class Algorithm5:
         config = self._config
         if update and settings.thesis:
             config = replace(config, noise_sigma=UPDATE_SIGMA)
-        env = ModelEnv(self._model.changed(scheme='training'), self._difference())
+        model, difference = self._corrected()
+        env = ModelEnv(model.changed(scheme='training'), difference)
         training = Training(env, config, self._seed(), FusedAgent)
         if update:
             self._start_from_before(training)
@@ -205,8 +206,11 @@ class Algorithm5:
         weights = self._source.newer(self.done.version)
         difference = from_bytes(weights)
         (self._folder / f'difference-{difference.version:03d}.safetensors').write_bytes(weights)
-        self._say(f'difference model {difference.version}, from {difference.trained_on} steps')
         self.done.version = difference.version
+        named = [f'{placed.effect.name} at {", ".join(placed.where)}'
+                 for placed in self._corrected()[0].effects]
+        self._say(f'difference model {difference.version}, from {difference.trained_on} steps'
+                  + (f', on top of {", ".join(named)}' if named else ''))
         self.done.update += 1
         self.done.phase = 'train'
         return True
@@ -217,11 +221,13 @@ class Algorithm5:
         if self._settings.thesis:
             training.replay.load(newest(self._round(0)) / 'replay.npz', KEPT_REPLAY)
 
-    def _difference(self) -> DifferenceModel | None:
+    def _corrected(self) -> tuple[Model, DifferenceModel | None]:
+        """The model with the effects named so far, and the difference model on top of it."""
         if not self.done.version:
-            return None
+            return self._model, None
         path = self._folder / f'difference-{self.done.version:03d}.safetensors'
-        return from_bytes(path.read_bytes(), str(path))
+        difference = from_bytes(path.read_bytes(), str(path))
+        return difference.model_beside(path.with_suffix('.yaml'), self._model), difference
 
     def _round(self, update: int) -> Path:
         if update == 0 and self._start is not None:

@@ -34,7 +34,8 @@ def main(argv: list[str]) -> int:
     parser.add_argument('bags', nargs='+', type=Path)
     parser.add_argument('--model', required=True, help='model file or robot')
     parser.add_argument('--config', default='recommended', choices=CONFIG_NAMES)
-    parser.add_argument('--start', type=Path, help='weights the fit starts from')
+    parser.add_argument('--repair', action='store_true', help='name effects in the model first')
+    parser.add_argument('--start', type=Path, help='the previous weights')
     parser.add_argument('--limit', type=int, help='use the first LIMIT transitions')
     parser.add_argument('-o', '--output', type=Path, required=True, help='weights to write')
     options = parser.parse_args(argv)
@@ -52,19 +53,23 @@ def _fit(options: argparse.Namespace) -> dict[str, float]:
     from leo_diffmodel.difference.fit import fit
     from leo_diffmodel.difference.model import from_bytes
     from leo_diffmodel.difference.network import CONFIGS
+    from leo_diffmodel.difference.repaired import repaired
     from leo_sim.model_file import load_model
 
     os.nice(5)
-    model = load_model(options.model)
+    model, base = load_model(options.model), ''
     recordings = _readable(options.bags, model.robot)
+    if options.repair:
+        model, base = repaired(recordings, model, options.output.with_suffix('.yaml'))
     steps = transitions(recordings, model, options.limit)
     start = options.start and from_bytes(options.start.read_bytes(), str(options.start))
     config = CONFIGS[options.config]
-    fitted, report = fit(steps, model, config, start=start, on_epoch=_Progress())
+    fitted, report = fit(steps, model, config, start=start, base=base, on_epoch=_Progress())
     temporary = options.output.with_name(options.output.name + '.tmp')
     temporary.write_bytes(fitted.to_bytes())
     temporary.replace(options.output)
-    return {name: value for name, value in asdict(report).items() if value is not None}
+    named = {'effects': len(model.effects)} if options.repair else {}
+    return named | {name: value for name, value in asdict(report).items() if value is not None}
 
 
 def _readable(bags: Sequence[Path], robot: Robot) -> list[Recording]:

@@ -53,6 +53,7 @@ def fit(
     config: Config,
     *,
     start: DifferenceModel | None = None,
+    base: str = '',
     seed: int = 0,
     on_epoch: OnEpoch = lambda done, total, loss: None,
 ) -> tuple[DifferenceModel, Report]:
@@ -64,7 +65,8 @@ def fit(
         steps: all transitions gathered so far.
         model: they are predicted with.
         config: one of `CONFIGS`, or a variation.
-        start: the previous difference model, whose weights the fit starts from.
+        start: the previous difference model.
+        base: text of `model`'s file where it is a repaired one, for `DifferenceModel.base`.
         seed: of the first weights, the batches and the dropout.
         on_epoch: called after every pass over the data.
 
@@ -89,7 +91,7 @@ def fit(
     trust = _trust(network, fitted, watched) if config.members > 1 else None
     version = start.version + 1 if start else 1
     difference = DifferenceModel(
-        network, layout, config, model.robot.name, version, len(steps), trust
+        network, layout, config, model.robot.name, version, len(steps), trust, base
     )
     return difference, _report(difference, steps, data, cut, model, epochs)
 
@@ -116,10 +118,11 @@ def calibration(difference: DifferenceModel, data: Targets) -> np.ndarray:
 def _first_network(
     fresh: Network, config: Config, start: DifferenceModel | None, data: Targets
 ) -> Network:
-    if start is not None and start.config == config:
-        return copy.deepcopy(start.network)
+    """The one behind `start`, as in the thesis; with normalised data it begins anew."""
     if config.normalise:
         fresh.normalise(data.x, data.output_size())
+    elif start is not None and start.config == config:
+        return copy.deepcopy(start.network)
     return fresh
 
 

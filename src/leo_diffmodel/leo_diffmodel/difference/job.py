@@ -39,10 +39,12 @@ class Updates:
         folder: of the weights; made when the first fit begins.
         model: model file or robot the difference is taken from.
         config: one of `CONFIG_NAMES`.
+        repair: name effects first, and learn the difference from the model that has them.
     """
 
-    def __init__(self, folder: Path, model: str, config: str) -> None:
+    def __init__(self, folder: Path, model: str, config: str, repair: bool = False) -> None:
         self._folder, self._model, self._config = folder, model, config
+        self._repair = ['--repair'] if repair else []
         self._child: subprocess.Popen[bytes] | None = None
         self._output: IO[bytes] | None = None
         self._partial = b''
@@ -72,7 +74,7 @@ class Updates:
         command = [sys.executable, '-m', 'leo_diffmodel.difference.child', *map(str, bags)]
         command += ['--model', self._model, '--config', self._config]
         command += ['-o', str(self._folder / f'difference-{number:03d}.safetensors')]
-        command += ['--start', str(newest)] if newest else []
+        command += [*self._repair, *(['--start', str(newest)] if newest else [])]
         with self._log.open('wb') as log:
             self._child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log)
         assert self._child.stdout is not None

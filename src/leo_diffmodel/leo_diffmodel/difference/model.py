@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
 import json
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from leo_diffmodel.difference.trust import Trust
 from leo_msgs_py.errors import UserError
 from leo_sim.batch import rollout
 from leo_sim.model import Model, State
+from leo_sim.model_file import load_model
 
 TRUST = 'trust.'
 
@@ -47,6 +49,8 @@ class DifferenceModel:
         trained_on: transitions used.
         robot: name of the robot.
         trust: where its data end; None of a single network, which cannot know.
+        base: text of the model file it goes on top of, effects named on the way; empty where
+            that is the model it was asked for.
     """
 
     network: Network
@@ -56,6 +60,7 @@ class DifferenceModel:
     version: int
     trained_on: int
     trust: Trust | None = None
+    base: str = ''
 
     def __call__(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """The correction, (..., C), for angles and rates (..., J) and inputs (..., A)."""
@@ -122,6 +127,17 @@ class DifferenceModel:
         q, dq = (steps.q, steps.dq) if full else (steps.q_model, steps.dq_model)
         return self.layout.moved(q, dq, correction)
 
+    def model_beside(self, path: Path, given: Model) -> Model:
+        """The model it goes on top of: `given`, or the repaired one, which is written to `path`.
+
+        Raises:
+            UserError: the repaired model is none for this program.
+        """
+        if not self.base:
+            return given
+        path.write_text(self.base)
+        return load_model(path)
+
     def to_bytes(self) -> bytes:
         """As safetensors with `version`, `trained_on`, `robot`, `form` in the metadata."""
         metadata = {
@@ -130,6 +146,7 @@ class DifferenceModel:
             'trained_on': str(self.trained_on),
             'robot': self.robot,
             'form': self.config.form,
+            'base': self.base,
             'layout': json.dumps(asdict(self.layout)),
             'config': json.dumps(asdict(self.config)),
         }
@@ -162,7 +179,7 @@ def from_bytes(data: bytes, source: str = 'difference model') -> DifferenceModel
         ) from error
     return DifferenceModel(
         network.eval(), layout, config, metadata['robot'],
-        int(metadata['version']), int(metadata['trained_on']), trust,
+        int(metadata['version']), int(metadata['trained_on']), trust, metadata.get('base', ''),
     )
 
 

@@ -34,12 +34,14 @@ class Settings:
         bags: gives the folders of everything recorded so far, the open one too.
         folder: where the weights are kept; found again after a restart.
         config: `recommended`, `torque`, `full` or `thesis`.
+        repair: name effects in the model before the network is fitted.
     """
 
     model: str
     bags: Callable[[], Sequence[Path]]
     folder: Path
     config: str = 'recommended'
+    repair: bool = False
 
 
 class DifferenceService:
@@ -51,7 +53,10 @@ class DifferenceService:
             raise UserError(f'no difference model {settings.config!r}; give one of {names}')
         self._node, self._settings = node, settings
         self._model: Model = load_model(settings.model)
-        self._updates = Updates(settings.folder, settings.model, settings.config)
+        self._updates = Updates(
+            settings.folder, settings.model, settings.config, settings.repair
+        )
+        self._corrected = self._model
         self._difference: DifferenceModel | None = None
         self._corrections = node.create_publisher(*topics.DIFFERENCE_CORRECTION)
         self._weights = node.create_publisher(*topics.DIFFERENCE_WEIGHTS)
@@ -115,6 +120,7 @@ class DifferenceService:
             self._node.get_logger().error(str(error))
             return
         self._difference = difference
+        self._corrected = difference.model_beside(path.with_suffix('.yaml'), self._model)
         self._weights.publish(UInt8MultiArray(data=data))
         self._node.get_logger().info(
             f'difference model version {difference.version}, fitted to '
@@ -126,7 +132,9 @@ class DifferenceService:
             q, dq, inputs = read_query(message, self._model)
             dq_wanted, q_wanted = np.zeros_like(dq), np.zeros_like(q)
             if self._difference is not None:
-                q_wanted, dq_wanted = correction(self._model, self._difference, q, dq, inputs)
+                q_wanted, dq_wanted = correction(
+                    self._model, self._corrected, self._difference, q, dq, inputs
+                )
         except UserError as error:
             self._node.get_logger().error(str(error), throttle_duration_sec=1.0)
             return
@@ -141,12 +149,22 @@ class DifferenceService:
 
 
 def correction(
-    model: Model, difference: DifferenceModel, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray
+    model: Model, corrected: Model, difference: DifferenceModel, q: np.ndarray, dq: np.ndarray,
+    inputs: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What the difference model adds to the next angles [rad] and rates [rad/s], both (J,)."""
-    state = model.state_from(q, dq)
-    following = model.step(state, inputs, model.robot.control_period)
-    wanted = difference.applied(model, state, inputs, difference(q, dq, inputs))
+    """What is to be added to a model's next angles [rad] and rates [rad/s], both (J,).
+
+    Args:
+        model: whose next state is asked about.
+        corrected: the model that `difference` goes on top of: the same, or a repaired one.
+        difference: the difference model.
+        q: joint angles, (J,).
+        dq: joint rates, (J,).
+        inputs: what is held [V or N m], (A,).
+    """
+    following = model.step(model.state_from(q, dq), inputs, model.robot.control_period)
+    state = corrected.state_from(q, dq)
+    wanted = difference.applied(corrected, state, inputs, difference(q, dq, inputs))
     return wanted.q - following.q, wanted.dq - following.dq
 
 

@@ -41,6 +41,7 @@ class DiffModelNode:
         robot: model to name in the bag where the robot node does not say.
         model: model file or robot the difference model corrects.
         difference: its configuration, recommended, torque, full or thesis.
+        repair: name effects first; the difference is learned on top of them.
     """
 
     def __init__(self, node: Any) -> None:
@@ -71,6 +72,7 @@ class DiffModelNode:
             bags=partial(recorded, self._base),
             folder=self._base.with_name(f'{self._base.name}.difference'),
             config=api.fixed_parameter(self._node, 'difference', 'recommended'),
+            repair=api.fixed_parameter(self._node, 'repair', False),
         )
         return DifferenceService(self._node, settings)
 

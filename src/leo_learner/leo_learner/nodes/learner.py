@@ -74,8 +74,8 @@ def main(argv: list[str]) -> int:
     status.done = algorithm.done
     try:
         if algorithm.run():
-            log(f'done, {algorithm.done.samples} steps on the robot; best policy '
-                f'{algorithm.best}; try: leo play {algorithm.best}')
+            log(f'done; best policy {algorithm.best}, after {algorithm.done.samples} steps on '
+                f'the robot; try: leo play {algorithm.best}')
         else:
             log(f'stopped; start again with -p folder:={folder} to go on')
     except Stopped:
