@@ -13,7 +13,8 @@ from leo_learner.algorithm5 import Algorithm5, Settings
 from leo_learner.collect import play
 from leo_learner.ddpg import RECOMMENDED
 from leo_learner.env import ModelEnv
-from leo_learner.experiments.table7 import effects, RecordedEnv
+from leo_learner.experiments.rollouts import Rollouts
+from leo_learner.experiments.table7 import effects
 from leo_sim.model import Model
 
 SMALL = replace(RECOMMENDED, hidden=(8, 8), warm_up=64, test_interval=2, test_starts=1)
@@ -23,7 +24,7 @@ SETTINGS = Settings(updates=4, first_steps=120, update_steps=120, transitions=60
 class Fitting:
     """Fits a small difference model to what the robot has done so far."""
 
-    def __init__(self, robot: RecordedEnv) -> None:
+    def __init__(self, robot: Rollouts) -> None:
         self._robot, self._newest, self.samples = robot, None, []
 
     def newer(self, version: int) -> bytes:
@@ -38,7 +39,7 @@ class Fitting:
 def loop(tmp_path, monkeypatch):
     """Algorithm 5 on a heavier pendulum; the returns of its tests there are given."""
     ideal = Model('pendulum')
-    robot = RecordedEnv(ModelEnv(ideal.changed(effects=effects(ideal.robot, 'moved'))))
+    robot = Rollouts(ModelEnv(ideal.changed(effects=effects(ideal.robot, 'moved'))))
     said: list[str] = []
 
     def made(returns=None, start=None, folder='run') -> Algorithm5:

@@ -27,6 +27,8 @@ from leo_learner.learning import learn, POLICY
 from leo_learner.policy import Policy
 from leo_sim.model import Model
 
+DONE = 'algorithm5.json'
+"""What of a run has been done, in its folder."""
 UPDATE_SIGMA = 0.12
 """Exploration once there is a difference model (data sheet section 10)."""
 KEPT_REPLAY = 100_000
@@ -44,6 +46,7 @@ class Settings:
         update_steps: training after each update.
         transitions: gathered on the robot before each update.
         tests: episodes per test on the robot.
+        network: train on what the network says too; without it on the named effects alone.
         thesis: keep the first training's replay and explore less after an update, as the thesis
             does; without it a retraining keeps the networks alone, which learns faster.
         seed: of everything drawn.
@@ -55,13 +58,14 @@ class Settings:
     update_steps: int = 6000
     transitions: int = 5000
     tests: int = 5
+    network: bool = True
     thesis: bool = False
     seed: int = 0
 
 
 @dataclass
 class Done:
-    """What has been done so far; `algorithm5.json` in the run's folder.
+    """What has been done so far; the file `DONE` in the run's folder.
 
     Attributes:
         update: number of the round, 0 is the training on the model alone.
@@ -112,6 +116,7 @@ class Algorithm5:
         alive: False ends a training early, after its episode.
         say: receives one line per phase.
         start: run of `leo learn` that takes the place of the first training.
+        quiet: no progress lines.
     """
 
     def __init__(
@@ -125,10 +130,11 @@ class Algorithm5:
         alive: Callable[[], bool] = lambda: True,
         say: Callable[[str], None] = print,
         start: Path | None = None,
+        quiet: bool = False,
     ) -> None:
         self._folder, self._model, self._config = folder, model, config
         self._settings, self._robot, self._source = settings, robot, source
-        self._alive, self._say, self._start = alive, say, start
+        self._alive, self._say, self._start, self._quiet = alive, say, start, quiet
         self.done = self._read()
 
     def run(self) -> bool:
@@ -148,12 +154,16 @@ class Algorithm5:
         """The policy that drives the robot: no other had a better test there."""
         return self._round(self.done.driver) / POLICY
 
+    def policies(self) -> list[Path]:
+        """Of the rounds that were tested."""
+        return [self._round(update) / POLICY for update in range(len(self.done.tests))]
+
     def _train(self) -> bool:
         update, settings = self.done.update, self._settings
         config = self._config
         if update and settings.thesis:
             config = replace(config, noise_sigma=UPDATE_SIGMA)
-        model, difference = self._corrected()
+        model, difference = self.corrected()
         env = ModelEnv(model.changed(scheme='training'), difference)
         training = Training(env, config, self._seed(), FusedAgent)
         if update:
@@ -163,7 +173,7 @@ class Algorithm5:
         self._say(f'round {update}: training {steps} steps on {on}')
         outcome = learn(
             training, self._model.robot, steps, self._round(update),
-            title=f'round {update}', alive=self._alive,
+            title=f'round {update}', quiet=self._quiet, alive=self._alive,
         )
         self.done.phase = 'test'
         return outcome.finished
@@ -208,7 +218,7 @@ class Algorithm5:
         (self._folder / f'difference-{difference.version:03d}.safetensors').write_bytes(weights)
         self.done.version = difference.version
         named = [f'{placed.effect.name} at {", ".join(placed.where)}'
-                 for placed in self._corrected()[0].effects]
+                 for placed in self.corrected()[0].effects]
         self._say(f'difference model {difference.version}, from {difference.trained_on} steps'
                   + (f', on top of {", ".join(named)}' if named else ''))
         self.done.update += 1
@@ -221,13 +231,14 @@ class Algorithm5:
         if self._settings.thesis:
             training.replay.load(newest(self._round(0)) / 'replay.npz', KEPT_REPLAY)
 
-    def _corrected(self) -> tuple[Model, DifferenceModel | None]:
+    def corrected(self) -> tuple[Model, DifferenceModel | None]:
         """The model with the effects named so far, and the difference model on top of it."""
         if not self.done.version:
             return self._model, None
         path = self._folder / f'difference-{self.done.version:03d}.safetensors'
         difference = from_bytes(path.read_bytes(), str(path))
-        return difference.model_beside(path.with_suffix('.yaml'), self._model), difference
+        model = difference.model_beside(path.with_suffix('.yaml'), self._model)
+        return model, difference if self._settings.network else None
 
     def _round(self, update: int) -> Path:
         if update == 0 and self._start is not None:
@@ -238,13 +249,13 @@ class Algorithm5:
         return 1000 * self._settings.seed + self.done.update
 
     def _read(self) -> Done:
-        path = self._folder / 'algorithm5.json'
+        path = self._folder / DONE
         if path.exists():
             return Done(**json.loads(path.read_text()))
         return Done(phase='train' if self._start is None else 'test')
 
     def _write(self) -> None:
         self._folder.mkdir(parents=True, exist_ok=True)
-        temporary = self._folder / 'algorithm5.json.tmp'
+        temporary = self._folder / f'{DONE}.tmp'
         temporary.write_text(json.dumps(asdict(self.done), indent=1))
-        temporary.replace(self._folder / 'algorithm5.json')
+        temporary.replace(self._folder / DONE)

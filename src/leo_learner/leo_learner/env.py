@@ -91,15 +91,19 @@ class ModelEnv(RobotSpaces):
     def step(self, action: np.ndarray) -> Step:
         """Hold `action` [V or N m] for one control period."""
         inputs = np.clip(np.asarray(action, float), -self.robot.limits, self.robot.limits)
-        before, sensed = self.state, self._sensed(self.state)
-        info: dict[str, Any] = {}
-        if self.difference is None:
-            self.state = self.model.step(before, inputs, self.robot.control_period)
-        else:
-            judged = self.difference.judge(sensed.q, sensed.dq, inputs)
-            self.state = self.difference.applied(self.model, before, inputs, judged.correction)
-            info = {'factor': judged.factor, 'channel': judged.channel}
+        sensed = self._sensed(self.state)
+        info = self.advance(inputs)
         return self._outcome(sensed, inputs, self._sensed(self.state), info)
+
+    def advance(self, inputs: np.ndarray) -> dict[str, Any]:
+        """Move `state` on by one control period; what the difference model says of it."""
+        if self.difference is None:
+            self.state = self.model.step(self.state, inputs, self.robot.control_period)
+            return {}
+        sensed = self._sensed(self.state)
+        judged = self.difference.judge(sensed.q, sensed.dq, inputs)
+        self.state = self.difference.applied(self.model, self.state, inputs, judged.correction)
+        return {'factor': judged.factor, 'channel': judged.channel}
 
     def _sensed(self, state: State) -> State:
         q, dq = self.model.sense(state)

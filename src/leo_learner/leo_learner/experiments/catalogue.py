@@ -1,71 +1,108 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The experiments on LEO by name: which cases, and what the thesis has beside them."""
+"""The experiments on LEO by name: which cases, how they are run and shown."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from leo_learner.experiments.walking import ABLATION, Case, KNEE_ENDS
+from leo_learner.configs import ABLATION
+from leo_learner.experiments import transfer, transfer_page, walking, walking_page
+from leo_learner.experiments.cases import Row
+from leo_learner.experiments.walking import KNEE_ENDS
+from leo_learner.experiments.walking_page import Group
 
-Group = tuple[str, str, str, str, str]
-"""Robot, truth, agent, actions, config."""
+
+@dataclass(frozen=True)
+class Kind:
+    """What the cases of an experiment are.
+
+    Attributes:
+        file: name of the results file.
+        run: makes the line of a case, given the folder of all runs.
+        seconds: usual time of a case on one core.
+        share: how much of a case is done in the folder of all runs, 0 to 1.
+        table: Markdown.
+        figure: writes a PNG.
+    """
+
+    file: str
+    run: Callable[..., Row]
+    seconds: Callable[[Any], float]
+    share: Callable[[Any, Path], float]
+    table: Callable[[Sequence[Any], Sequence[Row]], str]
+    figure: Callable[[str, Sequence[Any], Sequence[Row], Path], None]
+
+
+WALKING = Kind(
+    'leo_walking.jsonl', walking.run_case, walking.seconds, walking.share,
+    walking_page.table, walking_page.figure,
+)
+TRANSFER = Kind(
+    'leo_transfer.jsonl', transfer.run_case, transfer.seconds, transfer.share,
+    transfer_page.table, transfer_page.figure,
+)
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """Cases that are read together.
-
-    Attributes:
-        title: of its table and its figure.
-        cases: in the order they are run.
-        thesis: return and distance [m] that the thesis has for a group.
-    """
+    """Cases that are read together, in the order they are run."""
 
     title: str
-    cases: tuple[Case, ...]
-    thesis: Mapping[Group, tuple[float, float]] = field(default_factory=dict)
+    kind: Kind
+    cases: tuple[Any, ...]
 
 
-def group(case: Case) -> Group:
-    """What a case shares with those that differ by seed alone."""
-    return case.robot, case.truth, case.agent, case.actions, case.config
+def _runs(kind: Group, steps: int, seeds: Sequence[int]) -> tuple[walking.Case, ...]:
+    return tuple(walking.Case(*kind, steps=steps, seed=seed) for seed in seeds)
 
 
-def _cases(kind: Group, steps: int, seeds: Sequence[int]) -> tuple[Case, ...]:
-    return tuple(Case(*kind, steps=steps, seed=seed) for seed in seeds)
+def _transfers(gap: str, repair: str, updates: int, seeds: int) -> tuple[transfer.Case, ...]:
+    return tuple(
+        transfer.Case(gap, repair, updates, TRANSITIONS, UPDATE_STEPS, seed)
+        for seed in range(seeds)
+    )
 
 
-IDEAL = ('leo', 'ideal', 'ddpg', 'full', 'recommended')
-REAL = ('leo', 'real', 'ddpg', 'full', 'recommended')
-LITERAL = ('leo', 'ideal', 'ddpg', 'full', f'thesis{KNEE_ENDS}')
-KNEE_STOPS = ('leo', 'ideal', 'ddpg', 'full', 'thesis')
-SYM = ('leo_ode', 'ideal', 'ddpg', 'sym', 'recommended')
-FULL = ('leo_ode', 'ideal', 'ddpg', 'full', 'recommended')
-SARSA = ('leo_ode', 'ideal', 'sarsa', 'sym', 'thesis')
-
+TRANSITIONS, UPDATE_STEPS = 5000, 60_000
 EXPERIMENTS = {
     'walk': Experiment(
-        'LEO learns to walk on the ideal model', _cases(IDEAL, 300_000, range(10))
-    ),
-    'literal': Experiment(
-        'DDPG as the thesis has it',
-        _cases(LITERAL, 300_000, range(2)) + _cases(KNEE_STOPS, 300_000, range(3)),
-    ),
-    'ablation': Experiment(
-        'What each option is worth',
-        tuple(
-            case for name in ('recommended', *ABLATION)
-            for case in _cases(('leo', 'ideal', 'ddpg', 'full', name), 200_000, range(2))
-        ),
-    ),
-    'table3': Experiment(
-        'Thesis Table 3: DDPG and SARSA on leo_ode',
-        _cases(SYM, 300_000, range(4)) + _cases(FULL, 300_000, range(3))
-        + _cases(SARSA, 1_000_000, range(2)),
-        {SYM: (4573.0, 11.0), FULL: (2462.0, 7.92), SARSA: (2791.0, 7.80)},
+        'LEO learns to walk on the ideal model', WALKING,
+        _runs(('leo', 'ideal', 'ddpg', 'full', 'recommended'), 300_000, range(10)),
     ),
     'real': Experiment(
-        'LEO learns to walk on the real model', _cases(REAL, 300_000, range(4))
+        'LEO learns to walk on the real model', WALKING,
+        _runs(('leo', 'real', 'ddpg', 'full', 'recommended'), 300_000, range(4)),
     ),
-}  # fmt: skip
+    'table6': Experiment(
+        'From the ideal to the real LEO: thesis Figure 16 and Table 6', TRANSFER,
+        _transfers('thesis', 'network', 2, 4),
+    ),
+    'table3': Experiment(
+        'Thesis Table 3: DDPG and SARSA on leo_ode', WALKING,
+        _runs(('leo_ode', 'ideal', 'ddpg', 'sym', 'recommended'), 300_000, range(4))
+        + _runs(('leo_ode', 'ideal', 'ddpg', 'full', 'recommended'), 300_000, range(3))
+        + _runs(('leo_ode', 'ideal', 'sarsa', 'sym', 'thesis'), 1_000_000, range(2)),
+    ),
+    'literal': Experiment(
+        'DDPG as the thesis has it', WALKING,
+        _runs(('leo', 'ideal', 'ddpg', 'full', f'thesis{KNEE_ENDS}'), 300_000, range(2))
+        + _runs(('leo', 'ideal', 'ddpg', 'full', 'thesis'), 300_000, range(3)),
+    ),
+    'ablation': Experiment(
+        'What each option is worth', WALKING,
+        tuple(
+            case for name in ('recommended', *ABLATION)
+            for case in _runs(('leo', 'ideal', 'ddpg', 'full', name), 200_000, range(2))
+        ),
+    ),
+    'rows': Experiment(
+        'Network, named effects, both, or a full model', TRANSFER,
+        tuple(
+            case for gap in ('thesis', 'hidden-1') for repair in transfer.REPAIRS
+            for case in _transfers(gap, repair, 1, 2)
+        ),
+    ),
+}

@@ -15,10 +15,9 @@ from pathlib import Path
 import time
 from typing import Any
 
-import gymnasium
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.difference.data import transitions
 from leo_diffmodel.difference.fit import fit
 from leo_diffmodel.difference.layout import layout_of
@@ -27,7 +26,8 @@ from leo_learner.checkpoint import start_from
 from leo_learner.collect import collect, play
 from leo_learner.configs import configuration
 from leo_learner.ddpg import Training
-from leo_learner.env import ModelEnv, Step
+from leo_learner.env import ModelEnv
+from leo_learner.experiments.rollouts import Rollouts
 from leo_learner.fused import FusedAgent
 from leo_learner.learning import learn
 from leo_learner.policy import Policy
@@ -73,38 +73,6 @@ class Case:
     seed: int
 
 
-class RecordedEnv(gymnasium.Wrapper):
-    """Keeps true states and inputs of a model's episodes as a recording would hold them."""
-
-    env: ModelEnv
-
-    def __init__(self, env: ModelEnv) -> None:
-        super().__init__(env)
-        self.episodes: list[list[tuple[np.ndarray, ...]]] = []
-
-    def reset(self, **options: Any) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin the next episode."""
-        answer = self.env.reset(**options)
-        self.episodes.append([])
-        return answer
-
-    def step(self, action: np.ndarray) -> Step:
-        """Step, and note what happened."""
-        before, answer = self.env.state, self.env.step(action)
-        self.episodes[-1].append((before.q, before.dq, np.asarray(action)))
-        return answer
-
-    def recording(self) -> Recording:
-        """Everything so far."""
-        robot, period = self.env.robot, self.env.robot.control_period
-        return Recording(
-            path=Path('in-process'), sha256='', joints=robot.joint_names,
-            actuators=tuple(a.joint for a in robot.actuators), input=robot.input,
-            command_period=period, metadata={},
-            episodes=tuple(_episode(rows, period) for rows in self.episodes if len(rows) > 1),
-        )
-
-
 def run_case(case: Case, folder: Path, quiet: bool = False) -> dict[str, Any]:
     """The results of one case; training runs in `folder` are taken up where they were."""
     began = time.monotonic()
@@ -113,7 +81,7 @@ def run_case(case: Case, folder: Path, quiet: bool = False) -> dict[str, Any]:
     trained = _Trainer(case, folder, quiet)
     first = trained.on('ideal', ModelEnv(ideal), case.steps)
     reference = trained.on(f'{case.truth}-real', ModelEnv(real), case.steps)
-    gathered = RecordedEnv(ModelEnv(real))
+    gathered = Rollouts(ModelEnv(real))
     collect(gathered, first, case.transitions, case.seed)
     name = f'{case.truth}-{case.repair}-{case.transitions}'
     env, told = _repaired(case, ideal, gathered.recording(), trained.folder / f'{name}.yaml')
@@ -218,10 +186,3 @@ def _mse(recording: Recording, model: Model, limit: int) -> float:
     held_out = steps.part(slice(round(0.75 * len(steps)), None))
     real = layout.state(held_out.q_next, held_out.dq_next)
     return float(np.mean((real - layout.state(held_out.q_model, held_out.dq_model)) ** 2))
-
-
-def _episode(rows: list[tuple[np.ndarray, ...]], period: float) -> Episode:
-    q, dq, inputs = (np.array(column) for column in zip(*rows, strict=True))
-    enabled = np.ones(inputs.shape, bool)
-    t = np.arange(len(q), dtype=np.float64) * period
-    return Episode(t=t, q=q, dq=dq, inputs=inputs, enabled=enabled)

@@ -14,7 +14,7 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 from leo_learner import sarsa
 from leo_learner.checkpoint import PREFIX
 from leo_learner.collect import play
-from leo_learner.configs import RECOMMENDED_WALKING, THESIS_WALKING
+from leo_learner.configs import ABLATION, RECOMMENDED_WALKING, THESIS_WALKING
 from leo_learner.ddpg import Config, Training
 from leo_learner.env import model_env, training_env
 from leo_learner.fused import FusedAgent
@@ -30,7 +30,6 @@ from leo_sim.robot_file import TerminationFile
 
 STARTS = 11
 """Episodes that the best policy is judged by: the nominal start and ten random ones."""
-ABLATION: dict[str, Config] = {}
 CONFIGS = {'recommended': RECOMMENDED_WALKING, 'thesis': THESIS_WALKING, **ABLATION}
 KNEE_ENDS = '+knee_ends'
 """Follows a configuration's name where a straight knee ends the episode, as in the thesis' code;
@@ -119,10 +118,11 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
     }
 
 
-def steps_done(case: Case, folder: Path) -> int:
-    """Transitions that the newest checkpoint of a case's run has."""
+def share(case: Case, folder: Path) -> float:
+    """How much of a case's training its newest checkpoint has."""
     names = [path.name for path in (folder / case.folder).glob(f'{PREFIX}*')]
-    return max((int(name.removeprefix(PREFIX)) for name in names), default=0)
+    steps = max((int(name.removeprefix(PREFIX)) for name in names), default=0)
+    return min(steps / case.steps, 1.0)
 
 
 def judge(policy: Policy, model: Model, starts: int = STARTS) -> list[dict[str, Any]]:

@@ -28,9 +28,8 @@ from leo_sim.robot import Robot
 
 
 def read_settings(node: Any) -> Settings:
-    """Declare the parameters of `Settings` on `node`, all but `thesis`, and read them."""
-    defaults = asdict(Settings())
-    defaults.pop('thesis')
+    """Declare the numbers of `Settings` as parameters on `node`, and read them."""
+    defaults = {name: v for name, v in asdict(Settings()).items() if not isinstance(v, bool)}
     given = {name: api.fixed_parameter(node, name, value) for name, value in defaults.items()}
     for name, value in given.items():
         least = int(name in ('tests', 'transitions', 'patience'))

@@ -3,15 +3,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 import json
 from pathlib import Path
 import threading
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from leo_learner.verbs import reproduce_table7
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import dispatch, Parser
+
+if TYPE_CHECKING:
+    from leo_learner.experiments.catalogue import Experiment
 
 EXAMPLES = """\
   leo reproduce walk            LEO learns to walk, ten seeds
@@ -20,7 +25,7 @@ EXAMPLES = """\
   leo reproduce all --jobs 2    everything on LEO that has not been run yet"""
 LOOK_PERIOD = 5.0
 """How often the progress of the runs is looked at [s]."""
-NAMES = ('walk', 'literal', 'ablation', 'table3', 'real', 'all')
+NAMES = ('walk', 'real', 'table3', 'table6', 'literal', 'ablation', 'rows', 'all')
 
 
 def main(argv: list[str]) -> int:
@@ -47,8 +52,8 @@ def _parser(name: str) -> Parser:
         help='of the training runs; those that were stopped go on',
     )
     parser.add_argument(
-        '--results', type=Path, default=Path('benchmarks', 'results', 'leo.jsonl'),
-        metavar='FILE', help='one line per case is appended; cases found there are not run again',
+        '--results', type=Path, default=Path('benchmarks', 'results'), metavar='DIR',
+        help='of the lines of the cases; those found there are not run again',
     )
     parser.add_argument(
         '--page', type=Path, default=Path('docs', 'leo_results.md'), metavar='FILE',
@@ -59,59 +64,85 @@ def _parser(name: str) -> Parser:
 
 
 def _experiment(name: str, argv: list[str]) -> int:
-    from leo_learner.experiments.cases import hours, missing, read_results
+    from leo_learner.experiments.cases import missing, read_results
     from leo_learner.experiments.catalogue import EXPERIMENTS
-    from leo_learner.experiments.page import table, write_page
-    from leo_learner.experiments.walking import seconds
+    from leo_learner.experiments.page import write_page
 
     options = _parser(name).parse_args(argv)
     if options.jobs < 1:
         raise UserError('leo reproduce: --jobs takes 1 or more')
     chosen = list(EXPERIMENTS.values()) if name == 'all' else [EXPERIMENTS[name]]
-    cases = list(dict.fromkeys(case for each in chosen for case in each.cases))
-    left = missing(cases, options.results)
-    time = hours(cases, options.results, options.jobs, seconds)
     if not options.json:
-        print(f'{len(cases)} cases, {len(left)} of them to run: about {time:.1f} h '
-              f'with {options.jobs} at once; lines in {options.results}')
+        _announce(chosen, options)
     if not options.plan:
-        _run(left, options)
-        write_page(options.page, options.results, read_results(options.results))
-    rows = read_results(options.results)
-    if options.json:
-        print(json.dumps({'cases': len(cases), 'left': len(missing(cases, options.results)),
-                          'hours': time, 'rows': rows}))
-    else:
         for each in chosen:
-            print(f'\n{each.title}\n{table(each, rows)}')
+            _run(each, options)
+        write_page(options.page, options.results)
+    told: list[dict[str, Any]] = [
+        {'title': each.title, 'cases': len(each.cases),
+         'left': len(missing(each.cases, options.results / each.kind.file)),
+         'rows': read_results(options.results / each.kind.file)}
+        for each in chosen
+    ]
+    if options.json:
+        print(json.dumps(told))
+    else:
+        for each, answer in zip(chosen, told, strict=True):
+            print(f'\n{each.title}\n{each.kind.table(each.cases, answer["rows"])}')
         print(f'page: {options.page}')
     return 0
 
 
-def _run(left: list[Any], options: Any) -> None:
+def _announce(chosen: list[Experiment], options: Any) -> None:
+    """Say what is left to run and how long it will take."""
+    from leo_learner.experiments.cases import hours, missing
+
+    total = 0.0
+    for each in chosen:
+        path = options.results / each.kind.file
+        time = hours(each.cases, path, options.jobs, each.kind.seconds)
+        total += time
+        print(f'{each.title}: {len(missing(each.cases, path))} of {len(each.cases)} cases to run, '
+              f'about {time:.1f} h')
+    print(f'about {total:.1f} h in all with {options.jobs} at once; lines in {options.results}')
+
+
+def _run(experiment: Experiment, options: Any) -> None:
     from rich.console import Console
     from rich.progress import Progress
 
-    from leo_learner.experiments.cases import run_cases
-    from leo_learner.experiments.walking import run_case, steps_done
+    from leo_learner.experiments.cases import missing, run_cases
 
-    run = partial(run_case, folder=options.folder)
-    ended = threading.Event()
+    kind, path = experiment.kind, options.results / experiment.kind.file
+    left = missing(experiment.cases, path)
+    run = partial(kind.run, folder=options.folder)
     with Progress(console=Console(stderr=True), disable=options.json) as progress:
-        task = progress.add_task('transitions', total=sum(case.steps for case in left))
+        task = progress.add_task(experiment.title, total=sum(map(kind.seconds, left)))
 
-        def watch() -> None:
-            while not ended.wait(LOOK_PERIOD):
-                done = sum(steps_done(case, options.folder) for case in left)
-                progress.update(task, completed=done)
+        def look() -> None:
+            done = (kind.seconds(case) * kind.share(case, options.folder) for case in left)
+            progress.update(task, completed=sum(done))
 
-        threading.Thread(target=watch, daemon=True).start()
-        try:
-            for row in run_cases(left, run, options.results, options.jobs, options.backend):
+        with _every(LOOK_PERIOD, look):
+            for row in run_cases(left, run, path, options.jobs, options.backend):
                 progress.console.print(
-                    f'{row["robot"]} {row["truth"]} {row["agent"]} {row["actions"]} '
-                    f'{row["config"]} seed {row["seed"]}: test return {row["test_return"]:.0f}, '
-                    f'{row["nominal"]["distance"]:.2f} m, {row["seconds"] / 60:.0f} min'
+                    f'{experiment.title}: seed {row["seed"]}, {row["seconds"] / 60:.0f} min'
                 )
-        finally:
-            ended.set()
+
+
+@contextmanager
+def _every(period: float, call: Callable[[], None]) -> Iterator[None]:
+    """Call something every `period` s meanwhile, from a thread of its own."""
+    ended = threading.Event()
+
+    def repeat() -> None:
+        while not ended.wait(period):
+            call()
+
+    thread = threading.Thread(target=repeat)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How far a corrected model is from the robot some control steps ahead."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.difference.layout import layout_of
+from leo_learner.env import ModelEnv
+
+
+def mse_ahead(env: ModelEnv, recording: Recording, steps: int) -> float:
+    """Mean squared error over the state vector after `steps` control steps, raw units.
+
+    Args:
+        env: of the model with what corrects it.
+        recording: at the control rate; windows of `steps` one after the other, none across the
+            end of an episode.
+        steps: 1 for the one-step error.
+    """
+    layout = layout_of(env.robot)
+    errors = [
+        layout.state(*reached) - layout.state(*predicted)
+        for reached, predicted in _pairs(env, recording, steps)
+    ]
+    return float(np.mean(np.square(errors)))
+
+
+def _pairs(
+    env: ModelEnv, recording: Recording, steps: int
+) -> Iterator[tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]]:
+    """Angles and rates that the robot reached, and those predicted for it."""
+    for episode in recording.episodes:
+        for k in range(0, len(episode.q) - steps, steps):
+            env.state = env.model.state_from(episode.q[k], episode.dq[k])
+            for inputs in episode.inputs[k : k + steps]:
+                env.advance(inputs)
+            yield (episode.q[k + steps], episode.dq[k + steps]), (env.state.q, env.state.dq)

@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+def markdown(heads: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    """A table; every line has as many cells as there are heads."""
+    rows = [heads, ['---'] * len(heads), *lines]
+    return '\n'.join(f'| {" | ".join(row)} |' for row in rows)

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a simulated robot did under a policy, kept as a recording or written as a bag."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_learner.env import ModelEnv, Step
+
+Rows = list[tuple[np.ndarray, ...]]
+
+
+class Rollouts(gymnasium.Wrapper):
+    """Keeps true states and inputs of a model's episodes."""
+
+    env: ModelEnv
+
+    def __init__(self, env: ModelEnv) -> None:
+        super().__init__(env)
+        self.episodes: list[Rows] = []
+
+    def reset(self, **options: Any) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin the next episode."""
+        answer = self.env.reset(**options)
+        self.episodes.append([self._row(np.zeros(len(self.env.robot.limits)))])
+        return answer
+
+    def step(self, action: np.ndarray) -> Step:
+        """Step, and note what happened."""
+        answer = self.env.step(action)
+        rows = self.episodes[-1]
+        rows[-1] = (*rows[-1][:2], self.env.applied)
+        rows.append(self._row(self.env.applied))
+        return answer
+
+    def recording(self) -> Recording:
+        """Everything so far."""
+        robot, period = self.env.robot, self.env.robot.control_period
+        return Recording(
+            path=Path('in-process'), sha256='', joints=robot.joint_names,
+            actuators=tuple(a.joint for a in robot.actuators), input=robot.input,
+            command_period=period, metadata={},
+            episodes=tuple(_episode(rows, period) for rows in self._whole()),
+        )
+
+    def write(self, folder: Path) -> None:
+        """Move the episodes so far into a bag; nothing where there are none."""
+        robot, period = self.env.robot, self.env.robot.control_period
+        runs = [_run(_episode(rows, period), self.env) for rows in self._whole()]
+        if runs:
+            write_runs(folder, runs, {'robot': robot.name})
+        self.episodes = []
+
+    def _whole(self) -> list[Rows]:
+        return [rows for rows in self.episodes if len(rows) > 2]
+
+    def _row(self, inputs: np.ndarray) -> tuple[np.ndarray, ...]:
+        return self.env.state.q, self.env.state.dq, inputs
+
+
+def _episode(rows: Rows, period: float) -> Episode:
+    q, dq, inputs = (np.array(column) for column in zip(*rows, strict=True))
+    t = np.arange(len(q), dtype=np.float64) * period
+    return Episode(t=t, q=q, dq=dq, inputs=inputs, enabled=np.ones(inputs.shape, bool))
+
+
+def _run(episode: Episode, env: ModelEnv) -> Run:
+    kind = 'voltage' if env.robot.input == 'voltage' else 'effort'
+    inputs = {
+        actuator.joint: {kind: episode.inputs[:, k]}
+        for k, actuator in enumerate(env.robot.actuators)
+    }
+    return Run(episode.t, env.robot.joint_names, episode.q, episode.dq, inputs=inputs)

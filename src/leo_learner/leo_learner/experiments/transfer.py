@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A policy learned on the ideal LEO moves to the real one: Figure 16 and Table 6 of the thesis.
+
+Algorithm 5 from the ideal policy of a seed, whether or not it falls on the real robot. The real
+robot is a model with what the ideal one lacks; everything it does is written to bags, from which
+the difference model is fitted (and effects are named) as the difference-model node does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from datetime import date
+import json
+from pathlib import Path
+import time
+from typing import Any
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import read_bag, Recording
+from leo_diffmodel.difference.data import transitions
+from leo_diffmodel.difference.fit import fit
+from leo_diffmodel.difference.network import CONFIGS
+from leo_diffmodel.difference.repaired import repaired
+from leo_learner.algorithm5 import Algorithm5, DONE, Settings
+from leo_learner.collect import collect
+from leo_learner.configs import RECOMMENDED_WALKING
+from leo_learner.env import ModelEnv
+from leo_learner.experiments import walking
+from leo_learner.experiments.ahead import mse_ahead
+from leo_learner.experiments.rollouts import Rollouts
+from leo_learner.learning import POLICY
+from leo_learner.policy import Policy
+from leo_sim.drawing import draw
+from leo_sim.model import Model
+
+REPAIRS = {
+    'network': ('torque', False, True),
+    'effects': ('torque', True, False),
+    'both': ('torque', True, True),
+    'full': ('full', False, True),
+}
+"""Configuration of the difference model, whether effects are named, whether it is used."""
+THESIS_GAP = 'thesis'
+FIRST_STEPS = 300_000
+TEST_STEPS, TEST_SEED, AHEAD = 1000, 10_000, (1, 10)
+"""Of the bag that the errors are taken on, and control steps of 0.03 s ahead."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One transfer.
+
+    Attributes:
+        gap: `thesis`, or `hidden-S`: one effect drawn by the seed S.
+        repair: one of `REPAIRS`.
+        updates: of the difference model, at most.
+        transitions: gathered on the real robot before each update.
+        steps: retraining after each update.
+        seed: of the ideal policy and of everything drawn.
+    """
+
+    gap: str
+    repair: str
+    updates: int
+    transitions: int
+    steps: int
+    seed: int
+
+    @property
+    def folder(self) -> Path:
+        """Of the transfer, within that of all runs."""
+        kind = f'transfer-{self.gap}-{self.repair}-{self.updates}x{self.transitions}-{self.steps}'
+        return Path(kind, f'seed-{self.seed}')
+
+
+def seconds(case: Case) -> float:
+    """Usual time of a case on one core, its ideal policy apart."""
+    return case.updates * (240.0 + 4e-3 * case.steps)
+
+
+def share(case: Case, folder: Path) -> float:
+    """How much of a case is done, by its updates."""
+    path = folder / case.folder / DONE
+    return json.loads(path.read_text())['update'] / (1 + case.updates) if path.exists() else 0.0
+
+
+def real_model(gap: str) -> Model:
+    """The real robot of a gap."""
+    if gap == THESIS_GAP:
+        return walking.model_of(ideal_case(0, truth='real'))
+    model = Model('leo')
+    effect = draw(model.robot, np.random.default_rng(int(gap.removeprefix('hidden-'))))
+    return model.changed(effects=[effect])
+
+
+def ideal_case(seed: int, truth: str = 'ideal') -> walking.Case:
+    """The training run a transfer begins with."""
+    return walking.Case('leo', truth, 'ddpg', 'full', 'recommended', FIRST_STEPS, seed)
+
+
+def run_case(case: Case, folder: Path) -> dict[str, Any]:
+    """The line of a case: how the policy of every round walks on the real robot.
+
+    Raises:
+        KeyboardInterrupt: it was stopped; it goes on with the phase it was in.
+    """
+    began = time.monotonic()
+    start, own = folder / ideal_case(case.seed).folder, folder / case.folder
+    if not (start / POLICY).exists():
+        walking.train(ideal_case(case.seed), folder)
+    real = real_model(case.gap)
+    config, names, network = REPAIRS[case.repair]
+    robot = Rollouts(ModelEnv(real))
+    source = Bags(own, robot, config, names)
+    settings = Settings(
+        updates=case.updates, update_steps=case.steps, transitions=case.transitions, tests=1,
+        network=network, seed=case.seed,
+    )
+    algorithm = Algorithm5(
+        own, Model('leo'), RECOMMENDED_WALKING, settings, robot, source, start=start,
+        say=lambda text: None, quiet=True,
+    )
+    if not algorithm.run():
+        raise KeyboardInterrupt
+    rounds = [walking.judge(Policy.load(path), real) for path in algorithm.policies()]
+    return asdict(case) | {
+        'rounds': rounds, 'driver': algorithm.done.driver, 'samples': algorithm.done.samples,
+        'fits': source.reports(), 'errors': _errors(algorithm, real),
+        'seconds': round(time.monotonic() - began, 1), 'date': str(date.today()),
+    }
+
+
+class Bags:
+    """Fits difference models to everything the robot has done, as the node does.
+
+    Args:
+        folder: of the bags and the fits.
+        robot: which keeps what it does.
+        config: of the difference model.
+        names: whether effects are named first.
+    """
+
+    def __init__(self, folder: Path, robot: Rollouts, config: str, names: bool) -> None:
+        self._folder, self._robot = folder, robot
+        self._config, self._names = CONFIGS[config], names
+
+    def newer(self, version: int) -> bytes:
+        """Weights of version + 1."""
+        bag = self._folder / f'rollout-{version}'
+        if not bag.exists():
+            self._robot.write(bag)
+        ideal = Model('leo')
+        recordings, base = self.recordings(), ''
+        model = ideal
+        if self._names:
+            path = self._folder / f'named-{version + 1:03d}.yaml'
+            path.unlink(missing_ok=True)
+            model, base = repaired(recordings, ideal, path)
+        steps = transitions(recordings, model)
+        difference, report = fit(steps, model, self._config, base=base, seed=version)
+        self._report(version + 1).write_text(json.dumps(asdict(report)))
+        return replace(difference, version=version + 1).to_bytes()
+
+    def recordings(self) -> list[Recording]:
+        """What the robot has done, in time order."""
+        return [read_bag(bag, self._robot.env.robot) for bag in
+                sorted(self._folder.glob('rollout-*'))]
+
+    def reports(self) -> list[dict[str, Any]]:
+        """What each fit was worth on its held-out part."""
+        paths = sorted(self._folder.glob('fit-*.json'))
+        return [json.loads(path.read_text()) for path in paths]
+
+    def _report(self, version: int) -> Path:
+        return self._folder / f'fit-{version:03d}.json'
+
+
+def _errors(algorithm: Algorithm5, real: Model) -> dict[str, float]:
+    """One-step and 0.3 s errors on a new bag of the policy that drives the robot in the end."""
+    robot = Rollouts(ModelEnv(real))
+    collect(robot, Policy.load(algorithm.best), TEST_STEPS, TEST_SEED)
+    model, difference = algorithm.corrected()
+    given, corrected = ModelEnv(Model('leo')), ModelEnv(model, difference)
+    return {
+        f'mse_{name}_{steps}': mse_ahead(env, robot.recording(), steps)
+        for name, env in (('before', given), ('after', corrected)) for steps in AHEAD
+    }
