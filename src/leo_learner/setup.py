@@ -19,7 +19,7 @@ setup(
     license='Apache-2.0',
     python_requires='>=3.11',
     packages=find_packages(),
-    package_data={PACKAGE: ['py.typed']},
+    package_data={PACKAGE: ['py.typed', 'policies/*.safetensors']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

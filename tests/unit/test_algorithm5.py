@@ -13,8 +13,8 @@ from leo_learner.algorithm5 import Algorithm5, Settings
 from leo_learner.collect import play
 from leo_learner.ddpg import RECOMMENDED
 from leo_learner.env import ModelEnv
-from leo_learner.experiments.rollouts import Rollouts
 from leo_learner.experiments.table7 import effects
+from leo_learner.rollouts import Rollouts
 from leo_sim.model import Model
 
 SMALL = replace(RECOMMENDED, hidden=(8, 8), warm_up=64, test_interval=2, test_starts=1)

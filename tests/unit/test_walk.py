@@ -5,7 +5,7 @@ import pytest
 
 from leo_learner.env import ModelEnv
 from leo_learner.verbs.play import walk_text
-from leo_learner.walk import footsteps, Recorded, walked, walks
+from leo_learner.walk import footsteps, passes, Recorded, walked, walks
 from leo_sim.gait import Gait
 from leo_sim.model import Model
 from leo_sim.robot import load_robot
@@ -37,6 +37,14 @@ def test_footsteps_by_hand():
     assert first == pytest.approx(float(gait.stride(q[1], 0))) and first > 0
     assert second == pytest.approx(float(gait.stride(q[2], 1))) and second > first
     assert footsteps(gait, q[:1]) == [] == footsteps(gait, q[[0, 0, 0]])
+
+
+def test_passes_by_hand():
+    q, gait = walk(ODE), Gait(ODE)
+    apart = [float(gait.stride(row, 0)) for row in q]
+    assert abs(apart[0]) < 0.02 and apart[1] > 0.02 and apart[2] < -0.02
+    assert passes(gait, q) == 1 and passes(gait, q[[1, 0, 1]]) == 0
+    assert passes(gait, q[[1, 2, 0, 2, 1]]) == 2
 
 
 def test_to_and_fro_is_no_distance():
@@ -74,7 +82,9 @@ def test_a_fall_and_no_way():
     fallen = leg(LEO, 'right', 0.0, torso_pitch=-1.1)
     found = walked(LEO, np.array([fallen, fallen]), np.zeros((2, 9)), np.zeros((1, 6)))
     assert found.fell and found.distance == 0 and found.energy_per_metre is None
-    assert walk_text(found.__dict__) == '0.00 m in 0 footsteps, 0 J, fell after 0.03 s'
+    assert walk_text(found.__dict__) == (
+        '0.00 m in 0 footsteps (feet passed each other 0 times), 0 J, fell after 0.03 s'
+    )
 
 
 def test_recorded_forgets_the_episode_before():

@@ -51,14 +51,17 @@ class Policy:
 
     @classmethod
     def load(cls, path: str | Path) -> Policy:
-        """Read a policy file.
+        """Read a policy file, or one of the shipped ones by its name.
 
         Raises:
             UserError: no such file, or no policy.
         """
-        path = Path(path)
+        path = shipped().get(str(path), Path(path))
         if not path.is_file():
-            raise UserError(f'{path}: no such file; leo learn writes a policy.safetensors')
+            raise UserError(
+                f'{path}: no such file; leo learn writes a policy.safetensors, and shipped are '
+                f'{", ".join(shipped())}'
+            )
         try:
             with safe_open(path, framework='pt') as file:
                 metadata = file.metadata() or {}
@@ -101,6 +104,12 @@ class Policy:
                 f'the policy observes {", ".join(self.observation)}; {robot.name!r} observes '
                 f'{", ".join(own)}. Give a policy trained for it'
             )
+
+
+def shipped() -> dict[str, Path]:
+    """The policies that come with the package, by name."""
+    folder = Path(__file__).with_name('policies')
+    return {path.stem: path for path in sorted(folder.glob('*.safetensors'))}
 
 
 def observation_names(robot: Robot, actions: str = 'full') -> tuple[str, ...]:

@@ -15,6 +15,9 @@ from leo_sim.model import State
 from leo_sim.robot import Robot
 from leo_sim.task import Memory, Task
 
+PAST = 0.02
+"""An ankle is past the other once it is this far before it [m]."""
+
 
 @dataclass(frozen=True)
 class Walk:
@@ -24,6 +27,8 @@ class Walk:
         distance: m; sum of the footsteps' lengths where the task pays the ankles
             (`ankle_forward`, leo_ode), else travel of the centre of mass (leo).
         footsteps: changes of the stance leg.
+        passes: times one ankle passes the other; a limp whose rear leg stays behind has footsteps
+            but no passes.
         fell: whether the episode ended before its time.
         energy: electrical work of the motors without credit for what they give back, J; the
             thesis' reward takes a control step of 0.03 s as 1/30 s and so counts a ninth more.
@@ -33,6 +38,7 @@ class Walk:
 
     distance: float
     footsteps: int
+    passes: int
     fell: bool
     energy: float
     energy_per_metre: float | None
@@ -60,7 +66,7 @@ def walked(robot: Robot, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> W
     power = task.motor_power(dq[:-1], inputs, dq[1:])
     energy = float(np.sum(power)) * robot.control_period
     return Walk(
-        distance, len(steps), bool(task.terminated(State(q[-1], dq[-1]))), energy,
+        distance, len(steps), passes(gait, q), bool(task.terminated(State(q[-1], dq[-1]))), energy,
         energy / distance if distance > 0 else None, len(inputs) * robot.control_period,
     )  # fmt: skip
 
@@ -79,6 +85,18 @@ def footsteps(gait: Gait, q: np.ndarray) -> list[float]:
             lengths.append(float(gait.stride(row, stance)))
         stance = now
     return lengths
+
+
+def passes(gait: Gait, q: np.ndarray) -> int:
+    """How often one ankle passes the other.
+
+    Args:
+        gait: of the robot.
+        q: angles of an episode, (T, J), m and rad.
+    """
+    apart = gait.stride(q, 0)
+    side = np.sign(apart[np.abs(apart) > PAST])
+    return int(np.sum(side[1:] != side[:-1]))
 
 
 class Recorded(gymnasium.Wrapper[np.ndarray, np.ndarray, np.ndarray, np.ndarray]):

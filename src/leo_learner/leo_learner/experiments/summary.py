@@ -26,6 +26,7 @@ class Summary:
         distance: mean distance from the nominal start, m.
         best_distance: of the seed with the best return, m.
         footsteps: median of the seeds.
+        passes: times the feet pass each other, median of the seeds.
         cost: median energy per metre, J/m; nan where nobody got forward.
         walked: seeds that walk `FAR` metres without a fall from the nominal start.
         upright: share of the random starts without a fall, all seeds.
@@ -40,6 +41,7 @@ class Summary:
     distance: float
     best_distance: float
     footsteps: float
+    passes: float
     cost: float
     walked: int
     upright: float
@@ -63,6 +65,7 @@ def summary(rows: Sequence[Row]) -> Summary:
         distance=float(np.mean([walk['distance'] for walk in nominal])),
         best_distance=nominal[int(returns.argmax())]['distance'],
         footsteps=float(np.median([walk['footsteps'] for walk in nominal])),
+        passes=float(np.median([walk['passes'] for walk in nominal])),
         cost=float(np.median(costs)) if costs else np.nan,
         walked=sum(map(walks, nominal)),
         upright=float(np.mean([not walk['fell'] for walk in random])),

@@ -27,10 +27,10 @@ from leo_learner.collect import collect, play
 from leo_learner.configs import configuration
 from leo_learner.ddpg import Training
 from leo_learner.env import ModelEnv
-from leo_learner.experiments.rollouts import Rollouts
 from leo_learner.fused import FusedAgent
 from leo_learner.learning import learn
 from leo_learner.policy import Policy
+from leo_learner.rollouts import Rollouts
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
 from leo_sim.effects.base import Placed

@@ -28,9 +28,9 @@ from leo_learner.configs import RECOMMENDED_WALKING
 from leo_learner.env import ModelEnv
 from leo_learner.experiments import walking
 from leo_learner.experiments.ahead import mse_ahead
-from leo_learner.experiments.rollouts import Rollouts
 from leo_learner.learning import POLICY
 from leo_learner.policy import Policy
+from leo_learner.rollouts import Rollouts
 from leo_sim.drawing import draw
 from leo_sim.model import Model
 
@@ -164,7 +164,7 @@ class Bags:
 
     def recordings(self) -> list[Recording]:
         """What the robot has done, in time order."""
-        return [read_bag(bag, self._robot.env.robot) for bag in
+        return [read_bag(bag, self._robot.model_env.robot) for bag in
                 sorted(self._folder.glob('rollout-*'))]
 
     def reports(self) -> list[dict[str, Any]]:

@@ -18,7 +18,7 @@ Group = tuple[str, str, str, str, str]
 """Robot, truth, agent, actions, config."""
 HEADS = (
     'trained on', 'agent', 'seeds', 'test return: best', 'median', 'mean', 'distance [m]: best',
-    'mean', f'walk {FAR:g} m', 'footsteps', 'J/m', 'random starts: upright', 'm', 'thesis',
+    'mean', f'walk {FAR:g} m', 'footsteps', 'passes', 'J/m', 'random starts: upright', 'm', 'thesis',
 )
 THESIS: Mapping[Group, tuple[float, float]] = {
     ('leo_ode', 'ideal', 'ddpg', 'sym', 'recommended'): (4573.0, 11.0),
@@ -63,7 +63,7 @@ def cells(key: Group, told: Summary, rows: Sequence[Row]) -> list[str]:
     return [
         *_named(key), _seeds(rows), f'{told.best:.0f}', f'{told.median:.0f}',
         f'{told.mean:.0f}{half}', f'{told.best_distance:.2f}', f'{told.distance:.2f}',
-        f'{told.walked} of {told.n}', f'{told.footsteps:.0f}',
+        f'{told.walked} of {told.n}', f'{told.footsteps:.0f}', f'{told.passes:.0f}',
         '' if np.isnan(told.cost) else f'{told.cost:.1f}', f'{100 * told.upright:.0f} %',
         f'{told.random_distance:.2f}', beside,
     ]

@@ -3,19 +3,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.next_run.run_file import is_run_file
 from leo_learner.verbs.play_run import play_run, run_text
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 
+if TYPE_CHECKING:
+    from leo_learner.left_data import WatchedEnv
+    from leo_learner.rollouts import Rollouts
+    from leo_sim.model import Model
+
 EXAMPLES = """\
   leo play runs/ideal/policy.safetensors --model pendulum
+  leo play leo_walk --bag walk                           (shipped; then leo bag show walk)
   leo play runs/ideal/policy.safetensors --episodes 20 --model repaired/model.yaml
   leo play runs/ideal/policy.safetensors --model leo --difference run/difference-001.safetensors
   leo play runs/ideal/policy.safetensors                 (on the robot: leo run leo_sim robot)
@@ -28,10 +35,13 @@ def main(argv: list[str]) -> int:
     parser = Parser('leo play', 'Run a policy, or a run file, on the robot or on a model.',
                     EXAMPLES)  # fmt: skip
     parser.add_argument('policy', type=Path, metavar='POLICY',
-                        help='policy.safetensors of leo learn, or a run file (.csv) of leo next')
+                        help='policy.safetensors of leo learn, the name of a shipped one, or a '
+                             'run file (.csv) of leo next')
     parser.add_argument('--model', metavar='M', help='model file or robot; without it the robot')
     parser.add_argument('--difference', type=Path, metavar='FILE',
                         help='correct M by this difference model, and say where its data end')
+    parser.add_argument('--bag', type=Path, metavar='DIR',
+                        help='write what M did to a bag; without --model M is the ideal robot')
     parser.add_argument('--episodes', type=int, default=1, metavar='N')
     parser.add_argument('--collect', type=int, metavar='STEPS', help='drive STEPS with noise')
     parser.add_argument('--seed', type=int, default=0, metavar='S', help='of random starts')
@@ -41,6 +51,10 @@ def main(argv: list[str]) -> int:
         raise UserError(f'leo play: unknown argument {rest[0]!r}; see leo play --help')
     if options.episodes < 1 or (options.collect is not None and options.collect < 1):
         raise UserError('leo play: --episodes and --collect take 1 or more')
+    if options.bag and is_run_file(options.policy):
+        raise UserError('leo play: --bag takes a policy; record a run file with leo bag record')
+    if options.bag and options.bag.exists():
+        raise UserError(f'{options.bag} exists; choose another folder for --bag')
     if options.difference and (not options.model or is_run_file(options.policy)):
         raise UserError('leo play: --difference corrects a model under a policy; give --model M')
     if is_run_file(options.policy):
@@ -56,68 +70,112 @@ def main(argv: list[str]) -> int:
 
 def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     from leo_learner.collect import collect, play
-    from leo_learner.env import model_env
-    from leo_learner.left_data import WatchedEnv
     from leo_learner.policy import Policy
     from leo_learner.walk import Recorded, Walk, walks
-    from leo_msgs_py.node import api
     from leo_sim.model_file import load_model
 
     policy = Policy.load(options.policy)
+    if options.bag and not options.model:
+        options.model = policy.robot
     model = load_model(options.model or policy.robot)
     policy.check(model.robot)
-    watched = None
-    if options.model:
-        if options.difference:
-            model = model.changed(difference_model=options.difference)
-        env: Any = model_env(model)
-        if env.difference is not None and env.difference.trust is not None:
-            env = watched = WatchedEnv(env)
-    else:
-        from leo_learner.robot_env import RobotEnv
-
-        env = RobotEnv(api.create_node('play', ros_args), model.robot)
-    recorded = Recorded(policy.on(env))
     told = {'policy': str(options.policy), 'on': options.model or 'the robot'}
-    try:
+    with _stage(options, model, ros_args) as stage:
+        recorded = Recorded(policy.on(stage.env))
         if options.collect:
             collect(recorded, policy, options.collect, options.seed)
-            return told | {'collected': options.collect}
-        figures: list[Walk] = []
-        note = (lambda: figures.append(recorded.walk())) if walks(model.robot) else lambda: None
-        returns = play(recorded, policy, options.episodes, options.seed, note)
-    finally:
-        if not options.model:
+            told['collected'] = options.collect
+        else:
+            figures: list[Walk] = []
+
+            def note() -> None:
+                if walks(model.robot):
+                    figures.append(recorded.walk())
+
+            returns = play(recorded, policy, options.episodes, options.seed, note)
+            told |= {'returns': returns.tolist(), 'mean': float(returns.mean())}
+            if figures:
+                told['walks'] = [asdict(walk) for walk in figures]
+    return told | stage.told(options)
+
+
+@dataclass(frozen=True)
+class _Stage:
+    """Where a policy plays, and what is noted of it."""
+
+    env: Any
+    watched: WatchedEnv | None = None
+    rollouts: Rollouts | None = None
+
+    def told(self, options: Any) -> dict[str, Any]:
+        """Where the episodes left the data of a difference model, and the bag written."""
+        told: dict[str, Any] = {}
+        path = options.model and self.env.unwrapped.model.difference_model
+        if path:
+            left = None if self.watched is None else [asdict(e) for e in self.watched.left()]
+            told |= {'difference': str(path), 'left_data': left}
+        if self.rollouts is not None:
+            self.rollouts.write(options.bag)
+            told['bag'] = str(options.bag)
+        return told
+
+
+@contextmanager
+def _stage(options: Any, model: Model, ros_args: list[str]) -> Iterator[_Stage]:
+    """The model asked for, or the running robot."""
+    from leo_learner.env import model_env
+    from leo_learner.left_data import WatchedEnv
+    from leo_learner.robot_env import RobotEnv
+    from leo_learner.rollouts import Rollouts
+    from leo_msgs_py.node import api
+
+    if not options.model:
+        try:
+            yield _Stage(RobotEnv(api.create_node('play', ros_args), model.robot))
+        finally:
             api.shutdown()
-    told |= {'returns': returns.tolist(), 'mean': float(returns.mean())}
-    if figures:
-        told['walks'] = [asdict(walk) for walk in figures]
-    if model.difference_model is not None and options.model:
-        told['difference'] = str(model.difference_model)
-        told['left_data'] = None if watched is None else [asdict(each) for each in watched.left()]
-    return told
+        return
+    if options.difference:
+        model = model.changed(difference_model=options.difference)
+    env: Any = model_env(model)
+    watched = rollouts = None
+    if env.difference is not None and env.difference.trust is not None:
+        env = watched = WatchedEnv(env)
+    if options.bag:
+        env = rollouts = Rollouts(env)
+    yield _Stage(env, watched, rollouts)
 
 
 def walk_text(walk: Mapping[str, Any]) -> str:
     """The figures of `leo_learner.walk.Walk` in words."""
     cost = walk['energy_per_metre']
     return (
-        f'{walk["distance"]:.2f} m in {walk["footsteps"]} footsteps, {walk["energy"]:.0f} J'
+        f'{walk["distance"]:.2f} m in {walk["footsteps"]} footsteps (feet passed each other '
+        f'{walk["passes"]} times), {walk["energy"]:.0f} J'
         f'{"" if cost is None else f" ({cost:.1f} J/m)"}, '
         f'{"fell after" if walk["fell"] else "upright for"} {walk["seconds"]:.2f} s'
     )
 
 
 def _text(result: dict[str, Any]) -> str:
+    lines = [f'{result["collected"]} transitions driven on {result["on"]}'] \
+        if 'collected' in result else _played(result)
+    if 'bag' in result:
+        lines.append(f'wrote {result["bag"]}; next: leo bag show {result["bag"]}')
+    return '\n'.join(lines)
+
+
+def _played(result: dict[str, Any]) -> list[str]:
     from leo_learner.left_data import Left
 
-    if 'collected' in result:
-        return f'{result["collected"]} transitions driven on {result["on"]}'
     each = ', '.join(f'{value:.1f}' for value in result['returns'])
-    mean = f'mean of {len(result["returns"])}: {result["mean"]:.1f}'
-    lines = [f'return on {result["on"]}: {each}', mean, *map(walk_text, result.get('walks', ()))]
+    lines = [
+        f'return on {result["on"]}: {each}',
+        f'mean of {len(result["returns"])}: {result["mean"]:.1f}',
+        *map(walk_text, result.get('walks', ())),
+    ]
     if 'difference' in result and result['left_data'] is None:
         lines.append(f'{result["difference"]}: one network, which cannot tell where its data end')
     for number, row in enumerate(result.get('left_data') or (), 1):
         lines.append(f'episode {number}: {Left(**row)}')
-    return '\n'.join(lines)
+    return lines

@@ -12,36 +12,37 @@ import numpy as np
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_learner.env import ModelEnv, Step
+from leo_sim.robot import Robot
 
 Rows = list[tuple[np.ndarray, ...]]
 
 
 class Rollouts(gymnasium.Wrapper):
-    """Keeps true states and inputs of a model's episodes."""
+    """Keeps true states and inputs of the episodes of a `ModelEnv`, however it is wrapped."""
 
-    env: ModelEnv
-
-    def __init__(self, env: ModelEnv) -> None:
+    def __init__(self, env: gymnasium.Env) -> None:
         super().__init__(env)
+        assert isinstance(env.unwrapped, ModelEnv)
+        self.model_env = env.unwrapped
         self.episodes: list[Rows] = []
 
     def reset(self, **options: Any) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin the next episode."""
         answer = self.env.reset(**options)
-        self.episodes.append([self._row(np.zeros(len(self.env.robot.limits)))])
+        self.episodes.append([self._row(np.zeros(len(self.model_env.robot.limits)))])
         return answer
 
     def step(self, action: np.ndarray) -> Step:
         """Step, and note what happened."""
-        answer = self.env.step(action)
+        observation, reward, terminated, truncated, info = self.env.step(action)
         rows = self.episodes[-1]
-        rows[-1] = (*rows[-1][:2], self.env.applied)
-        rows.append(self._row(self.env.applied))
-        return answer
+        rows[-1] = (*rows[-1][:2], self.model_env.applied)
+        rows.append(self._row(self.model_env.applied))
+        return observation, float(reward), terminated, truncated, info
 
     def recording(self) -> Recording:
         """Everything so far."""
-        robot, period = self.env.robot, self.env.robot.control_period
+        robot, period = self.model_env.robot, self.model_env.robot.control_period
         return Recording(
             path=Path('in-process'), sha256='', joints=robot.joint_names,
             actuators=tuple(a.joint for a in robot.actuators), input=robot.input,
@@ -51,8 +52,8 @@ class Rollouts(gymnasium.Wrapper):
 
     def write(self, folder: Path) -> None:
         """Move the episodes so far into a bag; nothing where there are none."""
-        robot, period = self.env.robot, self.env.robot.control_period
-        runs = [_run(_episode(rows, period), self.env) for rows in self._whole()]
+        robot, period = self.model_env.robot, self.model_env.robot.control_period
+        runs = [_run(_episode(rows, period), robot) for rows in self._whole()]
         if runs:
             write_runs(folder, runs, {'robot': robot.name})
         self.episodes = []
@@ -61,7 +62,7 @@ class Rollouts(gymnasium.Wrapper):
         return [rows for rows in self.episodes if len(rows) > 2]
 
     def _row(self, inputs: np.ndarray) -> tuple[np.ndarray, ...]:
-        return self.env.state.q, self.env.state.dq, inputs
+        return self.model_env.state.q, self.model_env.state.dq, inputs
 
 
 def _episode(rows: Rows, period: float) -> Episode:
@@ -70,10 +71,10 @@ def _episode(rows: Rows, period: float) -> Episode:
     return Episode(t=t, q=q, dq=dq, inputs=inputs, enabled=np.ones(inputs.shape, bool))
 
 
-def _run(episode: Episode, env: ModelEnv) -> Run:
-    kind = 'voltage' if env.robot.input == 'voltage' else 'effort'
+def _run(episode: Episode, robot: Robot) -> Run:
+    kind = 'voltage' if robot.input == 'voltage' else 'effort'
     inputs = {
         actuator.joint: {kind: episode.inputs[:, k]}
-        for k, actuator in enumerate(env.robot.actuators)
+        for k, actuator in enumerate(robot.actuators)
     }
-    return Run(episode.t, env.robot.joint_names, episode.q, episode.dq, inputs=inputs)
+    return Run(episode.t, robot.joint_names, episode.q, episode.dq, inputs=inputs)
