@@ -18,7 +18,8 @@ Group = tuple[str, str, str, str, str]
 """Robot, truth, agent, actions, config."""
 HEADS = (
     'trained on', 'agent', 'seeds', 'test return: best', 'median', 'mean', 'distance [m]: best',
-    'mean', f'walk {FAR:g} m', 'footsteps', 'passes', 'J/m', 'random starts: upright', 'm', 'thesis',
+    'mean', f'walk {FAR:g} m', 'footsteps', 'passes', 'J/m', 'random starts: upright', 'm',
+    'thesis',
 )
 THESIS: Mapping[Group, tuple[float, float]] = {
     ('leo_ode', 'ideal', 'ddpg', 'sym', 'recommended'): (4573.0, 11.0),
