@@ -18,12 +18,16 @@ class Gait:
     Args:
         robot: With a planar base.
         slope: Of the ground, rad; the robot's own when None.
+
+    Attributes:
+        slope: The same.
     """
 
     def __init__(self, robot: Robot, slope: float | None = None):
         self._plane = Plane(robot.joints)
         if slope is None:
             slope = robot.constants['ground.slope'].value if robot.contacts else 0.0
+        self.slope = slope
         self._centre = _centre_of_mass(robot, self._plane)
         self._ankles = self._plane.points([(foot, 0.0, 0.0) for foot in robot.feet])
         feet = [[c for c in robot.contacts if c.link == foot] for foot in robot.feet]

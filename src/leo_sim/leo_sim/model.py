@@ -13,6 +13,7 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.effects.base import Placed
 from leo_sim.engines.rigid import Rigid
+from leo_sim.gait import Gait
 from leo_sim.laws import HELD, Laws
 from leo_sim.names import nearest
 from leo_sim.robot import load_robot, Robot
@@ -109,10 +110,14 @@ class Model:
         Raises:
             UserError: Unknown pose.
         """
-        slope = self.laws.ground.slope if self.laws.ground else 0.0
-        q, dq = start_pose(self.robot, pose, rng or np.random.default_rng(), slope)
+        q, dq = start_pose(self.robot, pose, rng or np.random.default_rng(), self._gait)
         held = self.held or self.robot.start_poses[pose].held
         return State(q, dq, _memory(held))
+
+    @cached_property
+    def _gait(self) -> Gait | None:
+        ground = self.laws.ground
+        return Gait(self.robot, ground.slope) if ground else None
 
     def state_from(self, q: Any, dq: Any) -> State:
         """The state at rest whose measured angles and rates are q and dq, (J,).

@@ -10,7 +10,7 @@ from leo_sim.names import nearest
 from leo_sim.robot import Robot
 
 
-def start_pose(robot: Robot, name: str, rng: np.random.Generator, slope: float = 0.0
+def start_pose(robot: Robot, name: str, rng: np.random.Generator, gait: Gait | None = None
                ) -> tuple[np.ndarray, np.ndarray]:
     """Angles and rates (J,) of a start pose, with its ranges drawn.
 
@@ -18,7 +18,7 @@ def start_pose(robot: Robot, name: str, rng: np.random.Generator, slope: float =
         robot: The robot.
         name: Of the pose.
         rng: Random numbers.
-        slope: Of the ground that a pose `on_ground` touches, rad.
+        gait: Of a robot with a ground, which a pose `on_ground` touches.
 
     Raises:
         UserError: Unknown pose, naming the nearest one.
@@ -28,8 +28,8 @@ def start_pose(robot: Robot, name: str, rng: np.random.Generator, slope: float =
         raise UserError(f'{robot.name} has no start pose {name!r}{nearest(name, poses)}')
     q, dq = (np.array([_drawn(values.get(joint, 0.0), rng) for joint in robot.joint_names])
              for values in (poses[name].angles, poses[name].rates))
-    if poses[name].on_ground:
-        q[1] -= Gait(robot, slope).clearance(q) / np.cos(slope)
+    if gait is not None and poses[name].on_ground:
+        q[1] -= gait.clearance(q) / np.cos(gait.slope)
     return q, dq
 
 

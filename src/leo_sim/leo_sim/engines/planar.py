@@ -142,6 +142,8 @@ def rows(values: Any, shape: tuple[int, ...], tail: int | tuple[int, ...], whole
         whole: One row per state, even where all are the same.
     """
     tail = (tail,) if isinstance(tail, int) else tail
+    if not shape and getattr(values, 'shape', None) == tail:  # one state, as most often
+        return np.ascontiguousarray(values, dtype=float)[None]
     values = np.asarray(values, dtype=float)
     if values.shape == shape + tail:
         return np.ascontiguousarray(values).reshape(-1, *tail)
