@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The `leo` dispatcher: verbs, mistakes, exit status."""
 
+import signal
 import subprocess
 import sys
 
@@ -95,3 +96,31 @@ def test_help_imports_nothing_heavy():
     )
     done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
     assert done.stdout.endswith('[]\n')
+
+
+SLEEPER = """
+import time
+from leo_msgs_py.cli import executable
+
+@executable
+def main(argv):
+    try:
+        print('ready', flush=True)
+        time.sleep(60)
+    finally:
+        print('tidied', flush=True)
+
+raise SystemExit(main([]))
+"""
+
+
+@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGINT])
+def test_sigterm_interrupts_as_ctrl_c_does(number):
+    process = subprocess.Popen(
+        [sys.executable, '-c', SLEEPER], stdout=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    assert process.stdout.readline() == 'ready\n'
+    process.send_signal(number)
+    assert process.communicate()[0] == 'tidied\n'
+    assert process.returncode == 130

@@ -8,7 +8,9 @@ import difflib
 from functools import wraps
 from importlib.metadata import entry_points, EntryPoint
 import os
+import signal
 import sys
+from threading import current_thread, main_thread
 
 from leo_msgs_py.errors import UserError
 
@@ -55,7 +57,12 @@ def executable(run: Callable[[list[str]], int]) -> Callable[..., int]:
 
 
 def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
-    """The exit status of `run`, with one line for bad input and silence for an interrupt."""
+    """The exit status of `run`, with one line for bad input and silence for an interrupt.
+
+    SIGTERM interrupts as Ctrl-C does, so that whoever started processes can end them.
+    """
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL and current_thread() is main_thread():
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         status = run(words)
         sys.stdout.flush()
