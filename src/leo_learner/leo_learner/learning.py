@@ -76,7 +76,7 @@ def learn(
         load_checkpoint(folder, training)
     with ExitStack() as stack:
         show = stack.enter_context(_progress(training, steps, title, quiet))
-        curves = stack.enter_context(SummaryWriter(str(folder), purge_step=training.steps))
+        curves = stack.enter_context(SummaryWriter(str(folder), purge_step=training.steps + 1))
         signals = stack.enter_context(_stopped_by_signal(training))
         training.run(steps, _both(curves.add_scalar, show), _Saver(training, folder, alive))
     save_checkpoint(folder, training)
