@@ -18,7 +18,6 @@ import torch
 from torch import Tensor
 
 from leo_learner import ddpg, sarsa, sym
-from leo_learner.env import RobotSpaces
 from leo_learner.training_loop import TrainingLoop
 from leo_msgs_py.errors import UserError
 from leo_sim.robot import Robot
@@ -87,7 +86,7 @@ class Policy:
         """Inputs (..., A) in volts (N m) for unscaled observations (..., n_obs)."""
         return self.act(observation) * self.limit
 
-    def on(self, env: RobotSpaces) -> gymnasium.Env:
+    def on(self, env: gymnasium.Env) -> gymnasium.Env:
         """The environment of its robot as this policy sees and drives it."""
         return sym.driven(env, self.actions)
 

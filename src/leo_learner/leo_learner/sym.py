@@ -92,10 +92,11 @@ class Sym(gymnasium.Wrapper[np.ndarray, np.ndarray, np.ndarray, np.ndarray]):
         UserError: its robot is no LEO.
     """
 
-    def __init__(self, env: RobotSpaces) -> None:
+    def __init__(self, env: gymnasium.Env[np.ndarray, np.ndarray]) -> None:
         super().__init__(env)
-        self._robot_env, self._map = env, SymMap(env.robot)
-        self._gait = Gait(env.robot)
+        base = env.unwrapped
+        assert isinstance(base, RobotSpaces)
+        self._robot_env, self._map, self._gait = base, SymMap(base.robot), Gait(base.robot)
         self.stance = int(Memory().stance)
         limits = self._map.limits
         size = (len(OBSERVED),)
@@ -122,7 +123,9 @@ class Sym(gymnasium.Wrapper[np.ndarray, np.ndarray, np.ndarray, np.ndarray]):
         return self._map.observation(state.q, state.dq, self.stance)
 
 
-def driven(env: RobotSpaces, actions: str) -> gymnasium.Env[np.ndarray, np.ndarray]:
+def driven(
+    env: gymnasium.Env[np.ndarray, np.ndarray], actions: str
+) -> gymnasium.Env[np.ndarray, np.ndarray]:
     """The environment whose actions are `full` or `sym`.
 
     Raises:

@@ -128,3 +128,7 @@ class Recorded(gymnasium.Wrapper[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
         """Figures of the episode so far."""
         q, dq = np.array([(state.q, state.dq) for state in self._states]).swapaxes(0, 1)
         return walked(self._base.robot, q, dq, np.array(self._inputs))
+
+    def com_path(self) -> np.ndarray:
+        """X and z of the centre of mass at the start and after each step so far, m, (T + 1, 2)."""
+        return np.asarray(Gait(self._base.robot).com(np.array([s.q for s in self._states])))

@@ -40,6 +40,10 @@ class Gait:
         """Of the centre of mass, m, (...)."""
         return self._centre(q)[0][..., 0]
 
+    def com(self, q: Any) -> Any:
+        """X and z of the centre of mass, m, (..., 2)."""
+        return np.concatenate(self._centre(q), axis=-1)
+
     def clearance(self, q: Any) -> Any:
         """Distance from the ground to the lowest contact, m, (...); negative when pressed in."""
         return self._touching.clearance(q)

@@ -12,8 +12,10 @@ from leo_diffmodel.difference.layout import layout_of
 from leo_learner.env import ModelEnv
 
 
-def mse_ahead(env: ModelEnv, recording: Recording, steps: int) -> float:
+def mse_ahead(env: ModelEnv, recording: Recording, steps: int) -> float | None:
     """Mean squared error over the state vector after `steps` control steps, raw units.
+
+    None where no episode is as long.
 
     Args:
         env: of the model with what corrects it.
@@ -26,7 +28,7 @@ def mse_ahead(env: ModelEnv, recording: Recording, steps: int) -> float:
         layout.state(*reached) - layout.state(*predicted)
         for reached, predicted in _pairs(env, recording, steps)
     ]
-    return float(np.mean(np.square(errors)))
+    return float(np.mean(np.square(errors))) if errors else None
 
 
 def _pairs(

@@ -8,7 +8,7 @@ the difference model is fitted (and effects are named) as the difference-model n
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from datetime import date
 import json
 from pathlib import Path
@@ -17,20 +17,18 @@ from typing import Any
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import read_bag, Recording
-from leo_diffmodel.difference.data import transitions
-from leo_diffmodel.difference.fit import fit
-from leo_diffmodel.difference.network import CONFIGS
-from leo_diffmodel.difference.repaired import repaired
 from leo_learner.algorithm5 import Algorithm5, DONE, Settings
-from leo_learner.collect import collect
+from leo_learner.collect import collect, play
 from leo_learner.configs import RECOMMENDED_WALKING
 from leo_learner.env import ModelEnv
 from leo_learner.experiments import walking
 from leo_learner.experiments.ahead import mse_ahead
+from leo_learner.experiments.bags import Bags
 from leo_learner.learning import POLICY
+from leo_learner.left_data import Left, WatchedEnv
 from leo_learner.policy import Policy
 from leo_learner.rollouts import Rollouts
+from leo_learner.walk import Recorded
 from leo_sim.drawing import draw
 from leo_sim.model import Model
 
@@ -43,6 +41,8 @@ REPAIRS = {
 """Configuration of the difference model, whether effects are named, whether it is used."""
 THESIS_GAP = 'thesis'
 FIRST_STEPS = 300_000
+PATH_STEPS = 101
+"""Of the path of the centre of mass: 3 s."""
 TEST_STEPS, TEST_SEED, AHEAD = 1000, 10_000, (1, 10)
 """Of the bag that the errors are taken on, and control steps of 0.03 s ahead."""
 
@@ -106,10 +106,8 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
         KeyboardInterrupt: it was stopped; it goes on with the phase it was in.
     """
     began = time.monotonic()
-    start, own = folder / ideal_case(case.seed).folder, folder / case.folder
-    if not (start / POLICY).exists():
-        walking.train(ideal_case(case.seed), folder)
-    real = real_model(case.gap)
+    own, real = folder / case.folder, real_model(case.gap)
+    start = _trained(ideal_case(case.seed), folder)
     config, names, network = REPAIRS[case.repair]
     robot = Rollouts(ModelEnv(real))
     source = Bags(own, robot, config, names)
@@ -123,60 +121,55 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
     )
     if not algorithm.run():
         raise KeyboardInterrupt
-    rounds = [walking.judge(Policy.load(path), real) for path in algorithm.policies()]
+    policies = [Policy.load(path) for path in algorithm.policies()]
+    driver = policies[algorithm.done.driver]
     return asdict(case) | {
-        'rounds': rounds, 'driver': algorithm.done.driver, 'samples': algorithm.done.samples,
+        'rounds': [walking.judge(policy, real) for policy in policies],
+        'driver': algorithm.done.driver, 'samples': algorithm.done.samples,
         'fits': source.reports(), 'errors': _errors(algorithm, real),
+        'paths': [_path(policy, real) for policy in (policies[0], driver)],
+        'left': [asdict(_left(policy, algorithm)) for policy in (policies[0], driver)],
+        **_reference(case, folder, real),
         'seconds': round(time.monotonic() - began, 1), 'date': str(date.today()),
     }
 
 
-class Bags:
-    """Fits difference models to everything the robot has done, as the node does.
-
-    Args:
-        folder: of the bags and the fits.
-        robot: which keeps what it does.
-        config: of the difference model.
-        names: whether effects are named first.
-    """
-
-    def __init__(self, folder: Path, robot: Rollouts, config: str, names: bool) -> None:
-        self._folder, self._robot = folder, robot
-        self._config, self._names = CONFIGS[config], names
-
-    def newer(self, version: int) -> bytes:
-        """Weights of version + 1."""
-        bag = self._folder / f'rollout-{version}'
-        if not bag.exists():
-            self._robot.write(bag)
-        ideal = Model('leo')
-        recordings, base = self.recordings(), ''
-        model = ideal
-        if self._names:
-            path = self._folder / f'named-{version + 1:03d}.yaml'
-            path.unlink(missing_ok=True)
-            model, base = repaired(recordings, ideal, path)
-        steps = transitions(recordings, model)
-        difference, report = fit(steps, model, self._config, base=base, seed=version)
-        self._report(version + 1).write_text(json.dumps(asdict(report)))
-        return replace(difference, version=version + 1).to_bytes()
-
-    def recordings(self) -> list[Recording]:
-        """What the robot has done, in time order."""
-        return [read_bag(bag, self._robot.model_env.robot) for bag in
-                sorted(self._folder.glob('rollout-*'))]
-
-    def reports(self) -> list[dict[str, Any]]:
-        """What each fit was worth on its held-out part."""
-        paths = sorted(self._folder.glob('fit-*.json'))
-        return [json.loads(path.read_text()) for path in paths]
-
-    def _report(self, version: int) -> Path:
-        return self._folder / f'fit-{version:03d}.json'
+def _trained(case: walking.Case, folder: Path) -> Path:
+    """The folder of a training run, which is made or finished where it is not there."""
+    if walking.share(case, folder) < 1 or not (folder / case.folder / POLICY).exists():
+        walking.train(case, folder)
+    return folder / case.folder
 
 
-def _errors(algorithm: Algorithm5, real: Model) -> dict[str, float]:
+def _reference(case: Case, folder: Path, real: Model) -> dict[str, Any]:
+    """How the policy walks that was trained on the real robot of the thesis, and its curve."""
+    if case.gap != THESIS_GAP:
+        return {}
+    trained = _trained(ideal_case(case.seed, 'real'), folder)
+    return {
+        'reference': walking.judge(Policy.load(trained / POLICY), real),
+        'reference_curve': walking.curve(trained),
+    }
+
+
+def _path(policy: Policy, real: Model) -> list[list[float]]:
+    """Centre of mass in the first seconds from the nominal start, x and z [m]."""
+    recorded = Recorded(policy.on(ModelEnv(real)))
+    play(recorded, policy, 1)
+    return np.round(recorded.com_path()[:PATH_STEPS], 4).tolist()
+
+
+def _left(policy: Policy, algorithm: Algorithm5) -> Left:
+    """Where a policy leaves the data of the last difference model, from the nominal start."""
+    model, difference = algorithm.corrected()
+    if difference is None:
+        return Left(None, None, 0.0)
+    watched = WatchedEnv(ModelEnv(model, difference))
+    play(policy.on(watched), policy, 1)
+    return watched.left()[0]
+
+
+def _errors(algorithm: Algorithm5, real: Model) -> dict[str, float | None]:
     """One-step and 0.3 s errors on a new bag of the policy that drives the robot in the end."""
     robot = Rollouts(ModelEnv(real))
     collect(robot, Policy.load(algorithm.best), TEST_STEPS, TEST_SEED)

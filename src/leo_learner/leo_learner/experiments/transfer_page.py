@@ -18,9 +18,13 @@ from leo_learner.experiments.transfer import Case
 
 HEADS = (
     'gap', 'repair', 'seeds', 'distance on the real robot [m]: ideal policy', 'after update 1',
-    'of the last driver', 'falls: ideal', 'last', 'J/m: ideal', 'last', 'robot time [s]',
-    'one-step MSE', '0.3 s MSE',
+    'last driver', 'trained on it', 'share', 'falls: ideal', 'last', 'J/m: ideal', 'last',
+    'trained on it', 'robot time [s]', 'from scratch [s]', 'one-step MSE', '0.3 s MSE',
+    'left the data',
 )
+PERIOD = 0.03
+DRAWS = 10_000
+"""Of the bootstrap over seeds."""
 
 
 def table(cases: Sequence[Case], rows: Sequence[Row]) -> str:
@@ -29,19 +33,22 @@ def table(cases: Sequence[Case], rows: Sequence[Row]) -> str:
 
 
 def figure(title: str, cases: Sequence[Case], rows: Sequence[Row], path: Path) -> None:
-    """Distance on the real robot by round: every seed, and the mean."""
-    drawing = Figure(figsize=(WIDTH, HEIGHT), layout='constrained')
-    axes = drawing.add_subplot()
-    for name, lines in grouped(cases, rows).items():
-        rounds = range(min(len(line['rounds']) for line in lines))
-        each = np.array([[line['rounds'][k][0]['distance'] for k in rounds] for line in lines])
-        [mean] = axes.plot(rounds, each.mean(axis=0), marker='o',
-                           label=f'{" ".join(name)} (n = {len(lines)})')
-        axes.plot(rounds, each.T, color=mean.get_color(), lw=0.6, alpha=0.5)
-    axes.set(xlabel='update of the difference model', ylabel='distance in 20 s [m]', title=title)
-    axes.set_xticks(range(1 + max(case.updates for case in cases)))
-    axes.legend(frameon=False)
-    axes.spines[['top', 'right']].set_visible(False)
+    """Distance on the real robot by round, and the path of the centre of mass there."""
+    drawing = Figure(figsize=(WIDTH, 1.7 * HEIGHT), layout='constrained')
+    upper, lower = drawing.subplots(2, 1)
+    groups = grouped(cases, rows)
+    for name, lines in groups.items():
+        _rounds(upper, ' '.join(name), lines)
+    upper.set(xlabel='update of the difference model', ylabel='distance in 20 s [m]', title=title)
+    upper.set_xticks(range(1 + max(case.updates for case in cases)))
+    first = next(iter(groups.values()))[0]
+    for label, points in zip(('ideal policy', 'last driver'), first['paths'], strict=True):
+        lower.plot(*np.array(points).T, label=label)
+    lower.set(xlabel='x [m]', ylabel='z [m]',
+              title=f'centre of mass on the real robot, first 3 s, seed {first["seed"]}')
+    for axes in (upper, lower):
+        axes.legend(frameon=False)
+        axes.spines[['top', 'right']].set_visible(False)
     drawing.savefig(path, dpi=DPI)
 
 
@@ -55,18 +62,54 @@ def grouped(cases: Sequence[Case], rows: Sequence[Row]) -> dict[tuple[str, str],
     return groups
 
 
+def share(lines: Sequence[Row]) -> tuple[float, float, float]:
+    """Mean distance of the last drivers over that of policies trained on the real robot.
+
+    Returns:
+        the share and its 95 % interval by a bootstrap over the seeds.
+    """
+    ours = np.array(_nominal(_drivers(lines), 'distance'))
+    theirs = np.array(_nominal((line['reference'] for line in lines), 'distance'))
+    drawn = np.random.default_rng(0).integers(len(lines), size=(DRAWS, len(lines)))
+    shares = ours[drawn].mean(axis=1) / theirs[drawn].mean(axis=1)
+    low, high = np.quantile(shares, [0.025, 0.975])
+    return float(ours.mean() / theirs.mean()), float(low), float(high)
+
+
+def from_scratch(line: Row) -> float | None:
+    """Robot time [s] until a training on the real robot tests as well as the last driver.
+
+    None where it never does.
+    """
+    wanted = line['rounds'][line['driver']][0]['return']
+    reached = [steps for steps, result in line['reference_curve'] if result >= wanted]
+    return PERIOD * reached[0] if reached else None
+
+
+def _rounds(axes: Any, name: str, lines: Sequence[Row]) -> None:
+    rounds = range(min(len(line['rounds']) for line in lines))
+    each = np.array([[line['rounds'][k][0]['distance'] for k in rounds] for line in lines])
+    [mean] = axes.plot(rounds, each.mean(axis=0), marker='o', label=f'{name} (n = {len(lines)})')
+    axes.plot(rounds, each.T, color=mean.get_color(), lw=0.6, alpha=0.5)
+
+
 def _cells(lines: Sequence[Row]) -> list[str]:
-    first = [line['rounds'][0] for line in lines]
-    driver = [line['rounds'][line['driver']] for line in lines]
+    ideal, drivers = [line['rounds'][0] for line in lines], _drivers(lines)
     second = [line['rounds'][min(1, len(line['rounds']) - 1)] for line in lines]
+    real = [line['reference'] for line in lines if 'reference' in line]
     return [
         lines[0]['gap'], lines[0]['repair'], ' '.join(str(line['seed']) for line in lines),
-        *(_interval(_nominal(walks, 'distance')) for walks in (first, second, driver)),
-        *(f'{sum(_nominal(walks, "fell"))} of {len(lines)}' for walks in (first, driver)),
-        *(_cost(walks) for walks in (first, driver)),
-        f'{np.mean([line["samples"] for line in lines]) * 0.03:.0f}',
-        *(_error(lines, steps) for steps in (1, 10)),
+        *(_interval(_nominal(walks, 'distance')) for walks in (ideal, second, drivers, real)),
+        '{:.3f} ({:.3f} to {:.3f})'.format(*share(lines)) if real else '',
+        *(f'{sum(_nominal(walks, "fell"))} of {len(lines)}' for walks in (ideal, drivers)),
+        *(_cost(walks) for walks in (ideal, drivers, real)),
+        f'{np.mean([line["samples"] for line in lines]) * PERIOD:.0f}', _scratch(lines),
+        *(_error(lines, steps) for steps in (1, 10)), _left(lines),
     ]
+
+
+def _drivers(lines: Sequence[Row]) -> list[list[Row]]:
+    return [line['rounds'][line['driver']] for line in lines]
 
 
 def _nominal(walks: Iterable[Sequence[Row]], key: str) -> list[Any]:
@@ -74,6 +117,8 @@ def _nominal(walks: Iterable[Sequence[Row]], key: str) -> list[Any]:
 
 
 def _interval(values: Sequence[float]) -> str:
+    if not values:
+        return ''
     mean, half = mean_and_half(np.array(values))
     return f'{mean:.2f}' if np.isnan(half) else f'{mean:.2f} ± {half:.2f}'
 
@@ -83,9 +128,22 @@ def _cost(walks: Iterable[Sequence[Row]]) -> str:
     return f'{np.mean(known):.1f}' if known else ''
 
 
+def _scratch(lines: Sequence[Row]) -> str:
+    times = [from_scratch(line) for line in lines if 'reference_curve' in line]
+    return ', '.join('never' if time is None else f'{time:.0f}' for time in times)
+
+
 def _error(lines: Sequence[Row], steps: int) -> str:
-    before, after = (
-        np.mean([line['errors'][f'mse_{name}_{steps}'] for line in lines])
-        for name in ('before', 'after')
-    )
-    return f'{before:.3g} -> {after:.3g}'
+    pairs = [
+        [line['errors'][f'mse_{name}_{steps}'] for name in ('before', 'after')] for line in lines
+    ]
+    known = [pair for pair in pairs if None not in pair]
+    return '{:.3g} -> {:.3g}'.format(*np.mean(known, axis=0)) if known else ''
+
+
+def _left(lines: Sequence[Row]) -> str:
+    """Of the ideal policy and of the last driver: at what time and where, seed by seed."""
+    def words(left: Row) -> str:
+        return 'never' if left['seconds'] is None else f'{left["seconds"]:.2f} s {left["channel"]}'
+
+    return '; '.join(' / '.join(words(left) for left in line['left']) for line in lines)
