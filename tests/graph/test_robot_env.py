@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The robot node as an environment: the same steps as the model, in lockstep and in real time."""
 
+import signal
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -63,3 +66,16 @@ def test_a_restarted_robot_loses_the_episode_and_the_next_one_goes_on(robot_env,
     assert answer[3] and answer[4] == {'lost': True}
     robot_env.reset()
     assert robot_env.step(np.zeros(1))[4] == {}
+
+
+def test_a_command_that_waits_for_a_robot_says_so_and_ends_quietly(domain):
+    command = [
+        sys.executable, '-c', 'import sys; from leo_msgs_py.cli import main; sys.exit(main())',
+        'play', 'leo_walk',
+    ]  # fmt: skip
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    lines = iter(process.stderr.readline, '')
+    assert any('waiting for the robot' in line for line in lines)
+    process.send_signal(signal.SIGTERM)
+    assert 'Traceback' not in process.communicate()[1]
+    assert process.returncode == 130

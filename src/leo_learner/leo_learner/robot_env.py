@@ -23,9 +23,11 @@ RESEND = 0.3
 """A robot that repeats its state this long after a command [s] gets it again."""
 REMIND = 10.0
 """Wall time between two lines that say what is waited for [s]."""
+FIRST_REMINDER = 2.0
+"""The first of them comes this soon [s]."""
 
 
-class Stopped(Exception):
+class Stopped(KeyboardInterrupt):
     """The process was asked to end while the environment waited for the robot."""
 
 
@@ -129,7 +131,8 @@ class RobotEnv(RobotSpaces):
 
     def _wait(self, ready: Callable[[], bool], what: str, limit: float | None = None) -> bool:
         """Spin until `ready`; False after `limit` seconds, without one a reminder now and then."""
-        began = reminded = time.monotonic()
+        began = time.monotonic()
+        reminded = began - REMIND + FIRST_REMINDER
         while not ready():
             if not api.ok():
                 raise Stopped
