@@ -2,7 +2,7 @@
 """Speed of DDPG on LEO beside Stable-Baselines3 and CleanRL, in one process on one thread.
 
     pip install -r requirements-ddpg.txt        (Stable-Baselines3; needed by nothing else)
-    python benchmarks/ddpg_speed.py [--steps 2000] [--rounds 3] [--cleanrl ddpg_continuous_action.py]
+    python benchmarks/ddpg_speed.py [--steps 2000] [--rounds 3] [--cleanrl FILE]
 
 The same environment, hidden layers, batch of 64, one update per step. The programs take turns;
 a rate is steps over processor time, so that other work on the machine matters less; printed are
@@ -33,7 +33,7 @@ import torch
 from leo_learner.configs import THESIS_WALKING
 from leo_learner.ddpg import Agent, Config, Training
 from leo_learner.env import ModelEnv, training_env
-from leo_learner.fused import FusedAgent
+from leo_learner.fused import FusedAgent, ONE_DNN
 from leo_learner.replay import Batch, Replay
 from leo_sim.model import Model
 
@@ -42,6 +42,10 @@ BATCH = 64
 LAYERS = {'400-300': (400, 300), '256-256': (256, 256)}
 LARGE = 2048
 """Rows and columns of the matrices whose product is the machine's best rate."""
+LARGE_PRODUCTS = {
+    'torch.mm': torch.mm,
+    'oneDNN': lambda a, b: ONE_DNN(a, b, None, 'none', [], ''),
+}
 
 
 def main() -> None:
@@ -161,25 +165,27 @@ def run_cleanrl(script: str, arguments: list[str]) -> None:
 
 
 def update(name: str, hidden: tuple[int, ...], rounds: int) -> None:
-    """One update by either agent against the rate of large matrix products, in turns."""
+    """One update by either agent, the best of its turns, against large matrix products."""
     config = replace(THESIS_WALKING, hidden=hidden)
-    agents = {'autograd': Agent(14, 6, config, 0), 'derived gradients': FusedAgent(14, 6, config, 0)}
+    agents = {
+        'autograd': Agent(14, 6, config, 0), 'derived gradients': FusedAgent(14, 6, config, 0)
+    }
     batch, work = _batch(), flops(config)
-    shares: dict[str, list[float]] = {kind: [] for kind in agents}
     times: dict[str, list[float]] = {kind: [] for kind in agents}
-    best = 0.0
+    rates: dict[str, list[float]] = {library: [] for library in LARGE_PRODUCTS}
     for _ in range(max(rounds, 5)):
-        rate = large_product()
-        best = max(best, rate)
+        for library, multiply in LARGE_PRODUCTS.items():
+            rates[library].append(large_product(multiply))
         for kind, agent in agents.items():
-            seconds = _timed(lambda agent=agent: agent.learn(batch), 200)
-            times[kind].append(1e3 * seconds)
-            shares[kind].append(work / seconds / rate)
-    print(f'\nupdate, layers {name}: {work / 1e6:.0f} million operations; a product of '
-          f'{LARGE} x {LARGE} matrices runs at up to {best / 1e9:.0f} GFLOP/s')
-    for kind in agents:
-        print(f'  {kind:18} {statistics.median(times[kind]):6.2f} ms, '
-              f'{100 * statistics.median(shares[kind]):.0f} % of that rate')
+            times[kind].append(_timed(lambda agent=agent: agent.learn(batch), 200))
+    best = {library: max(each) for library, each in rates.items()}
+    print(f'\nupdate, layers {name}: {work / 1e6:.0f} million operations; products of {LARGE} x '
+          f'{LARGE} matrices: ' + ', '.join(f'{k} {v / 1e9:.0f} GFLOP/s' for k, v in best.items()))
+    for kind, each in times.items():
+        seconds = min(each)
+        shares = ', '.join(f'{100 * work / seconds / v:.0f} % of {k}' for k, v in best.items())
+        print(f'  {kind:18} {1e3 * seconds:6.2f} ms ({1e3 * statistics.median(each):.2f} median): '
+              f'{shares}')
 
 
 def flops(config: Config) -> float:
@@ -198,10 +204,10 @@ def flops(config: Config) -> float:
     return 2.0 * config.batch * products
 
 
-def large_product() -> float:
+def large_product(multiply: Callable[[torch.Tensor, torch.Tensor], torch.Tensor]) -> float:
     """Operations per second of a product of large matrices."""
     a, b = torch.rand(LARGE, LARGE), torch.rand(LARGE, LARGE)
-    return 2.0 * LARGE**3 / _timed(lambda: a @ b, 3)
+    return 2.0 * LARGE**3 / _timed(lambda: multiply(a, b), 3)
 
 
 def start_up() -> None:

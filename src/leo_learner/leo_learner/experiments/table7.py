@@ -27,6 +27,7 @@ from leo_learner.collect import collect, play
 from leo_learner.configs import configuration
 from leo_learner.ddpg import Training
 from leo_learner.env import ModelEnv
+from leo_learner.experiments.walking import curve
 from leo_learner.fused import FusedAgent
 from leo_learner.learning import learn
 from leo_learner.policy import Policy
@@ -90,8 +91,16 @@ def run_case(case: Case, folder: Path, quiet: bool = False) -> dict[str, Any]:
         f'return_{name}': float(play(ModelEnv(real), policy, STARTS, STARTS_SEED).mean())
         for name, policy in (('ideal', first), ('repaired', last), ('real', reference))
     }
+    curves = {
+        kind: curve(trained.folder / folder_name)
+        for kind, folder_name in (
+            ('ideal', 'ideal'), ('repaired', name), ('real', f'{case.truth}-real')
+        )
+    }
     seconds = round(time.monotonic() - began, 1)
-    return vars(case) | told | returns | {'seconds': seconds, 'date': str(date.today())}
+    return vars(case) | told | returns | {
+        'curves': curves, 'seconds': seconds, 'date': str(date.today())
+    }
 
 
 def effects(robot: Robot, truth: str) -> tuple[Placed, ...]:

@@ -31,11 +31,14 @@ def main(argv: list[str]) -> int:
         raise UserError('leo reproduce: --seeds, --transitions, --steps take 1 or more')
     rows = _rows(options)
     result, beside = _summary(rows), _beside(options.results, rows[0])
+    drawn = _draw(rows, options.figure)
     if options.json:
         print(json.dumps(result | {'rows': rows, 'beside': beside}))
     else:
         _print(rows, result)
         _print_beside(beside, options.results)
+        print(f'figure: {options.figure}' if drawn else
+              'no figure: lines of an earlier version have no learning curves')
     return 0 if result['share'] >= GATE else 1
 
 
@@ -61,8 +64,27 @@ def _parser() -> Parser:
         '--results', type=Path, default=Path('benchmarks', 'results', 'table7.jsonl'),
         metavar='FILE', help='one line per case is appended; cases found there are not run again',
     )
+    parser.add_argument(
+        '--figure', type=Path, default=Path('docs', 'table7.png'), metavar='FILE',
+        help='learning curves on the ideal, the repaired and the real pendulum',
+    )
     parser.add_json()
     return parser
+
+
+def _draw(rows: list[dict[str, Any]], path: Path) -> bool:
+    """The learning curves, as in the thesis' Figures 13 to 15."""
+    from leo_learner.experiments.figures import learning_curves
+
+    if not all('curves' in row for row in rows):
+        return False
+    names = {'ideal': 'on the ideal model', 'repaired': 'on the repaired', 'real': 'on the real'}
+    groups = {
+        text: [{'steps': row['curves'][name][-1][0], 'curve': row['curves'][name]} for row in rows]
+        for name, text in names.items()
+    }
+    learning_curves(groups, f'Table 7, {rows[0]["truth"]}, {rows[0]["repair"]}', path)
+    return True
 
 
 def _rows(options: Any) -> list[dict[str, Any]]:
