@@ -15,6 +15,7 @@ from pathlib import Path
 import time
 from typing import Any
 
+from filelock import FileLock
 import numpy as np
 
 from leo_learner.algorithm5 import Algorithm5, DONE, Settings
@@ -135,10 +136,16 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
 
 
 def _trained(case: walking.Case, folder: Path) -> Path:
-    """The folder of a training run, which is made or finished where it is not there."""
-    if walking.share(case, folder) < 1 or not (folder / case.folder / POLICY).exists():
-        walking.train(case, folder)
-    return folder / case.folder
+    """The folder of a training run, which is made or finished where it is not there.
+
+    Cases that run at the same time may need the same one: the first makes it.
+    """
+    own = folder / case.folder
+    own.mkdir(parents=True, exist_ok=True)
+    with FileLock(own / '.lock'):
+        if walking.share(case, folder) < 1 or not (own / POLICY).exists():
+            walking.train(case, folder)
+    return own
 
 
 def _reference(case: Case, folder: Path, real: Model) -> dict[str, Any]:
