@@ -67,7 +67,7 @@ class Factor:
         return self.inverse[..., joint, :]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _invert(mass: Any, diagonal: Any, inverse: Any) -> None:
     """Gauss-Jordan without pivoting: an inertia is positive definite."""
     size = mass.shape[1]
@@ -90,7 +90,7 @@ def _invert(mass: Any, diagonal: Any, inverse: Any) -> None:
                         a[i, j] -= factor * a[k, j]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _times(matrix: Any, vector: Any, out: Any) -> None:
     size = out.shape[1]
     for n in range(out.shape[0]):
@@ -126,7 +126,7 @@ def settled(contact: Contact, factor: Factor, dq: Any, motor: Any) -> tuple[Any,
     return rates, None if motor is None else speeds
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _sweep(dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: Any, high: Any, gap: Any,
            rotor: Any, offset: Any, q: Any, before: Any) -> None:
     """Change rates (N, J) of joints and motors in place; fields are (N, J) or (1, J)."""
@@ -165,7 +165,7 @@ def _sweep(dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: Any, high
                 break
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _friction(before: float, free: float, most: float, answer: float) -> float:
     """Impulse of dry friction against the motion, exact for a constant driving torque.
 
@@ -184,13 +184,13 @@ def _friction(before: float, free: float, most: float, answer: float) -> float:
     return -most * side
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _gap(apart: float, offset: float, width: float, h: float) -> float:
     """What a motor side is too fast for its link to keep the play within its width."""
     half = 0.5 * width
     return apart - min(max(apart, (-half - offset) / h), (half - offset) / h)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _row(values: Any, n: int) -> Any:
     return values[n if values.shape[0] > 1 else 0]

@@ -155,7 +155,7 @@ def rows(values: Any, shape: tuple[int, ...], tail: int | tuple[int, ...], whole
     return np.ascontiguousarray(values).reshape(-1, *tail)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def poses(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, q: Any, dq: Any,
           pose: Any) -> Any:
     """Fill pose (L, 10): angle, origin x z, rate, velocity x z, acceleration x z, axis x z.
@@ -193,7 +193,7 @@ def poses(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any
         pose[i, 0], pose[i, 3] = angle, rate
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def jacobian(kind: Any, parent: Any, column: Any, sense: Any, pose: Any, link: Any, px: Any,
              pz: Any, out: Any) -> Any:
     """Fill out (3, J): x, z and angle rates of a point of a link per joint rate."""
@@ -211,7 +211,7 @@ def jacobian(kind: Any, parent: Any, column: Any, sense: Any, pose: Any, link: A
         i = parent[i]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _dynamics(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, figures: Any,
               gravity: Any, q: Any, dq: Any, mass: Any, bias: Any) -> Any:
     """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows."""
