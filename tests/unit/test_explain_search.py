@@ -117,6 +117,9 @@ def test_where_much_stays_unexplained_what_was_found_first_stays():
     assert step.best.candidate == candidates['coulomb_friction']
     nearest = rivals(step, Facts(TORQUE, False), step.of(viscous))[0]
     assert nearest.scored.candidate == step.best.candidate and nearest.separable_nats < 0
+    both = hypothesis.with_candidate(candidates['coulomb_friction'])
+    later = review(first.posed, fit(first.problem, both, np.array([0.01, 0.18])), {}, tried)
+    assert later.final.hypothesis == hypothesis and not later.changed
 
 
 def test_a_constant_at_its_bound_hides_no_effect():

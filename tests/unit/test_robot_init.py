@@ -42,6 +42,15 @@ def test_a_skeleton_loads_and_steps_at_once(tmp_path, kind):
     assert any('control_period' in sentence for sentence in made.open)
 
 
+def test_one_joint_is_a_robot_too(tmp_path):
+    own = load_robot('pendulum')
+    urdf = tmp_path / 'one.urdf'
+    urdf.write_text(own.urdf)
+    robot = make_folder(urdf, tmp_path / 'one', 'voltage').robot
+    assert robot.joint_names == own.joint_names
+    assert np.isfinite(Model(robot).step(Model(robot).start(), np.zeros(1), 0.01).dq).all()
+
+
 def test_the_urdf_gives_limits_and_motor_figures(tmp_path):
     torque = make_folder(ARM, tmp_path / 'torque', 'torque').robot
     assert torque.limits.tolist() == [1.0, 1.0, 1.0]

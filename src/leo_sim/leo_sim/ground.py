@@ -13,7 +13,7 @@ import numpy as np
 
 from leo_sim.contact_kernel import Touch
 from leo_sim.effects.base import Ground
-from leo_sim.engines.planar import jacobian, poses, rows, tree_of
+from leo_sim.engines.planar import jacobian, POSE, poses, rows, tree_of
 from leo_sim.robot import Contact, Robot
 
 
@@ -73,7 +73,7 @@ def _over(tree: Any, links: Any, places: Any, slope: Any, q: Any, dq: Any, heigh
           normal: Any, tangent: Any) -> Any:
     """Fill height (N, P), bend (N, P, 2) and Jacobians (N, P, J) for states (N, J)."""
     size = q.shape[1]
-    pose, lever = np.zeros((tree.kind.shape[0], 10)), np.empty((3, size))
+    pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, size))
     for n in range(q.shape[0]):
         poses(tree.kind, tree.parent, tree.column, tree.turn, tree.sense, tree.place, q[n],
               dq[n], pose)

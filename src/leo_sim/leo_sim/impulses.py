@@ -4,7 +4,7 @@
 Each is solved exactly for its joint; several are swept until they agree.
 """
 import math
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from numba import njit
 import numpy as np
@@ -49,8 +49,15 @@ class Factor:
             return
         shape = np.broadcast_shapes(mass.shape[:-2], diagonal.shape[:-1])
         inverse = np.empty((math.prod(shape), size, size))
-        _invert(rows(mass, shape, (size, size)), rows(diagonal, shape, size), inverse)
+        invert(rows(mass, shape, (size, size)), rows(diagonal, shape, size), inverse)
         self.inverse = inverse.reshape(*shape, size, size)
+
+    @classmethod
+    def of(cls, inverse: Any) -> Self:
+        """From an inverse (..., J, J) already at hand."""
+        factor = cls.__new__(cls)
+        factor.inverse = inverse
+        return factor
 
     def solve(self, right: Any) -> Any:
         """Accelerations (..., J) under the torques `right` (..., J)."""
@@ -59,7 +66,7 @@ class Factor:
             return self.inverse[..., 0] * right
         shape = np.broadcast_shapes(self.inverse.shape[:-2], right.shape[:-1])
         out = np.empty((math.prod(shape), size))
-        _times(rows(self.inverse, shape, (size, size)), rows(right, shape, size), out)
+        times(rows(self.inverse, shape, (size, size)), rows(right, shape, size), out)
         return out.reshape(*shape, size)
 
     def response(self, joint: int) -> Any:
@@ -68,11 +75,11 @@ class Factor:
 
 
 @njit(cache=True)
-def _invert(mass: Any, diagonal: Any, inverse: Any) -> None:
+def invert(mass: Any, diagonal: Any, inverse: Any) -> None:
     """Gauss-Jordan without pivoting: an inertia is positive definite."""
     size = mass.shape[1]
     for n in range(inverse.shape[0]):
-        a, own, more = inverse[n], _row(mass, n), _row(diagonal, n)
+        a, own, more = inverse[n], row(mass, n), row(diagonal, n)
         for i in range(size):
             for j in range(size):
                 a[i, j] = own[i, j]
@@ -91,10 +98,11 @@ def _invert(mass: Any, diagonal: Any, inverse: Any) -> None:
 
 
 @njit(cache=True)
-def _times(matrix: Any, vector: Any, out: Any) -> None:
+def times(matrix: Any, vector: Any, out: Any) -> None:
+    """Fill out (N, J) with matrices (N, J, J) times vectors (N, J)."""
     size = out.shape[1]
     for n in range(out.shape[0]):
-        left, right = _row(matrix, n), _row(vector, n)
+        left, right = row(matrix, n), row(vector, n)
         for i in range(size):
             total = 0.0
             for j in range(size):
@@ -133,10 +141,10 @@ def _sweep(dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: Any, high
     joints = dq.shape[1]
     given = np.empty((3, joints))
     for n in range(dq.shape[0]):
-        answer, step = _row(answers, n), max(_row(h, n)[0], 1e-12)
-        dry, least, most = _row(level, n), _row(low, n), _row(high, n)
-        wide, inertia, slip = _row(gap, n), _row(rotor, n), _row(offset, n)
-        angle, start = _row(q, n), _row(before, n)
+        answer, step = row(answers, n), max(row(h, n)[0], 1e-12)
+        dry, least, most = row(level, n), row(low, n), row(high, n)
+        wide, inertia, slip = row(gap, n), row(rotor, n), row(offset, n)
+        angle, start = row(q, n), row(before, n)
         given[:] = 0.0
         for _ in range(SWEEPS):
             moved = 0.0
@@ -192,5 +200,6 @@ def _gap(apart: float, offset: float, width: float, h: float) -> float:
 
 
 @njit(cache=True)
-def _row(values: Any, n: int) -> Any:
+def row(values: Any, n: int) -> Any:
+    """Row n of rows as `leo_sim.engines.planar.rows` makes them."""
     return values[n if values.shape[0] > 1 else 0]

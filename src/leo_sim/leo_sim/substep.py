@@ -29,8 +29,9 @@ class Dynamics(Protocol):
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
         """Joint-space inertia (..., J, J) and bias torques (..., J)."""
 
-    def bias(self, q: Any, dq: Any) -> Any:
-        """The bias torques alone, (..., J)."""
+    def kicked(self, q: Any, dq: Any, diagonal: Any, driving: Any, held: Any, h: Any
+               ) -> tuple[Any, Factor]:
+        """Rates (..., J) after h s without impulses, and the inertia; see `engines.free`."""
 
     def load(self, q: Any) -> Any:
         """Torque of gravity and external forces, (..., J)."""
@@ -55,7 +56,6 @@ def slowing(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: 
 def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any, enabled: Any,
          h: Any, drag: Drag, push: Any = 0.0) -> tuple[Any, Memory]:
     """Rates (..., J) after one kick at the angles q, and the new memory."""
-    mass, bias = dynamics.mass_and_bias(q, dq)
     load = dynamics.load(q) if laws.needs_load else None
     offset, motor_speed = memory[DRIVE] if laws.gap is not None else (None, dq)
     torques = laws.torques(q, dq, motor_speed, u, enabled, load, memory)
@@ -65,11 +65,8 @@ def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any
         geared, driving = (np.where(laws.gap > 0, 0.0, f) for f in (rotor, torques.motor))
         rotor = np.where(laws.gap > 0, rotor, 1.0)
     driving = driving + (torques.joint + push)
-    factor = Factor(mass, geared + (0.5 * h) * drag.joint)
-    if bias.shape[-1] > 1:
-        held = driving if torques.level is None else driving - np.sign(dq) * torques.level
-        bias = dynamics.bias(q, dq + (0.5 * h) * factor.solve(held - bias))
-    rates = dq + h * factor.solve(driving - bias)
+    held = driving if torques.level is None else driving - np.sign(dq) * torques.level
+    rates, factor = dynamics.kicked(q, dq, geared + (0.5 * h) * drag.joint, driving, held, h)
     if torques.level is None and laws.stops is None and laws.gap is None:
         return rates, memory
     contact = Contact(torques.level, laws.stops, laws.gap, rotor, q, dq, offset, h)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.pushes import respond
@@ -106,7 +106,8 @@ def _reweighted(residual: Array, columns: Array, sigma: Array) -> Array:
     degrees = free.reshape(len(rest), -1, channels).sum(axis=1)
     typical = np.median(degrees, axis=0)
     ratio = np.median(square / np.maximum(degrees, 1e-3), axis=0)
-    return sigma * np.sqrt(ratio * typical / chi2.median(typical))
+    median = 2.0 * gammaincinv(0.5 * typical, 0.5)  # of chi-squared; scipy.stats loads slowly
+    return sigma * np.sqrt(ratio * typical / median)
 
 
 def _orthonormal(columns: Array) -> Array:

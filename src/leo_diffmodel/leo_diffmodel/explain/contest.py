@@ -5,10 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from leo_diffmodel.explain.fit import fit, Problem
+from leo_diffmodel.explain import helper
+from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.scored import dispersion, MARGIN_NATS, Scored
 
 MOST_RIVALS = 5
@@ -25,10 +27,14 @@ def contest(longer: Problem | None, scored: Sequence[Scored]) -> list[Scored]:
     near = [s for s in scored if best - s.score < MARGIN_NATS][:MOST_RIVALS]
     if longer is None or len(near) < 2:
         return list(scored)
-    fits = [fit(longer, s.fit.hypothesis, s.fit.theta) for s in near if s.fit is not None]
+    fits = helper.spread(partial(_fitted, longer), [s.fit for s in near if s.fit is not None])
     spread = min(dispersion(f) for f in fits)
     merit = np.array(
         [-f.loss[longer.train].sum() / spread - s.price for f, s in zip(fits, near, strict=True)]
     )
     behind = dict(zip((s.candidate for s in near), merit - merit.max(), strict=True))
     return [replace(s, decider=float(behind.get(s.candidate, 0.0))) for s in scored]
+
+
+def _fitted(longer: Problem, short: Fit) -> Fit:
+    return fit(longer, short.hypothesis, short.theta)

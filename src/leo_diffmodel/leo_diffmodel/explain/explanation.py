@@ -11,7 +11,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.thin import thin
-from leo_diffmodel.explain import evidence, rows, verdict
+from leo_diffmodel.explain import evidence, helper, rows, verdict
 from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.classes import Facts, pair_note
 from leo_diffmodel.explain.engine import Search, search
@@ -99,6 +99,7 @@ def explain(
     """
     began = time.monotonic()
     origin = provenance([*recordings, *hold_out], model)
+    helper.prepare(not any(e.source for e in (*extra, *(p.effect for p in model.effects))))
     thinned = thin([*recordings, *hold_out])
     recordings, hold_out = thinned[: len(recordings)], thinned[len(recordings) :]
     reason = _untestable(recordings, hold_out, model)

@@ -79,7 +79,7 @@ def fit(
     not settled yet does not hide that the parameters got better. Far from settled that loss can
     come out too low, so a point that no step improves is judged again from its own best start.
     """
-    theta = hypothesis.neutral if theta is None else theta
+    theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
     if start is None:
         start = settle(problem, hypothesis, theta, problem.windows.measured[:, 0], rounds=6)
     best = _evaluate(problem, hypothesis, theta, start)
@@ -88,7 +88,7 @@ def fit(
         if number >= iterations and last < FAR_NATS:
             break
         step = _step(problem, best)
-        moved = np.clip(theta + scale * step.theta, hypothesis.low, hypothesis.high)
+        moved = hypothesis.bounded(theta + scale * step.theta)
         shift = step.start + step.gain @ (moved - theta)
         trial = _evaluate(problem, hypothesis, moved, best.start + shift)
         gained = best.merit - trial.merit
@@ -145,7 +145,7 @@ def _step(problem: Problem, point: _Point) -> _Step:
 
 def _bounded_step(matrix: Array, slope: Array, point: _Point) -> Array:
     """The Gauss-Newton step with parameters that push against a bound held there."""
-    low, high = point.hypothesis.low, point.hypothesis.high
+    low, high = point.hypothesis.least(point.theta), point.hypothesis.high
     free = np.ones(len(slope), dtype=bool)
     step = np.zeros(len(slope))
     for _ in range(len(slope)):

@@ -65,6 +65,21 @@ class Hypothesis:
         values = [p.neutral for p in self._parameters()]
         return np.array(values + [c.value for c in self.constants])
 
+    def least(self, theta: Array) -> Array:
+        """Lower bound of each parameter where the others have these values, shape (P,)."""
+        least = self.low
+        for index, candidate in enumerate(self.candidates):
+            first, values = self.offset(index), self.values(theta, index)
+            for i, p in enumerate(candidate.parameters):
+                if p.above:
+                    least[first + i] = max(least[first + i], values[p.above])
+        return least
+
+    def bounded(self, theta: Array) -> Array:
+        """The values within the bounds nearest to these."""
+        inside = np.clip(theta, self.low, self.high)
+        return np.maximum(inside, self.least(inside))
+
     def with_candidate(self, candidate: Candidate) -> Hypothesis:
         """This hypothesis and one more effect."""
         return Hypothesis((*self.candidates, candidate), self.constants)
@@ -110,6 +125,9 @@ class Hypothesis:
             p.name: _lead(theta[..., first + i])
             for i, p in enumerate(candidate.parameters)
         }
+        for p in candidate.parameters:
+            if p.above:
+                values[p.name] = np.maximum(values[p.name], values[p.above])
         return place(base.robot, candidate.effect, candidate.where, **values)
 
     def _parameters(self) -> list[Parameter]:

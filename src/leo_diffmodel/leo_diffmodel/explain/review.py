@@ -43,9 +43,10 @@ def review(
 ) -> Reviewed:
     """Let every effect defend its place; drop it or swap it where another does better.
 
-    An effect gives way only to one with which nothing is left: on a robot with much that no
-    effect explains, each trifle fits best in its own way, and the order in which effects explain
-    most is worth more.
+    An effect gives way only to what leaves nothing, be that one effect in its place or all the
+    others without it: on a robot with much that no effect explains, each trifle fits best in its
+    own way, and the order in which effects explain most is worth more. There the effect found
+    last goes before one that it has made worthless.
 
     Args:
         posed: the problem.
@@ -58,11 +59,14 @@ def review(
         stale = [c for c in final.hypothesis.candidates if c not in members]
         if not stale:
             return Reviewed(final, members, posed, changed)
-        rest = without(posed.problem, final, final.hypothesis.candidates.index(stale[0]))
-        found = explore(posed, rest, final)
+        index = final.hypothesis.candidates.index(stale[0])
+        found = explore(posed, without(posed.problem, final, index), final)
         posed, best = found.posed, found.best
         if best is None or best.fit is None:
-            final, members, changed = found.null, {}, True
+            last = len(final.hypothesis.candidates) - 1
+            given_way = index == last or _completes(found.null)
+            final = found.null if given_way else without(posed.problem, final, last)
+            members, changed = {}, changed or given_way
         elif best.candidate == stale[0] or swaps == MOST_SWAPS or not _completes(best.fit):
             members[stale[0]] = found
         else:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 import math
 
 import numpy as np
@@ -41,11 +41,15 @@ class Context:
     facts: Facts
     held: Windows
     step: float
+    _made: dict[int, tuple[Fit, Prediction]] = field(default_factory=dict, init=False, repr=False)
 
     def predict(self, fitted: Fit) -> Prediction:
         """Held-out windows as the fitted hypothesis predicts them from their measured start."""
-        model = fitted.hypothesis.model(self.base, fitted.theta)
-        return errors.predict_windows(model, self.held, self.found.problem.sigma)
+        if id(fitted) not in self._made:
+            model = fitted.hypothesis.model(self.base, fitted.theta)
+            made = errors.predict_windows(model, self.held, self.found.problem.sigma)
+            self._made[id(fitted)] = fitted, made
+        return self._made[id(fitted)][1]
 
     def headline(self, fitted: Fit) -> float:
         """Mean held-out rms error over the states, 0.5 s ahead."""

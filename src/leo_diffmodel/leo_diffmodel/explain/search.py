@@ -5,12 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from functools import partial
 
 import numpy as np
 
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain import helper
 from leo_diffmodel.explain.contest import contest
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
@@ -25,7 +26,6 @@ REFINED = 8
 LISTENED = 3
 WORTH_A_FIT = 1.5
 EQUAL_NATS = 1.0
-T = TypeVar('T')
 
 
 @dataclass(frozen=True)
@@ -87,16 +87,17 @@ def explore(
     """
     problem = posed.problem
     scanner = Scanner(problem, null, scales)
-    scans = [_told(progress, c, scanner.scan(c)) for c in candidates]
+    found = helper.spread(scanner.scan, candidates, lambda c: progress(c.label))
+    scans = [replace(s, candidate=c) for s, c in zip(found, candidates, strict=True)]
     scans = _ordered(scans, null, incumbent)
-    leading = [_told(progress, s.candidate, _refit(problem, null, s)) for s in scans[:LISTENED]]
+    leading = _refitted(problem, null, scans[:LISTENED], progress)
     calmer = np.minimum(_least_noise(problem, leading, short), problem.sigma)
     if np.any(calmer < 0.97 * problem.sigma):
         calm = quieter(posed, calmer)
         again = fit(calm.problem, null.hypothesis, null.theta, null.start)
         return explore(calm, again, candidates, scales, short, progress, incumbent)
     rest = [s for s in scans[LISTENED:REFINED] if s.gain > WORTH_A_FIT]
-    leading += [_told(progress, s.candidate, _refit(problem, null, s)) for s in rest]
+    leading += _refitted(problem, null, rest, progress)
     spread = min(dispersion(f) for f in leading)
     pairs = zip(scans, leading, strict=False)
     scored = [_score(problem, null, s, f, spread) for s, f in pairs]
@@ -147,14 +148,26 @@ def _ranked(scored: Sequence[Scored], candidates: Sequence[Candidate]) -> list[S
     return [first, *(s for s in ranked if s is not first)]
 
 
-def _refit(problem: Problem, null: Fit, scan: Scan) -> Fit:
-    """Fit from where the scan points; from neutral where that leads nowhere."""
-    hypothesis: Hypothesis = null.hypothesis.with_candidate(scan.candidate)
-    fitted = fit(problem, hypothesis, scan.theta, null.start)
+def _refitted(
+    problem: Problem, null: Fit, scans: Sequence[Scan], progress: Callable[[str], None]
+) -> list[Fit]:
+    points = [(s.candidate, s.theta) for s in scans]
+    fits = helper.spread(partial(_refit, problem, null), points, lambda p: progress(p[0].label))
+    return [
+        replace(f, hypothesis=null.hypothesis.with_candidate(s.candidate))
+        for f, s in zip(fits, scans, strict=True)
+    ]
+
+
+def _refit(problem: Problem, null: Fit, point: tuple[Candidate, Array]) -> Fit:
+    """Fit from where a scan points; from neutral where that leads nowhere."""
+    candidate, theta = point
+    hypothesis: Hypothesis = null.hypothesis.with_candidate(candidate)
+    fitted = fit(problem, hypothesis, theta, null.start)
     if gain(null, fitted, problem.train) >= 0:
         return fitted
     split = null.hypothesis.size - len(null.hypothesis.constants)
-    neutral = [p.neutral for p in scan.candidate.parameters]
+    neutral = [p.neutral for p in candidate.parameters]
     theta = np.concatenate([null.theta[:split], neutral, null.theta[split:]])
     return fit(problem, hypothesis, theta, null.start, iterations=3)
 
@@ -178,8 +191,3 @@ def _score(problem: Problem, null: Fit, scan: Scan, fitted: Fit, spread: float) 
 def _least_noise(problem: Problem, leading: Sequence[Fit], short: Sequence[Windows]) -> Array:
     models = [f.hypothesis.model(problem.base, f.theta) for f in leading]
     return np.min([noise.estimate(m, short) for m in models], axis=0)
-
-
-def _told(progress: Callable[[str], None], candidate: Candidate, result: T) -> T:
-    progress(candidate.label)
-    return result

@@ -18,13 +18,17 @@ HOOKS = ('command', 'torque', 'drive', 'body', 'ground', 'sensor')
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of an effect: its unit, the value that changes nothing, its physical bounds."""
+    """One number of an effect: its unit, the value that changes nothing, its physical bounds.
+
+    A search keeps it at or above the parameter of the same effect that `above` names.
+    """
 
     name: str
     unit: str
     neutral: float = 0.0
     low: float = float('-inf')
     high: float = float('inf')
+    above: str = ''
 
 
 class Drive(NamedTuple):

@@ -16,7 +16,7 @@ class StribeckFriction(Effect):
     hook = 'torque'
     parameters = (
         Parameter('c', 'N m', low=0.0),
-        Parameter('c_static', 'N m', low=0.0),
+        Parameter('c_static', 'N m', low=0.0, above='c'),
         Parameter('v_s', 'rad/s', low=0.0),
     )
     looks_like = 'Sticks, breaks loose with a jerk, then slides with less friction.'

@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fixed-base tree in the x-z plane for `leo_sim.substep`: the compiled recursion, on arrays."""
 from collections.abc import Sequence
+import math
+from typing import Any
+
+from numba import njit
+import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.engines.planar import Planar, tree_of
+from leo_sim.engines.planar import dynamics, Planar, rows, tree_of
 from leo_sim.engines.stateless import Stateless
+from leo_sim.impulses import Factor, invert, row, times
 from leo_sim.urdf import Joint
 
 
@@ -19,3 +25,51 @@ def is_flat(joints: Sequence[Joint]) -> bool:
 
 class Flat(Stateless, Planar):
     """The same numbers as `Rigid`, for trees in the x-z plane."""
+
+    def kicked(self, q: Any, dq: Any, diagonal: Any, driving: Any, held: Any, h: Any
+               ) -> tuple[Any, Factor]:
+        """See `Free`; here all at once."""
+        size, h = q.shape[-1], np.asarray(h)
+        shape = np.broadcast_shapes(self._shape(q, dq), diagonal.shape[:-1], driving.shape[:-1],
+                                    held.shape[:-1], h.shape[:-1])
+        states = rows(q, shape, size, True), rows(dq, shape, size, True)
+        given = rows(diagonal, shape, size), rows(driving, shape, size), rows(held, shape, size)
+        mass = np.empty((math.prod(shape), size, size))
+        rates, inverse = np.empty((len(mass), size)), np.empty_like(mass)
+        body = (*self.tree, self._figures(shape), self._gravity(shape))
+        _kick(*body, *states, *given, rows(h, shape, 1), mass, inverse, rates)
+        return rates.reshape(*shape, size), Factor.of(inverse.reshape(*shape, size, size))
+
+
+@njit(cache=True)
+def _kick(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, figures: Any,
+          gravity: Any, q: Any, dq: Any, diagonal: Any, driving: Any, held: Any, h: Any, mass: Any,
+          inverse: Any, rates: Any) -> None:
+    """Fill mass (N, J, J), its inverse with the diagonal, and rates (N, J)."""
+    bias, push, mean = np.empty_like(dq), np.empty_like(dq), np.empty_like(dq)
+    none = np.empty((0, dq.shape[1], dq.shape[1]))
+    dynamics(kind, parent, column, turn, sense, place, figures, gravity, q, dq, mass, bias)
+    invert(mass, diagonal, inverse)
+    _less(held, bias, push)
+    times(inverse, push, mean)
+    _ahead(dq, mean, h, 0.5, mean)
+    dynamics(kind, parent, column, turn, sense, place, figures, gravity, q, mean, none, bias)
+    _less(driving, bias, push)
+    times(inverse, push, rates)
+    _ahead(dq, rates, h, 1.0, rates)
+
+
+@njit(cache=True)
+def _less(torque: Any, bias: Any, out: Any) -> None:
+    for n in range(out.shape[0]):
+        given = row(torque, n)
+        for j in range(out.shape[1]):
+            out[n, j] = given[j] - bias[n, j]
+
+
+@njit(cache=True)
+def _ahead(dq: Any, faster: Any, h: Any, share: float, out: Any) -> None:
+    for n in range(out.shape[0]):
+        step = share * row(h, n)[0]
+        for j in range(out.shape[1]):
+            out[n, j] = dq[n, j] + step * faster[n, j]

@@ -18,7 +18,7 @@ from leo_sim.urdf import Joint
 
 FIXED, HINGE, SLIDE = 0, 1, 2
 KINDS = {'fixed': FIXED, 'revolute': HINGE, 'continuous': HINGE, 'prismatic': SLIDE}
-FLAT = 1e-9
+FLAT, POSE = 1e-9, 12
 MASS, COM_X, COM_Z, INERTIA, FORCE_X, FORCE_Z = range(6)
 
 
@@ -83,7 +83,7 @@ class Planar:
         size = q.shape[-1]
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
         bias = np.empty((len(states[0]), size))
-        _dynamics(*self.tree, self._figures(shape), self._gravity(shape), *states, mass, bias)
+        dynamics(*self.tree, self._figures(shape), self._gravity(shape), *states, mass, bias)
         return bias.reshape(*shape, size)
 
     def _figures(self, shape: tuple[int, ...]) -> Any:
@@ -160,17 +160,19 @@ def rows(values: Any, shape: tuple[int, ...], tail: int | tuple[int, ...], whole
 @njit(cache=True)
 def poses(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, q: Any, dq: Any,
           pose: Any) -> Any:
-    """Fill pose (L, 10): angle, origin x z, rate, velocity x z, acceleration x z, axis x z.
+    """Fill pose (L, POSE): angle, origin, rate, velocity, acceleration, axis, cosine and sine.
 
-    The acceleration is that without joint accelerations, gravity as -g upwards not included.
+    Of the link's frame; vectors as x z; cosine and sine are of the angle. The acceleration is that
+    without joint accelerations, gravity as -g upwards not included.
     """
     for i in range(kind.shape[0]):
         above = parent[i]
         angle, ox, oz, rate, vx, vz, ax, az = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        c, s = 1.0, 0.0
         if above >= 0:
             angle, ox, oz, rate = pose[above, 0], pose[above, 1], pose[above, 2], pose[above, 3]
             vx, vz, ax, az = pose[above, 4], pose[above, 5], pose[above, 6], pose[above, 7]
-        c, s = np.cos(angle), np.sin(angle)
+            c, s = pose[above, 10], pose[above, 11]
         angle += turn[i]
         rx = c * place[i, 0] - s * place[i, 1]
         rz = s * place[i, 0] + c * place[i, 1]
@@ -193,6 +195,7 @@ def poses(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any
             angle += sense[i] * q[column[i]]
             rate += sense[i] * dq[column[i]]
         pose[i, 0], pose[i, 3] = angle, rate
+        pose[i, 10], pose[i, 11] = np.cos(angle), np.sin(angle)
 
 
 @njit(cache=True)
@@ -214,12 +217,12 @@ def jacobian(kind: Any, parent: Any, column: Any, sense: Any, pose: Any, link: A
 
 
 @njit(cache=True)
-def _dynamics(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, figures: Any,
+def dynamics(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, figures: Any,
               gravity: Any, q: Any, dq: Any, mass: Any, bias: Any) -> Any:
     """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows."""
     size, wanted = q.shape[1], mass.shape[0] > 0
     none = np.empty((size, size))
-    pose, lever = np.zeros((kind.shape[0], 10)), np.empty((3, size))
+    pose, lever = np.zeros((kind.shape[0], POSE)), np.empty((3, size))
     for n in range(q.shape[0]):
         poses(kind, parent, column, turn, sense, place, q[n], dq[n], pose)
         body = figures[n if figures.shape[0] > 1 else 0]
@@ -228,7 +231,7 @@ def _dynamics(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place:
         m[:], b[:] = 0.0, 0.0
         for i in range(kind.shape[0]):
             weight, inertia = body[i, MASS], body[i, INERTIA]
-            c, s = np.cos(pose[i, 0]), np.sin(pose[i, 0])
+            c, s = pose[i, 10], pose[i, 11]
             rx = c * body[i, COM_X] - s * body[i, COM_Z]
             rz = s * body[i, COM_X] + c * body[i, COM_Z]
             jacobian(kind, parent, column, sense, pose, i, pose[i, 1] + rx, pose[i, 2] + rz,

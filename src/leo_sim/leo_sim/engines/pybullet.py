@@ -14,6 +14,7 @@ import numpy as np
 
 from leo_sim import urdf
 from leo_sim.effects.base import Body
+from leo_sim.engines.free import Free
 from leo_sim.engines.quiet import quiet
 from leo_sim.urdf import Joint
 
@@ -21,7 +22,7 @@ with quiet():
     import pybullet
 
 
-class Bullet:
+class Bullet(Free):
     """A fixed-base robot in its own DIRECT client; one state at a time."""
 
     def __init__(self, text: str, joints: Sequence[Joint], bodies: Mapping[str, Body],

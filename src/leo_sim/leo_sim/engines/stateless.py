@@ -2,8 +2,10 @@
 """What bodies share that are pure arithmetic: no state of their own, rates that hold."""
 from typing import Any
 
+from leo_sim.engines.free import Free
 
-class Stateless:
+
+class Stateless(Free):
     """The part of `leo_sim.substep.Dynamics` that moves a body."""
 
     def begin(self, q: Any, dq: Any, h: Any) -> None:

@@ -37,7 +37,7 @@ def check_masses(robot: Robot, source: str) -> None:
     mass, _ = Model(robot, engine='rigid').rigid.mass_and_bias(
         poses(robot.joints), np.zeros((STATES, len(robot.joint_names))))
     for i, name in enumerate(robot.joint_names):
-        if mass[:, i, i].min() <= 0:
+        if mass[..., i, i].min() <= 0:
             raise UserError(f'{source}: nothing that joint {name!r} moves has a mass; give its '
                             'links an <inertial>, or make the joint fixed')
     if np.linalg.eigvalsh(mass).min() <= 0:

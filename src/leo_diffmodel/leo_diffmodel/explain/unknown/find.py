@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.explain import helper
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.scored import (
@@ -99,8 +101,8 @@ def _instead(
     everything = np.ones(problem.windows.count, dtype=bool)
     rival = _gain(found.null, found.final, everything)
     price = _price(problem, len(found.final.theta) - len(found.null.theta))
-    for curve in _distinct(best)[:TRIED]:
-        tried = attempt(recordings, found.null, left, blocks, curve)
+    alone = partial(attempt, recordings, found.null, left, blocks)
+    for tried in helper.spread(alone, _distinct(best)[:TRIED]):
         spread = min(tried.dispersion, dispersion(found.final))
         own = tried.total / spread - _price(problem, len(tried.law.values)) - FORM_NATS
         whole = tried.fit is not None and unexplained(tried.fit) < WHOLE

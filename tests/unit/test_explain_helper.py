@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The second process: the same results in the same order, and none where it is not wanted."""
+
+from functools import partial
+import operator
+import os
+import time
+from unittest import mock
+
+from joblib.externals.loky import get_reusable_executor
+import pytest
+from tests.simulate import record, TORQUE
+
+from leo_diffmodel.explain import helper
+from leo_diffmodel.explain.explanation import explain
+from leo_sim.effects import place
+from leo_sim.model import Model
+
+
+@pytest.fixture
+def two_cores():
+    """A helper that has started; it is gone afterwards."""
+    with mock.patch.object(helper, 'cpu_count', return_value=2):
+        helper.prepare()
+        helper._started[0].result()
+        yield
+    helper.prepare(False)
+    get_reusable_executor().shutdown(wait=True)
+
+
+def _pid(item: int) -> tuple[int, int]:
+    time.sleep(0.05)
+    return item, os.getpid()
+
+
+def test_half_is_done_by_another_process_and_all_comes_in_order(two_cores):
+    told = []
+    found = helper.spread(_pid, range(5), told.append)
+    assert [item for item, _ in found] == [0, 1, 2, 3, 4] and sorted(told) == [0, 1, 2, 3, 4]
+    assert {pid for _, pid in found[::2]} == {os.getpid()}
+    (other,) = {pid for _, pid in found[1::2]}
+    assert other != os.getpid()
+
+
+def test_what_a_killed_helper_leaves_is_done_here(two_cores):
+    here = os.getpid()
+    found = helper.spread(partial(_or_die, here), [1, 2, 3])
+    assert found == [1, 2, 3] and not helper._started
+
+
+def _or_die(here: int, item: int) -> int:
+    if os.getpid() != here:
+        os._exit(9)
+    return item
+
+
+def test_errors_of_either_half_come_through(two_cores):
+    for items in ([0, 1], [1, 0]):
+        with pytest.raises(ZeroDivisionError):
+            helper.spread(partial(operator.floordiv, 1), items)
+
+
+@pytest.mark.parametrize('cores, wanted', [(1, True), (2, False)])
+def test_without_need_none_is_started(cores, wanted):
+    with mock.patch.object(helper, 'cpu_count', return_value=cores):
+        helper.prepare(wanted)
+    assert {pid for _, pid in helper.spread(_pid, range(3))} == {os.getpid()}
+
+
+def test_an_explanation_is_the_same_with_and_without(two_cores):
+    data = [record(TORQUE, place(TORQUE, 'coulomb_friction', 'pivot', c=0.2), seconds=10)]
+    started = list(helper._started)
+    with mock.patch.object(helper, 'prepare'):
+        with_help = explain(data, Model(TORQUE)).to_json()
+        assert helper._started == started
+        helper._started.clear()
+        alone = explain(data, Model(TORQUE)).to_json()
+    for answer in (with_help, alone):
+        del answer['seconds'], answer['provenance']
+    assert with_help == alone
