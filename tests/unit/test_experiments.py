@@ -14,7 +14,7 @@ from leo_learner.experiments.ahead import mse_ahead
 from leo_learner.experiments.cases import found, hours, missing, read_results, run_cases
 from leo_learner.experiments.catalogue import EXPERIMENTS
 from leo_learner.experiments.page import write_page
-from leo_learner.experiments.summary import mean_and_half, mean_curve, summary, walks
+from leo_learner.experiments.summary import common_curves, mean_and_half, summary, walks
 from leo_learner.experiments.walking import Case, KNEE_ENDS, model_of
 from leo_learner.rollouts import Rollouts
 from leo_learner.verbs.reproduce import main, NAMES
@@ -100,10 +100,10 @@ def test_summary_by_hand():
     assert not walks(walk(10.9)) and not walks(walk(footsteps=14))
 
 
-def test_mean_curve_of_straight_lines():
-    steps, mean, half = mean_curve([line(IDEAL, 3000.0), line(IDEAL, 1000.0)], points=30)
-    assert mean == pytest.approx(2000 * steps / 300_000, abs=40)
-    assert np.all(half > 0) and len(steps) == 30
+def test_curves_on_common_steps():
+    steps, table = common_curves([line(IDEAL, 3000.0), line(IDEAL, 1000.0)], points=30)
+    assert table.mean(axis=0) == pytest.approx(2000 * steps / 300_000, abs=40)
+    assert table.shape == (2, 30)
 
 
 def test_the_page_has_what_is_in_and_nothing_else(tmp_path, capsys):

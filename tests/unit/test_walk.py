@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Distance, footsteps, energy and fall of an episode, by hand."""
+import json
+
 import numpy as np
 import pytest
 
+from leo_diffmodel.bags.recording import read_bag
 from leo_learner.env import ModelEnv
-from leo_learner.verbs.play import walk_text
+from leo_learner.verbs.play import main, walk_text
 from leo_learner.walk import footsteps, passes, Recorded, walked, walks
+from leo_msgs_py.errors import UserError
 from leo_sim.gait import Gait
 from leo_sim.model import Model
 from leo_sim.robot import load_robot
@@ -104,3 +108,18 @@ def test_recorded_forgets_the_episode_before():
 
 def test_only_walkers_walk():
     assert walks(ODE) and walks(LEO) and not walks(load_robot('pendulum'))
+
+
+def test_the_shipped_policy_walks_and_its_bag_is_read(tmp_path, capsys):
+    bag = tmp_path / 'walk'
+    assert main(['leo_walk', '--bag', str(bag), '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    [found] = told['walks']
+    assert found['distance'] > 15 and found['footsteps'] > 50 and found['passes'] > 50
+    assert not found['fell'] and found['seconds'] == pytest.approx(20.01)
+    [episode] = read_bag(bag, LEO).episodes
+    assert len(episode.q) == 668 and np.ptp(episode.q[:, 0]) == pytest.approx(
+        found['distance'], abs=0.3
+    )
+    with pytest.raises(UserError, match='exists; choose another'):
+        main(['leo_walk', '--bag', str(bag)])

@@ -7,23 +7,29 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
+import numpy as np
 
-from leo_learner.experiments.summary import mean_curve, Row
+from leo_learner.experiments.summary import common_curves, mean_and_half, Row
 
 WIDTH, HEIGHT, DPI = 7.2, 4.2, 110
 
 
 def learning_curves(groups: Mapping[str, Sequence[Row]], title: str, path: Path) -> None:
-    """Test return against transitions: mean over the seeds, 95 % band, n in the legend."""
+    """Test return against transitions: every seed, their mean with its 95 % band, n."""
     figure = Figure(figsize=(WIDTH, HEIGHT), layout='constrained')
     axes = figure.add_subplot()
+    low, high = 0.0, 0.0
     for name, rows in groups.items():
-        steps, mean, half = mean_curve(rows)
+        steps, table = common_curves(rows)
+        mean, half = np.array([mean_and_half(column) for column in table.T]).reshape(-1, 2).T
         [line] = axes.plot(steps / 1000, mean, label=f'{name} (n = {len(rows)})')
-        axes.fill_between(
-            steps / 1000, mean - half, mean + half, alpha=0.2, color=line.get_color(), lw=0
-        )
-    axes.set(xlabel='transitions [thousands]', ylabel='test return', title=title)
+        colour = line.get_color()
+        axes.plot(steps / 1000, table.T, color=colour, lw=0.5, alpha=0.5)
+        axes.fill_between(steps / 1000, mean - half, mean + half, alpha=0.15, color=colour, lw=0)
+        low, high = min(low, table.min(initial=0.0)), max(high, table.max(initial=0.0))
+    room = 0.05 * (high - low)
+    axes.set(xlabel='transitions [thousands]', ylabel='test return', title=title,
+             ylim=(low - room, high + room))
     axes.axhline(0, color='0.7', lw=0.8, zorder=0)
     axes.legend(frameon=False)
     axes.spines[['top', 'right']].set_visible(False)

@@ -88,19 +88,17 @@ def mean_and_half(values: np.ndarray) -> tuple[float, float]:
     return float(values.mean()), float(t * values.std(ddof=1) / np.sqrt(n))
 
 
-def mean_curve(rows: Sequence[Row], points: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Tests of several runs on common steps: steps, mean and half of the 95 % interval.
+def common_curves(rows: Sequence[Row], points: int = 60) -> tuple[np.ndarray, np.ndarray]:
+    """Tests of several runs on common steps: steps (K,) and returns (runs, K).
 
-    Of each run the mean of its tests around a step counts, as single tests swing widely.
+    Of each run the mean of its tests around a step counts, as single tests swing widely; steps
+    that not every run has tests around are left out.
     """
     last = max(row['steps'] for row in rows)
     edges = np.linspace(0, last, points + 1)
     table = np.array([_means(np.array(row['curve'], float), edges) for row in rows])
     known = np.isfinite(table).all(axis=0)
-    middle, table = (edges[1:] + edges[:-1])[known] / 2, table[:, known]
-    pairs = [mean_and_half(column) for column in table.T]
-    mean, half = np.array(pairs).reshape(-1, 2).T
-    return middle, mean, half
+    return (edges[1:] + edges[:-1])[known] / 2, table[:, known]
 
 
 def _means(curve: np.ndarray, edges: np.ndarray) -> np.ndarray:
