@@ -11,6 +11,7 @@ LEAST_INTERVALS = 200
 """Fewer than these in a share are not worth a thread."""
 
 T = TypeVar('T')
+_loaded: list[bool] = []  # compiled code is loaded by one thread: two at once compile it again
 
 
 class Batch(NamedTuple):
@@ -42,7 +43,8 @@ def shares(work: Callable[[Batch], T], batch: Batch) -> list[T]:
     count, steps = batch.periods.shape
     lead = max(np.prod(batch.q0.shape[:-2], dtype=int), np.prod(batch.inputs.shape[:-3], dtype=int))
     number = int(min(cores(), count, lead * count * steps // LEAST_INTERVALS))
-    if number < 2:
+    if number < 2 or not _loaded:
+        _loaded.append(True)
         return [work(batch)]
     edges = np.linspace(0, count, number + 1).astype(int)
     parts = [batch.part(slice(a, b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]

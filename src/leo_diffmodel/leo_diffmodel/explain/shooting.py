@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.compare.noise import per_window
+from leo_diffmodel.compare.pushes import predict as predict
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.hypothesis import Hypothesis
-from leo_sim.batch import rollout
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -38,22 +38,6 @@ class Linear:
     residual: Array
     by_start: Array
     by_theta: Array
-
-
-def predict(model: Model, windows: Windows, start: Array) -> Array:
-    """Sensed states from the start states (..., W, 2J); shape (..., W, K+1, 2J)."""
-    joints = windows.q.shape[-1]
-    q, dq = rollout(
-        model,
-        start[..., :joints],
-        start[..., joints:],
-        windows.inputs,
-        windows.dt,
-        enabled=windows.enabled,
-        history=windows.history,
-        start=windows.start,
-    )
-    return np.concatenate([q, dq], axis=-1)
 
 
 def whiten(windows: Windows, predicted: Array, sigma: Array) -> Array:
