@@ -59,7 +59,8 @@ def rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any 
     if not model.robot.contacts:
         return _rollout(model, batch)
     parts = shares(lambda part: _rollout(model, part), batch)
-    return tuple(np.concatenate(states, axis=-3) for states in zip(*parts, strict=True))
+    angles, rates = zip(*parts, strict=True)
+    return np.concatenate(angles, axis=-3), np.concatenate(rates, axis=-3)
 
 
 def _held(model: Model, held: Any, count: int) -> Any:

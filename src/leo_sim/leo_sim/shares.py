@@ -2,6 +2,8 @@
 """Windows shared out over the cores of this process, where their physics is compiled."""
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+import itertools
+import math
 import os
 from typing import Any, NamedTuple, TypeVar
 
@@ -41,13 +43,13 @@ class Batch(NamedTuple):
 def shares(work: Callable[[Batch], T], batch: Batch) -> list[T]:
     """The work on equal shares of the windows, one for each core, in order."""
     count, steps = batch.periods.shape
-    lead = max(np.prod(batch.q0.shape[:-2], dtype=int), np.prod(batch.inputs.shape[:-3], dtype=int))
+    lead = max(math.prod(batch.q0.shape[:-2]), math.prod(batch.inputs.shape[:-3]))
     number = int(min(cores(), count, lead * count * steps // LEAST_INTERVALS))
     if number < 2 or not _loaded:
         _loaded.append(True)
         return [work(batch)]
     edges = np.linspace(0, count, number + 1).astype(int)
-    parts = [batch.part(slice(a, b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    parts = [batch.part(slice(a, b)) for a, b in itertools.pairwise(edges)]
     with ThreadPoolExecutor(number) as pool:
         return list(pool.map(work, parts))
 

@@ -85,16 +85,17 @@ def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) 
     if model.robot.contacts:
         windows = spread_out(windows, ON_GROUND_WINDOWS)
     found = estimate(model, windows, sigma)
-    return found.take(telling(found, model)) if found.bend is None else _trusted(found, model)
+    if found.bend is None:
+        return found.take(telling(found, model))
+    return _trusted(found, model, found.bend < MOST_BEND)
 
 
-def _trusted(found: MissingTorque, model: Model) -> MissingTorque:
-    """Without the windows whose contacts flip, and in the others what would show.
+def _trusted(found: MissingTorque, model: Model, sure: Array) -> MissingTorque:
+    """The windows that are `sure` (W,) of their contacts, and in them what would show.
 
     A standing foot hides one torque and not another, so that is asked of every joint by itself.
     """
     shown = found.spread < TELLING * push_scale(model.robot)
-    sure = found.bend < MOST_BEND
     kept = np.flatnonzero((sure if sure.any() else ~sure) & shown.any(axis=1))
     if not kept.size:
         return found
