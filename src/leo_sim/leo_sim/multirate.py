@@ -14,6 +14,7 @@ from leo_sim.engines.planar import rows as _rows
 from leo_sim.laws import HELD, Laws, Memory
 from leo_sim.substep import Drag, DRIVE, Dynamics, rested, slowing
 
+SWITCHING = 1e-3  # s; a command that changes while it is held is a mean over as long at most
 BASE = 3  # joints of a planar base
 
 
@@ -24,6 +25,8 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
     if HELD in memory:
         dq = dq * (1.0 - memory[HELD][..., None] * (np.arange(dq.shape[-1]) < BASE))
     memory = rested(laws, q, dq, memory)
+    if laws.dynamic:
+        geometry_every = min(geometry_every, max(1, int(SWITCHING / np.max(h))))
     periods = -(-count // geometry_every)
     inner = -(-count // periods)
     h = np.asarray(h * (count / (periods * inner)))

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.pushes import nearer, respond
@@ -135,10 +135,16 @@ def _reweighted(residual: Array, columns: Array, sigma: Array, calm: float) -> A
     degrees = free.reshape(len(rest), -1, channels).sum(axis=1)
     typical = np.median(degrees, axis=0)
     ratio = np.quantile(square / np.maximum(degrees, 1e-3), calm, axis=0)
-    return np.maximum(sigma * np.sqrt(ratio * typical / chi2.ppf(calm, typical)), STILLEST)
+    return np.maximum(sigma * np.sqrt(ratio * typical / _chi2(calm, typical)), STILLEST)
 
 
 def _orthonormal(columns: Array) -> Array:
     """Orthonormal basis of each window's columns; columns that vanish are left out."""
     left, size, _ = np.linalg.svd(columns, full_matrices=False)
     return left * (size > 1e-7 * size[..., :1])[..., None, :]
+
+
+def _chi2(share: float, degrees: Array) -> Array:
+    """Quantile of chi-squared; scipy.stats takes a second to load."""
+    found: Array = 2.0 * gammaincinv(0.5 * degrees, share)
+    return found

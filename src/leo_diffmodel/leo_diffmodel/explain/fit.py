@@ -9,12 +9,15 @@ import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import shooting
+from leo_diffmodel.explain.footing import Footing
 from leo_diffmodel.explain.hypothesis import Hypothesis
 from leo_sim.model import Model
 
 Array = np.ndarray
 ENOUGH_NATS = 0.05
 FAR_NATS = 100.0
+ON_FOOTING, ON_FOOTING_NATS = 4, 0.5
+"""Iterations where the start states' answer is known: it is that of another hypothesis."""
 PATIENCE = 3
 """Up to this many times the iterations, as long as the last step saved FAR_NATS or more."""
 
@@ -28,12 +31,25 @@ class Problem:
         windows: the data, training and held-out.
         sigma: noise of each recording and channel (angles, then rates), shape (R, 2J).
         train: which windows a fit may see, shape (W,).
+        footing: what the start states do, where it is known; see `footing`.
     """
 
     base: Model
     windows: Windows
     sigma: Array
     train: Array
+    footing: Footing | None = None
+
+    @property
+    def by_start(self) -> Array | None:
+        """Sensitivity of the sensed states to the start states, where it is known."""
+        return self.footing and self.footing.by_start
+
+    def take(self, index: Array) -> Problem:
+        """The problem on some of its windows."""
+        footing = self.footing and self.footing.take(index)
+        return replace(self, windows=self.windows.take(index), train=self.train[index],
+                       footing=footing)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -80,10 +96,14 @@ def fit(
     come out too low, so a point that no step improves is judged again from its own best start.
     """
     theta = hypothesis.neutral if theta is None else theta
+    if start is None and problem.footing:
+        start = problem.footing.start
     if start is None:
         start = settle(problem, hypothesis, theta, problem.windows.measured[:, 0], rounds=6)
     best = _evaluate(problem, hypothesis, theta, start)
-    scale, last = 1.0, np.inf
+    scale, last, enough = 1.0, np.inf, ENOUGH_NATS
+    if problem.footing:
+        iterations, last, enough = min(iterations, ON_FOOTING), 0.0, ON_FOOTING_NATS
     for number in range(PATIENCE * iterations):
         if number >= iterations and last < FAR_NATS:
             break
@@ -97,7 +117,7 @@ def fit(
             best = _evaluate(problem, hypothesis, theta, best.start + step.start)
             continue
         best, theta, scale, last = trial, moved, min(1.0, 3 * scale), gained
-        if gained < ENOUGH_NATS:
+        if gained < enough:
             break
     return _finish(problem, best)
 
@@ -125,7 +145,7 @@ class _Step:
 
 def _evaluate(problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array) -> _Point:
     linear = shooting.linearise(
-        problem.base, problem.windows, problem.sigma, hypothesis, theta, start
+        problem.base, problem.windows, problem.sigma, hypothesis, theta, start, problem.by_start
     )
     rest = shooting.eliminate(linear)[0]
     merit = float(shooting.huber(rest[problem.train]).sum())

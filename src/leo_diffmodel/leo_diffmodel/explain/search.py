@@ -13,6 +13,7 @@ from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.contest import contest
 from leo_diffmodel.explain.fit import Fit, fit, Problem
+from leo_diffmodel.explain.ground_scan import GroundScanner
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.pose import Posed, quieter
 from leo_diffmodel.explain.scan import Scales, Scan, Scanner
@@ -21,7 +22,7 @@ from leo_diffmodel.explain.shooting import robust_weight
 from leo_diffmodel.explain.threshold import threshold
 
 Array = np.ndarray
-REFINED = 8
+REFINED, ON_FOOTING = 8, 6
 LISTENED = 3
 WORTH_A_FIT = 1.5
 EQUAL_NATS = 1.0
@@ -86,16 +87,19 @@ def explore(
         incumbent: a fit of the hypothesis with one of the candidates; it is tried from there.
     """
     problem = posed.problem
-    scanner = Scanner(problem, null, scales)
+    scanner = (GroundScanner if problem.footing else Scanner)(problem, null, scales)
     scans = [_told(progress, c, scanner.scan(c)) for c in candidates]
     scans = _ordered(scans, null, incumbent)
     leading = [_told(progress, s.candidate, _refit(problem, null, s)) for s in scans[:LISTENED]]
+    if problem.footing:  # torques that are free in every window already keep a model out of it
+        short = ()
     calmer = np.minimum(_least_noise(problem, leading, short), problem.sigma)
     if np.any(calmer < 0.97 * problem.sigma):
         calm = quieter(posed, calmer)
         again = fit(calm.problem, null.hypothesis, null.theta, null.start)
         return explore(calm, again, candidates, scales, short, progress, incumbent)
-    rest = [s for s in scans[LISTENED:REFINED] if s.gain > WORTH_A_FIT]
+    most = ON_FOOTING if problem.footing else REFINED
+    rest = [s for s in scans[LISTENED:most] if s.gain > WORTH_A_FIT]
     leading += [_told(progress, s.candidate, _refit(problem, null, s)) for s in rest]
     spread = min(dispersion(f) for f in leading)
     pairs = zip(scans, leading, strict=False)
@@ -176,6 +180,8 @@ def _score(problem: Problem, null: Fit, scan: Scan, fitted: Fit, spread: float) 
 
 
 def _least_noise(problem: Problem, leading: Sequence[Fit], short: Sequence[Windows]) -> Array:
+    if not short:
+        return problem.sigma
     models = [f.hypothesis.model(problem.base, f.theta) for f in leading]
     return np.min([noise.estimate(m, short) for m in models], axis=0)
 
