@@ -65,7 +65,8 @@ def nearer(windows: Windows, predicted: Array, columns: Array, sigma: Array) -> 
 
     Args:
         windows: the data.
-        predicted, columns: what `respond` found at the measured start, states first.
+        predicted: what `respond` found at the measured start.
+        columns: the sensitivities it found there.
         sigma: noise of each window and channel, shape (W or 1, 1, 2J).
     """
     states = windows.measured.shape[-1]

@@ -12,7 +12,7 @@ from leo_sim.model import Model
 
 SCHEMES = ('search', 'training')
 WINDOWS = 30
-TYPICAL, RARE = 0.05, 0.03
+TYPICAL, RARE = 0.05, 0.08
 
 
 def fast_enough(model: Model, windows: Windows) -> Model:

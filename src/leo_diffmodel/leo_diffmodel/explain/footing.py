@@ -8,8 +8,7 @@ model as given; fits then move parameters only and take the starts along by it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,7 +19,6 @@ from leo_diffmodel.explain.robust import huber, robust_weight
 from leo_sim.model import Model
 
 Array = np.ndarray
-Loss = Callable[[Array], Array]
 ROUNDS, SCALES = 4, (1.0, 0.3)
 ENOUGH_NATS = 0.3
 MOST_BEND = 0.3
