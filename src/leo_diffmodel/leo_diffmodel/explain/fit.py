@@ -16,8 +16,7 @@ from leo_sim.model import Model
 Array = np.ndarray
 ENOUGH_NATS = 0.05
 FAR_NATS = 100.0
-ON_FOOTING, ON_FOOTING_NATS = 4, 0.5
-"""Iterations where the start states' answer is known: it is that of another hypothesis."""
+FOOTED, FOOTED_NATS, FOOTED_SCALES = 8, 0.5, (1.0, 0.3, 0.1)
 PATIENCE = 3
 """Up to this many times the iterations, as long as the last step saved FAR_NATS or more."""
 
@@ -101,9 +100,9 @@ def fit(
     if start is None:
         start = settle(problem, hypothesis, theta, problem.windows.measured[:, 0], rounds=6)
     best = _evaluate(problem, hypothesis, theta, start)
-    scale, last, enough = 1.0, np.inf, ENOUGH_NATS
     if problem.footing:
-        iterations, last, enough = min(iterations, ON_FOOTING), 0.0, ON_FOOTING_NATS
+        return _finish(problem, _footed(problem, hypothesis, best))
+    scale, last = 1.0, np.inf
     for number in range(PATIENCE * iterations):
         if number >= iterations and last < FAR_NATS:
             break
@@ -117,9 +116,40 @@ def fit(
             best = _evaluate(problem, hypothesis, theta, best.start + step.start)
             continue
         best, theta, scale, last = trial, moved, min(1.0, 3 * scale), gained
-        if gained < enough:
+        if gained < ENOUGH_NATS:
             break
     return _finish(problem, best)
+
+
+def _footed(problem: Problem, hypothesis: Hypothesis, best: _Point) -> _Point:
+    """The same where the answer of the starts is known, that of another hypothesis.
+
+    It is not quite that of this one, so a point is judged by its true loss once the starts have
+    gone along.
+    """
+    if not hypothesis.size:
+        return best
+    best = _walked(problem, hypothesis, best.theta, best.start)
+    for _ in range(FOOTED):
+        step, before = _step(problem, best), best.merit
+        for scale in FOOTED_SCALES:
+            theta = np.clip(best.theta + scale * step.theta, hypothesis.low, hypothesis.high)
+            start = best.start + step.start + step.gain @ (theta - best.theta)
+            trial = _walked(problem, hypothesis, theta, start)
+            if trial.merit < best.merit:
+                best = trial
+                break
+        if before - best.merit < FOOTED_NATS:
+            break
+    return best
+
+
+def _walked(problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array) -> _Point:
+    """The point where the starts have settled; its merit is its true loss."""
+    start = settle(problem, hypothesis, theta, start, rounds=2)
+    point = _evaluate(problem, hypothesis, theta, start)
+    merit = float(shooting.huber(point.linear.residual[problem.train]).sum())
+    return replace(point, merit=merit)
 
 
 @dataclass(frozen=True)

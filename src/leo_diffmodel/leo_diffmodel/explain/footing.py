@@ -45,7 +45,9 @@ class Footing:
         return Footing(self.start[index], self.by_start[index])
 
 
-def settled(model: Model, windows: Windows, sigma: Array) -> tuple[Array, Footing]:
+def settled(
+    model: Model, windows: Windows, sigma: Array, before: Footing | None = None
+) -> tuple[Array, Footing]:
     """Which windows can be trusted, as indices, and their footing.
 
     A window is trusted where the start states that its noise allows do not change what its
@@ -55,9 +57,10 @@ def settled(model: Model, windows: Windows, sigma: Array) -> tuple[Array, Footin
         model: the model as given.
         windows: short windows.
         sigma: noise of each recording and channel, shape (R, 2J).
+        before: the footing with another model, to go on from; its windows are all kept.
     """
     none = np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
-    start = windows.measured[:, 0].copy()
+    start = (before.start if before else windows.measured[:, 0]).copy()
     predicted, columns = respond(model, windows, start, none)
     loss = _loss(windows, predicted, sigma)
     active = np.arange(windows.count)
@@ -75,6 +78,8 @@ def settled(model: Model, windows: Windows, sigma: Array) -> tuple[Array, Footin
         predicted[active], columns[active] = respond(
             model, windows.take(active), start[active], none[:, : active.size]
         )
+    if before:
+        return np.arange(windows.count), Footing(start, columns, before.traces)
     kept = _sure(model, windows, start, columns, sigma)
     return kept, Footing(start[kept], columns[kept])
 

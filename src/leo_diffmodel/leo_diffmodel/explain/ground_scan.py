@@ -23,11 +23,15 @@ from leo_diffmodel.explain.scan import (
     Scanner,
     stretch_limits,
 )
+from leo_sim.effects import Parameter
 
 Array = np.ndarray
 MOST_WINDOWS = 40
 FARTHEST = 30.0
 RIDGE = 1e-6
+BETWEEN = 2.2
+"""An amplitude that was tried stands for those up to so many times as large and as small."""
+MOST_SHAPES = 10
 FACTORS = (0.25, 0.5, 2.0, 4.0)
 FRICTIONS = (0.1, 0.2, 0.4, 0.6, 0.9)
 
@@ -110,7 +114,17 @@ class GroundScanner(Scanner):
         """The grid of an effect that bends with its amplitude."""
         if candidate.effect.hook == 'ground':
             return _grounds(candidate)
-        return self._grid(candidate)
+        points, first = self._grid(candidate), candidate.parameters[0]
+        if candidate.effect.hook == 'command' and first.neutral > 0 and first.unit != '':
+            points = points[points[:, 0] < first.neutral]  # a higher limit limits nothing
+        return points
+
+    def _sizes(self, candidate: Candidate) -> Array:
+        """Every other amplitude: what lies between is a matter of the fit."""
+        return super()._sizes(candidate)[:: 1 if is_straight(candidate) else 2]
+
+    def _shape(self, parameter: Parameter) -> tuple[float, ...]:
+        return super()._shape(parameter)[:MOST_SHAPES]
 
     def _solved(
         self, candidate: Candidate, points: Array, change: Array
@@ -146,7 +160,8 @@ class GroundScanner(Scanner):
         """The best point of a grid; along each ray the closed form picks the amplitude."""
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         along = change @ self.residual
-        stretch = np.clip(along / length2, *stretch_limits(candidate))
+        low, high = stretch_limits(candidate)
+        stretch = np.clip(along / length2, min(low, 1 / BETWEEN), max(high, BETWEEN))
         gains = stretch * along - 0.5 * stretch**2 * length2
         best = int(np.argmax(gains))
         theta = self._stretched(candidate, points[best], float(stretch[best]))

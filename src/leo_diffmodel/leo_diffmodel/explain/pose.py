@@ -15,7 +15,7 @@ from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_diffmodel.explain.fineness import stepped
-from leo_diffmodel.explain.fit import Problem
+from leo_diffmodel.explain.fit import Fit, Problem
 from leo_diffmodel.explain.footing import settled
 from leo_sim.model import Model
 
@@ -85,6 +85,15 @@ def standing(posed: Posed) -> Posed:
         return posed
     kept, footing = settled(problem.base, problem.windows, problem.sigma)
     return replace(posed, problem=replace(problem.take(kept), footing=footing))
+
+
+def resettled(posed: Posed, fitted: Fit) -> Posed:
+    """The same on the ground with the footing of a fitted hypothesis."""
+    problem = posed.problem
+    model = fitted.hypothesis.model(problem.base, fitted.theta)
+    before = problem.footing and replace(problem.footing, start=fitted.start)
+    _, footing = settled(model, problem.windows, problem.sigma, before)
+    return replace(posed, problem=replace(problem, footing=footing))
 
 
 def quieter(posed: Posed, sigma: Array) -> Posed:
