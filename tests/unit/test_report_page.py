@@ -63,7 +63,7 @@ def missing() -> MissingTorque:
     held = [np.repeat(x[:, None], n, axis=1) for x, n in ((q, 6), (dq, 6), (u, 5))]
     windows = Windows(
         *held, np.ones((120, 5, 1), bool), np.full((120, 5), 0.01),
-        np.arange(120) * 0.06, np.zeros(120, int),
+        np.arange(120) * 0.06, np.zeros(120, int), np.zeros(120, bool),
     )  # fmt: skip
     torque = -1e-4 * dq + 1e-5 * rng.standard_normal((120, 1))
     return MissingTorque(np.arange(120) * 0.06, torque, np.full((120, 1), 1e-5), q, dq, u, windows)

@@ -6,6 +6,7 @@ import numpy as np
 
 from leo_sim.laws import HELD, Memory, TIME
 from leo_sim.model import Model
+from leo_sim.shares import Batch, shares
 from leo_sim.substep import DRIVE, rested, slowing, substeps
 
 
@@ -28,7 +29,7 @@ class History(NamedTuple):
 
 def rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any = None,
             history: History | tuple[Any, ...] | None = None,
-            push: Any = None, start: Any = 0.0) -> tuple[Any, Any]:
+            push: Any = None, start: Any = 0.0, held: Any = None) -> tuple[Any, Any]:
     """Measured angles and rates along open-loop windows.
 
     The same numbers as `Model.step` over each interval, to rounding. Without a history the
@@ -44,26 +45,46 @@ def rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any 
         history: The samples before.
         push: Extra torque on the links held over each interval, N m, (..., W, K, J).
         start: Time from the start of the run to the start of each window s, (W,), or a float.
+        held: Windows in which the base does not move, booleans (W,); None where the model says.
 
     Returns:
         q and dq of the measured state, (..., W, K + 1, J); (S, W, K + 1, J) for a scan.
     """
-    with np.errstate(all='ignore'):
-        return _rollout(model, q0, dq0, inputs, dt, enabled, history, push, start)
-
-
-def _rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any,
-             history: Any, push: Any, start: Any) -> tuple[Any, Any]:
-    laws, dynamics = model.laws if history is None else model.reading_laws, model.rigid
     inputs = np.asarray(inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(dt, dtype=float), inputs.shape[-3:-1])
-    q0, dq0 = np.asarray(q0, dtype=float), np.asarray(dq0, dtype=float)
-    memory: Memory = {TIME: np.asarray(start, dtype=float)[..., None]}
+    batch = Batch(np.asarray(q0, dtype=float), np.asarray(dq0, dtype=float), inputs, periods,
+                  enabled, None if history is None else History(*history), push,
+                  np.broadcast_to(np.asarray(start, dtype=float), inputs.shape[-3:-2]),
+                  _held(model, held, inputs.shape[-3]))
+    if not model.robot.contacts:
+        return _rollout(model, batch)
+    parts = shares(lambda part: _rollout(model, part), batch)
+    angles, rates = zip(*parts, strict=True)
+    return np.concatenate(angles, axis=-3), np.concatenate(rates, axis=-3)
+
+
+def _held(model: Model, held: Any, count: int) -> Any:
+    """Which windows have a base that does not move, 1 or 0 (W,); None where none has."""
+    if held is None:
+        held = model.held
+    held = np.broadcast_to(np.asarray(held, dtype=float), (count,))
+    return held if held.any() else None
+
+
+def _rollout(model: Model, batch: Batch) -> tuple[Any, Any]:
+    with np.errstate(all='ignore'):
+        return _rolled(model, *batch)
+
+
+def _rolled(model: Model, q0: Any, dq0: Any, inputs: Any, periods: Any, enabled: Any,
+            history: Any, push: Any, start: Any, held: Any) -> tuple[Any, Any]:
+    laws, dynamics = model.laws if history is None else model.reading_laws, model.rigid
+    memory: Memory = {TIME: start[..., None]} | ({} if held is None else {HELD: held})
     past: list[tuple[Any, Any]] = []
     if history is not None:
-        memory, past = warmed(model, History(*history), laws.true_state(q0, dq0)[1], memory)
+        memory, past = warmed(model, history, laws.true_state(q0, dq0)[1], memory)
     q, dq, settled = laws.sensors.true_state(q0, dq0, past)
-    memory = {**memory, **settled} | ({HELD: np.ones(())} if model.held else {})
+    memory = {**memory, **settled}
     measured = [laws.sense(q, dq, memory)]
     for k in range(inputs.shape[-2]):
         h, count = _substep(periods[:, k], model.integration_step)
@@ -97,7 +118,7 @@ def warmed(model: Model, history: History, dq: Any, memory: Memory
                np.asarray(history.dq, dtype=float)[..., k, :]) for k in range(inputs.shape[-2])]
     rates = [laws.true_state(*state)[1] for state in states] + [dq]
     memory = rested(laws, laws.true_state(*states[0])[0], rates[0],
-                    {TIME: memory[TIME] - periods.sum(axis=-1)[:, None]})
+                    {**memory, TIME: memory[TIME] - periods.sum(axis=-1)[:, None]})
     for k, state in enumerate(states):
         h, count = _substep(periods[:, k], model.integration_step)
         held = inputs[..., k, :], _on(history.enabled, k), h

@@ -145,7 +145,7 @@ def along(matrix: Any, r: Any, vector: Any, v: Any) -> Any:
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def advance(motion: Any, mass: Any, forces: Any, play: Any, touch: Any, h: Any, count: Any,
             held: Any, impulses: Any) -> Any:
     """Move states in place by `count` substeps of h s.
@@ -158,7 +158,7 @@ def advance(motion: Any, mass: Any, forces: Any, play: Any, touch: Any, h: Any, 
         touch: Spheres over the ground.
         h: s, (N or 1,).
         count: Substeps.
-        held: How many joints, the first ones, do not move.
+        held: How many joints, the first ones, do not move, (N or 1,).
         impulses: Filled: normal and tangential impulse of each sphere, N s, (N, P, 2).
     """
     size, points = motion.q.shape[1], touch.over.shape[1]
@@ -173,8 +173,9 @@ def advance(motion: Any, mass: Any, forces: Any, play: Any, touch: Any, h: Any, 
         longest = h[n if h.shape[0] > 1 else 0]
         grip = touch.friction[n if touch.friction.shape[0] > 1 else 0, 0]
         taken(n, motion, forces, play, touch, work)
-        used = gathered(n, touch, longest * count, held, work)
-        run(n, mass, longest, count, held, grip, work, used, impulses)
+        still = held[n if held.shape[0] > 1 else 0]
+        used = gathered(n, touch, longest * count, still, work)
+        run(n, mass, longest, count, still, grip, work, used, impulses)
         for j in range(size):
             motion.q[n, j], motion.dq[n, j] = work.joint[Q, j], work.joint[DQ, j]
             motion.offset[n, j], motion.speed[n, j] = work.joint[OFFSET, j], work.joint[SPEED, j]

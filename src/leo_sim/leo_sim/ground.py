@@ -45,13 +45,14 @@ class Spheres:
 
     def _surface(self, shape: tuple[int, ...]) -> tuple[Any, Any, Any, Any]:
         """Slope, stiffness, damping and friction as rows, kept for the shape asked last."""
-        if shape not in self._surfaces:
+        found = self._surfaces.get(shape)
+        if found is None:
             points = len(self._links)
-            self._surfaces = {shape: (
-                rows(self._slope[..., None], shape, 1)[:, 0],
-                rows(self._stiffness, shape, points), rows(self._damping, shape, points),
-                rows(self._friction, shape, 1))}
-        return self._surfaces[shape]
+            found = (rows(self._slope[..., None], shape, 1)[:, 0],
+                     rows(self._stiffness, shape, points), rows(self._damping, shape, points),
+                     rows(self._friction, shape, 1))
+            self._surfaces = {shape: found}
+        return found
 
     def forces(self, q: Any, dq: Any) -> Any:
         """Normal force on each sphere at true angles and rates (..., J), N, (..., P)."""
@@ -68,7 +69,7 @@ def _each(contacts: Sequence[Contact], name: str, of_ground: Any) -> Any:
     return np.stack(np.broadcast_arrays(*(np.asarray(f, dtype=float) for f in figures)), axis=-1)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _over(tree: Any, links: Any, places: Any, slope: Any, q: Any, dq: Any, height: Any, bend: Any,
           normal: Any, tangent: Any) -> Any:
     """Fill height (N, P), bend (N, P, 2) and Jacobians (N, P, J) for states (N, J)."""

@@ -54,7 +54,8 @@ class Model:
             (another simulator, to be installed; see `leo_sim.engines.mujoco`).
         integration_step: Longest substep s; that of the scheme, for MuJoCo at least 0.5 ms,
             when None.
-        scheme: 'reference', or 'training' (faster, less exact), as robot.yaml has them.
+        scheme: 'reference', or 'training' or 'search' (faster, less exact), as robot.yaml has
+            them.
         held: The base does not move, as in a start pose with `held: true`.
         history: What was added and why, as model.yaml keeps it.
         difference_model: File of a learned difference model that goes with this model.

@@ -14,6 +14,7 @@ from leo_sim.engines.planar import rows as _rows
 from leo_sim.laws import HELD, Laws, Memory
 from leo_sim.substep import Drag, DRIVE, Dynamics, rested, slowing
 
+SWITCHING = 1e-3  # s; a command that changes while it is held is a mean over as long at most
 BASE = 3  # joints of a planar base
 
 
@@ -22,8 +23,10 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
               ) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held; see `leo_sim.substep`."""
     if HELD in memory:
-        dq = np.concatenate([np.zeros_like(dq[..., :BASE]), dq[..., BASE:]], axis=-1)
+        dq = dq * (1.0 - memory[HELD][..., None] * (np.arange(dq.shape[-1]) < BASE))
     memory = rested(laws, q, dq, memory)
+    if laws.dynamic:
+        geometry_every = min(geometry_every, max(1, int(SWITCHING / np.max(h))))
     periods = -(-count // geometry_every)
     inner = -(-count // periods)
     h = np.asarray(h * (count / (periods * inner)))
@@ -93,13 +96,18 @@ def _moved(laws: Laws, driven: _Driven, q: Any, dq: Any, memory: Memory,
     motion = Motion(*(_rows(a, shape, size, True).copy() for a in (q, dq, offset, speed)))
     impulses = np.zeros((*touch.over.shape, 2))
     advance(motion, _rows(mass, shape, (size, size), True), driven.forces._replace(smooth=smooth),
-            driven.play, touch, _rows(h, shape, 1)[:, 0], count, BASE if HELD in memory else 0,
-            impulses)
+            driven.play, touch, _rows(h, shape, 1)[:, 0], count, _still(memory, shape), impulses)
     q, dq, offset, speed = (a.reshape(*shape, size) for a in motion)
     if laws.gap is not None:
         memory = {**memory, DRIVE: np.stack([offset, np.where(laws.gap > 0, speed, dq)])}
     pressed = _torque(touch, impulses, shape) / (count * h) if laws.needs_load else 0.0
     return q, dq, memory, pressed
+
+
+def _still(memory: Memory, shape: tuple[int, ...]) -> Any:
+    """How many joints, the first ones, do not move, (N,) or (1,)."""
+    held = np.asarray(memory.get(HELD, 0.0))
+    return (BASE * _rows(held[..., None], shape, 1)[:, 0]).astype(np.int64)
 
 
 def _torque(touch: Touch, impulses: Any, shape: tuple[int, ...]) -> Any:

@@ -86,7 +86,7 @@ class Robot:
         actuators: In the order of every input vector.
         input: 'voltage' (V) or 'torque' (N m).
         control_period, integration_step, episode_seconds: s.
-        schemes: How it is integrated: 'reference' (integration_step) and 'training'.
+        schemes: How it is integrated: 'reference' (integration_step), 'training', 'search'.
         state_rate: Hz.
         contacts: What may touch the ground; empty for robots without ground.
         feet: Links whose contacts are the feet, the origin of a foot its ankle.
@@ -200,7 +200,8 @@ def _robot(folder: Path, file: RobotFile, text: str, links: tuple[Link, ...],
 def _schemes(file: RobotFile) -> dict[str, SchemeFile]:
     reference = SchemeFile(integration_step=file.integration_step,
                            geometry_every=file.geometry_every)
-    return {'reference': reference, 'training': file.training or reference}
+    return {'reference': reference, 'training': file.training or reference,
+            'search': file.search or file.training or reference}
 
 
 def _actuator(joint: str, values: Mapping[str, float]) -> Actuator:

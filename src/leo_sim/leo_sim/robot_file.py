@@ -131,6 +131,7 @@ class RobotFile(Schema):
     integration_step: Seconds
     geometry_every: Annotated[int, Field(ge=1)] = 1
     training: SchemeFile | None = None
+    search: SchemeFile | None = None
     state_rate: Positive
     episode_seconds: Positive
     gravity: Quantity = Quantity(value=9.81, unit='m/s2')

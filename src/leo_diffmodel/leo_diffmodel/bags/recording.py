@@ -77,6 +77,11 @@ class Recording:
     metadata: Mapping[str, str]
     warnings: tuple[str, ...] = ()
 
+    @property
+    def held(self) -> bool:
+        """Whether the robot hung with its base fixed."""
+        return str(self.metadata.get('held', '')).lower() == 'true'
+
 
 def read_bag(
     path: str | Path, robot: Robot | str | Path, topic_map: str | Path | TopicMap | None = None,

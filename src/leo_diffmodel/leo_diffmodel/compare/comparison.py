@@ -12,6 +12,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.provenance import provenance
+from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.torque import missing_torque, MissingTorque
 from leo_diffmodel.compare.where import Where, where
@@ -23,6 +24,8 @@ HORIZON_SECONDS = 2.0
 BUDGET_SECONDS = 0.5
 RATES_APART = 1.5
 STAGES = 3
+FITTING = 0.2
+Array = np.ndarray
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,8 @@ def compare(
     progress('noise')
     try:
         windows = _windows(recordings, model, step)
+        ahead = errors.horizon_windows(recordings, model, step)
+        model = fast_enough(model, ahead)
         sigma = noise.estimate(model, noise.short_windows(recordings))
     except np.linalg.LinAlgError as error:
         raise UserError(_beyond(recordings)) from error
@@ -73,14 +78,17 @@ def compare(
         raise UserError(f'{recordings[0].path}: {error}; record at least 2 s') from error
     progress('predictions')
     prediction = errors.predict_windows(model, windows, sigma)
+    near = errors.predict_windows(model, ahead, sigma)
     progress('missing torque')
     missing = missing_torque(recordings, model, sigma)
     places = where(missing, model)
-    data = _errors(model, prediction, step) | {
+    data = _errors(model, prediction, near, step) | {
         'noise': sigma.tolist(),
         'joints': places.joints,
         'where': places.rows,
         'noise_only': places.noise_only,
+        'untrusted': missing.untrusted,
+        'scheme': model.scheme,
         'events': places.events,
         'budget': _budget(prediction),
         'seconds': time.monotonic() - began,
@@ -101,20 +109,22 @@ def _fastest(recording: Recording) -> float:
     return max(float(np.abs(e.dq).max()) for e in recording.episodes)
 
 
-def _errors(model: Model, prediction: errors.Prediction, step: float) -> dict:
+def _errors(
+    model: Model, prediction: errors.Prediction, near: errors.Prediction, step: float
+) -> dict:
     """One step, observation and horizon, each with its noise floor of the same shape."""
-    one = errors.one_step(prediction, step)
+    one = errors.one_step(near, step)
     floor = one.pop('noise_floor')
     horizon = errors.horizon_table(prediction, step)
     return {
         'states': errors.state_names(model),
         'step_seconds': step,
         'one_step': one,
-        'observation': _observation(model, prediction, step),
+        'observation': _observation(model, near, step),
         'horizon': [{k: r[k] for k in ('steps', 'seconds', 'rmse', 'mean')} for r in horizon],
         'noise_floor': {
             'one_step': floor,
-            'observation': _observation_floor(model, prediction, step),
+            'observation': _observation_floor(model, near, step),
             'horizon': [_floor_row(r) for r in horizon],
         },
     }
@@ -127,12 +137,21 @@ def _at_one_rate(recordings: Sequence[Recording]) -> Sequence[Recording]:
 
 
 def _windows(recordings: Sequence[Recording], model: Model, step: float) -> Windows:
-    """Windows as long as the longest horizon that fits; ValueError where not even a step does."""
-    longest = max(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
+    """Windows as long as the longest horizon that fits a good part of the data.
+
+    Raises:
+        ValueError: not even a step fits.
+    """
+    lengths = np.array([float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes])
     seconds = HORIZON_SECONDS
-    while seconds + noise.HISTORY >= longest and seconds > step:
+    while seconds > step and not _fits(lengths, seconds + noise.HISTORY):
         seconds /= 2
     return errors.horizon_windows(recordings, model, seconds)
+
+
+def _fits(lengths: Array, seconds: float) -> bool:
+    """Whether windows of that length can start in a good part of the data."""
+    return bool(np.maximum(lengths - seconds, 0.0).sum() > FITTING * lengths.sum())
 
 
 def _observation(model: Model, prediction: errors.Prediction, step: float) -> dict | None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conditions a joint was in: speed band, direction, load, angle, input, on or free, time."""
+"""Conditions a joint was in: speed, direction, load, angle, input, on or free, phase, time."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import itertools
 
 import numpy as np
 
+from leo_diffmodel.compare.phases import phases
 from leo_diffmodel.compare.sizes import is_slide, length_unit, torque_unit
 from leo_diffmodel.compare.windows import Windows
 from leo_sim.model import Model
@@ -28,7 +29,8 @@ class Condition:
     Attributes:
         joint: index of the joint.
         variable: speed, direction, load, angle (of a slide: position), turned (the angle with
-            its whole turns, where the joint went around), input, motor or time.
+            its whole turns, where the joint went around), input, motor, phase (of a walker's
+            feet, see `phases`) or time.
         unit: of the bin's ends; empty where the bin is a word.
         bin: lowest and highest value, or a word.
         inside: which windows, shape (W,).
@@ -43,21 +45,27 @@ class Condition:
     bag: int | None = None
 
 
-def conditions(windows: Windows, model: Model, most: int = MOST_BINS) -> list[Condition]:
+def conditions(
+    windows: Windows, model: Model, most: int = MOST_BINS, pressed: Array | None = None
+) -> list[Condition]:
     """Every condition that at least eight windows were in, each window once per variable.
 
     Args:
         windows: the data.
         model: whose motor law and gravity say what a gear carries.
         most: number of bands of a variable.
+        pressed: which spheres the ground presses on, shape (W, K+1, P).
     """
     load = carried(windows, model)
+    words = None if pressed is None else phases(model.robot, pressed, windows.held)
     found: list[Condition] = []
     for j in range(len(model.robot.joint_names)):
         for name, unit, values in _ranges(windows, model, load, j):
             found += [Condition(j, name, unit, *b) for b in bands(values, most)]
         found += [Condition(j, 'direction', '', *c) for c in _classes(_direction(windows, j))]
         found += [Condition(j, 'motor', '', *c) for c in _classes(_motor(windows, model, j))]
+        if words is not None:
+            found += [Condition(j, 'phase', '', *c) for c in _classes(words[j])]
         found += _time(windows, j, most)
     return [c for c in found if c.inside.sum() >= FEWEST]
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.noise import HISTORY, per_window
+from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_msgs_py.errors import UserError
-from leo_sim.batch import rollout
 from leo_sim.model import Model
 from leo_sim.task import observation
 
@@ -22,6 +22,8 @@ HORIZONS = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 STATE_STEP = 1e-4
 LONGEST_STEP = 1.0
 MOST_WINDOWS, MOST_ROLLOUTS = 400, 2000
+MOST_SECONDS, DRAWS = 300.0, 6
+"""On the ground: simulated time that predictions may take, and starts drawn for the floor."""
 NEAR_STEPS, NEAR = 0.75, 0.05
 REACHED = 0.5
 """Share of the windows that must be long enough for an error that far ahead."""
@@ -51,26 +53,23 @@ def predict_windows(model: Model, windows: Windows, sigma: Array) -> Prediction:
     """Predict every window from its measured start, and from starts moved by the noise (R, 2J).
 
     What a start moved by one standard deviation changes is the floor; moves of that size keep it
-    finite where the motion is chaotic.
+    finite where the motion is chaotic. On the ground, where two small moves together may do what
+    neither does alone, starts are drawn with the noise instead.
     """
-    joints = windows.q.shape[-1]
     noise = per_window(sigma, windows)
     start = windows.measured[:, 0]
-    moves = np.eye(2 * joints)[:, None] * noise[:, 0]
-    starts = np.concatenate([start[None], start + moves])
-    q, dq = rollout(
-        model,
-        starts[..., :joints],
-        starts[..., joints:],
-        windows.inputs,
-        windows.dt,
-        enabled=windows.enabled,
-        history=windows.history,
-        start=windows.start,
-    )
-    y = np.concatenate([q, dq], axis=-1)
-    floor = ((y[1:] - y[0]) ** 2).sum(axis=0) + noise**2
+    moves, count = _moves(model, start.shape)
+    starts = np.concatenate([start[None], start + moves * noise[:, 0]])
+    y = predict(model, windows, starts)
+    floor = ((y[1:] - y[0]) ** 2).sum(axis=0) / count + noise**2
     return Prediction(windows, y[0], floor)
+
+
+def _moves(model: Model, shape: tuple[int, ...]) -> tuple[Array, int]:
+    """Moves of the starts (W, 2J) in noise sigmas, and how often they hold the whole noise."""
+    if model.robot.contacts:
+        return np.random.default_rng(0).standard_normal((DRAWS, *shape)), DRAWS
+    return np.eye(shape[-1])[:, None], 1
 
 
 def state_names(model: Model) -> list[dict]:
@@ -121,11 +120,17 @@ def horizon_windows(
     """
     total = sum(e.t[-1] - e.t[0] for r in recordings for e in r.episodes if len(e.t) > 1)
     period = sample_period(recordings)
-    moves = 1 + 2 * len(model.robot.joint_names)
-    stride = max(period, total / (most or min(MOST_WINDOWS, MOST_ROLLOUTS // moves)))
+    stride = max(period, total / (most or _most(model, seconds)))
     seconds *= period / min(sample_period([r]) for r in recordings)
     history = HISTORY if has_memory(model) else 0.0
     return cut(recordings, seconds, stride=stride, history=history)
+
+
+def _most(model: Model, seconds: float) -> int:
+    """How many windows of that length are affordable."""
+    if model.robot.contacts:
+        return min(MOST_WINDOWS, int(MOST_SECONDS / (seconds * (1 + DRAWS))))
+    return min(MOST_WINDOWS, MOST_ROLLOUTS // (1 + 2 * len(model.robot.joint_names)))
 
 
 def horizon_table(before: Prediction, step: float) -> list[dict]:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import gammaincinv
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.pushes import respond
+from leo_diffmodel.compare.pushes import nearer, respond
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_sim.model import Model
@@ -19,7 +19,12 @@ INTERVALS = 8
 HISTORY = 0.15
 FINEST = 1e-5
 """No sensor resolves less than this share of its own swing: noise-free data stay regular."""
+STILLEST = 1e-8
+"""rad, rad/s: the noise of a channel that never changes, as a base that is held."""
 ROUNDS = 8
+ON_GROUND_WINDOWS = 60
+ON_GROUND_SHARE = 0.25
+"""Of the short windows of a robot on the ground, the calm ones tell the noise."""
 ROUNDED = 0.5
 """Values are taken for rounded where fewer than this share of them are distinct."""
 
@@ -51,16 +56,37 @@ def per_window(sigma: Array, windows: Windows) -> Array:
 
 
 def _estimate(model: Model, windows: Windows) -> Array:
+    calm = 0.5
+    if model.robot.contacts:
+        calm, windows = ON_GROUND_SHARE, spread_out(windows, ON_GROUND_WINDOWS)
     pushes = _pushes(model, windows)
     predicted, columns = respond(model, windows, windows.measured[:, 0], pushes)
-    residual = windows.measured - predicted
-    joints = windows.q.shape[-1]
+    sigma = _read(windows.measured - predicted, columns, calm)
+    if model.robot.contacts:
+        start = nearer(windows, predicted, columns, sigma[None, None])
+        predicted, columns = respond(model, windows, start, pushes)
+        sigma = np.minimum(_read(windows.measured - predicted, columns, calm), sigma)
+    return np.maximum(sigma, _finest(windows))
+
+
+def spread_out(windows: Windows, most: int) -> Windows:
+    """At most so many of the windows, evenly chosen."""
+    if windows.count <= most:
+        return windows
+    return windows.take(np.linspace(0, windows.count - 1, most).astype(int))
+
+
+def _read(residual: Array, columns: Array, calm: float) -> Array:
+    """Noise of each channel in the residuals less what the columns explain, shape (2J,)."""
+    joints = residual.shape[-1] // 2
     angle, sigma = np.arange(2 * joints) < joints, residual.std(axis=(0, 1)) + 1e-9
     for _ in range(ROUNDS):
-        sigma[angle] = _reweighted(residual[..., angle], columns[..., angle, :], sigma[angle])
+        sigma[angle] = _reweighted(
+            residual[..., angle], columns[..., angle, :], sigma[angle], calm
+        )
     for _ in range(ROUNDS):
-        sigma[~angle] = _reweighted(residual, columns, sigma)[~angle]
-    return np.maximum(sigma, _finest(windows))
+        sigma[~angle] = _reweighted(residual, columns, sigma, calm)[~angle]
+    return sigma
 
 
 def _finest(windows: Windows) -> Array:
@@ -70,7 +96,7 @@ def _finest(windows: Windows) -> Array:
     swing = measured.std(axis=(0, 1))
     joints = windows.q.shape[-1]
     swing[:joints] = np.minimum(swing[:joints], np.pi)  # turns are counted, not measured
-    return np.maximum(rounding, FINEST * swing)
+    return np.maximum(np.maximum(rounding, FINEST * swing), STILLEST)
 
 
 def _resolution(values: Array) -> float:
@@ -94,8 +120,11 @@ def _pushes(model: Model, windows: Windows) -> Array:
     return size * np.stack(shapes)
 
 
-def _reweighted(residual: Array, columns: Array, sigma: Array) -> Array:
-    """One round: project with the present weights, then rescale each channel."""
+def _reweighted(residual: Array, columns: Array, sigma: Array, calm: float) -> Array:
+    """One round: project with the present weights, then rescale each channel.
+
+    The share `calm` of the windows has less left than the noise it is rescaled to.
+    """
     channels = residual.shape[-1]
     e = (residual / sigma).reshape(len(residual), -1)
     a = (columns / sigma[:, None]).reshape(len(residual), -1, columns.shape[-1])
@@ -105,12 +134,17 @@ def _reweighted(residual: Array, columns: Array, sigma: Array) -> Array:
     square = (rest**2).reshape(len(rest), -1, channels).sum(axis=1)
     degrees = free.reshape(len(rest), -1, channels).sum(axis=1)
     typical = np.median(degrees, axis=0)
-    ratio = np.median(square / np.maximum(degrees, 1e-3), axis=0)
-    median = 2.0 * gammaincinv(0.5 * typical, 0.5)  # of chi-squared; scipy.stats loads slowly
-    return sigma * np.sqrt(ratio * typical / median)
+    ratio = np.quantile(square / np.maximum(degrees, 1e-3), calm, axis=0)
+    return np.maximum(sigma * np.sqrt(ratio * typical / _chi2(calm, typical)), STILLEST)
 
 
 def _orthonormal(columns: Array) -> Array:
     """Orthonormal basis of each window's columns; columns that vanish are left out."""
     left, size, _ = np.linalg.svd(columns, full_matrices=False)
     return left * (size > 1e-7 * size[..., :1])[..., None, :]
+
+
+def _chi2(share: float, degrees: Array) -> Array:
+    """Quantile of chi-squared; scipy.stats takes a second to load."""
+    found: Array = 2.0 * gammaincinv(0.5 * degrees, share)
+    return found

@@ -11,6 +11,25 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 STATE_STEP = 1e-4
+LEAST_SEEN = 1e-6
+
+
+def predict(model: Model, windows: Windows, start: Array, push: Array | None = None) -> Array:
+    """Sensed states from the start states (..., W, 2J); shape (..., W, K+1, 2J)."""
+    joints = windows.q.shape[-1]
+    q, dq = rollout(
+        model,
+        start[..., :joints],
+        start[..., joints:],
+        windows.inputs,
+        windows.dt,
+        enabled=windows.enabled,
+        history=windows.history,
+        push=push,
+        start=windows.start,
+        held=windows.held,
+    )
+    return np.concatenate([q, dq], axis=-1)
 
 
 def respond(model: Model, windows: Windows, start: Array, pushes: Array) -> tuple[Array, Array]:
@@ -26,24 +45,35 @@ def respond(model: Model, windows: Windows, start: Array, pushes: Array) -> tupl
         predictions (W, K+1, 2J) and columns (W, K+1, 2J, 2J + B): per unit of start state
         [rad, rad/s], then per push.
     """
-    states, joints = start.shape[-1], windows.q.shape[-1]
+    states = start.shape[-1]
     moves = np.zeros((1 + states + len(pushes), 1, states))
     moves[1 : 1 + states, 0] = STATE_STEP * np.eye(states)
     starts = start + moves
     torque = np.zeros((len(moves), *pushes.shape[1:]))
     torque[1 + states :] = pushes
-    q, dq = rollout(
-        model,
-        starts[..., :joints],
-        starts[..., joints:],
-        windows.inputs,
-        windows.dt,
-        enabled=windows.enabled,
-        history=windows.history,
-        push=torque,
-        start=windows.start,
-    )
-    y = np.concatenate([q, dq], axis=-1)
+    y = predict(model, windows, starts, torque)
     columns = y[1:] - y[0]
     columns[:states] /= STATE_STEP
     return y[0], np.moveaxis(columns, 0, -1)
+
+
+def nearer(windows: Windows, predicted: Array, columns: Array, sigma: Array) -> Array:
+    """Start states (W, 2J) that fit the windows best by the answer found at the measured ones.
+
+    Contact bends the answer: a foot that the noise of its start puts a millimetre into the
+    ground leaps. Near the true start the columns mean what they say.
+
+    Args:
+        windows: the data.
+        predicted: what `respond` found at the measured start.
+        columns: the sensitivities it found there.
+        sigma: noise of each window and channel, shape (W or 1, 1, 2J).
+    """
+    states = windows.measured.shape[-1]
+    e = ((windows.measured - predicted) / sigma).reshape(windows.count, -1, 1)
+    a = (columns / sigma[..., None]).reshape(windows.count, e.shape[1], -1)
+    left, size, right = np.linalg.svd(a, full_matrices=False)
+    known = size > LEAST_SEEN * size[:, :1]
+    share = (np.swapaxes(left, -1, -2) @ e)[..., 0] / np.where(known, size, np.inf)
+    step = (np.swapaxes(right, -1, -2) @ share[..., None])[..., 0]
+    return windows.measured[:, 0] + step[:, :states]

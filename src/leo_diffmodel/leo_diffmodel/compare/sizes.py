@@ -43,6 +43,13 @@ def torque_scale(robot: Robot) -> float:
     return max(torques, default=0.0) or gravity_scale(robot)
 
 
+def push_scale(robot: Robot) -> np.ndarray:
+    """What counts as a large torque or force at each joint, (J,) [N m, N]: slides carry all."""
+    weight = robot.constants['gravity'].value * sum(link.body.mass for link in robot.links)
+    turn = torque_scale(robot)
+    return np.array([weight if is_slide(robot, j) else turn for j in robot.joint_names])
+
+
 def gravity_scale(robot: Robot) -> float:
     """The largest weight of a link times the distance of its CoM from its joint [N m]."""
     g = robot.constants['gravity'].value

@@ -4,21 +4,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.errors import has_memory
-from leo_diffmodel.compare.noise import HISTORY, per_window
-from leo_diffmodel.compare.pushes import respond
-from leo_diffmodel.compare.sizes import torque_scale
+from leo_diffmodel.compare.noise import HISTORY, per_window, spread_out
+from leo_diffmodel.compare.phases import carrying
+from leo_diffmodel.compare.pushes import nearer, predict, respond
+from leo_diffmodel.compare.sizes import push_scale, torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_sim.model import Model
 
 Array = np.ndarray
 INTERVALS = 5
 SHORTEST = 0.05
+TELLING = 0.1
+"""Of the robot's own torque: what a window must be able to show."""
+ON_GROUND_WINDOWS = 200
+MOST_BEND = 0.03
+"""On the ground: windows that stand for all of them, and how bent their answer may be."""
 WEAK = 1e-6
 """Weight of the assumption that what is missing is no larger than the robot's own torque."""
 
@@ -35,6 +41,11 @@ class MissingTorque:
         dq: mean joint rate [rad/s], shape (W, J).
         inputs: mean input [V or N m], shape (W, A).
         windows: the short windows.
+        carrying: which spheres the ground presses on at each sample, shape (W, K+1, P); None for
+            a robot without a ground.
+        bend: mean square, in noise sigmas, of what the estimate leaves unsaid because a contact
+            begins or ends on the way, shape (W,); None for a robot without a ground.
+        untrusted: share of the windows that were left out because of that.
     """
 
     time: Array
@@ -44,11 +55,23 @@ class MissingTorque:
     dq: Array
     inputs: Array
     windows: Windows
+    carrying: Array | None = None
+    bend: Array | None = None
+    untrusted: float = 0.0
+
+    @property
+    def seen(self) -> Array:
+        """Where a torque could show, shape (W, J): not where stance or a held base hides it."""
+        return np.isfinite(self.spread)
 
     def take(self, index: Array) -> MissingTorque:
         """Return the estimates of the windows `index`."""
-        arrays = {name: value[index] for name, value in vars(self).items() if name != 'windows'}
-        return MissingTorque(windows=self.windows.take(index), **arrays)
+        arrays = {
+            f.name: getattr(self, f.name)[index]
+            for f in fields(self)
+            if f.name not in ('windows', 'untrusted') and getattr(self, f.name) is not None
+        }
+        return replace(self, windows=self.windows.take(index), **arrays)
 
 
 def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) -> MissingTorque:
@@ -59,13 +82,30 @@ def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) 
     """
     history = HISTORY if has_memory(model) else 0.0
     windows = cut(recordings, window_seconds(recordings), history=history)
+    if model.robot.contacts:
+        windows = spread_out(windows, ON_GROUND_WINDOWS)
     found = estimate(model, windows, sigma)
-    return found.take(telling(found, model))
+    if found.bend is None:
+        return found.take(telling(found, model))
+    return _trusted(found, model, found.bend < MOST_BEND)
+
+
+def _trusted(found: MissingTorque, model: Model, sure: Array) -> MissingTorque:
+    """The windows that are `sure` (W,) of their contacts, and in them what would show.
+
+    A standing foot hides one torque and not another, so that is asked of every joint by itself.
+    """
+    shown = found.spread < TELLING * push_scale(model.robot)
+    kept = np.flatnonzero((sure if sure.any() else ~sure) & shown.any(axis=1))
+    if not kept.size:
+        return found
+    found = replace(found, spread=np.where(shown, found.spread, np.inf))
+    return replace(found.take(kept), untrusted=float(1.0 - sure.mean()))
 
 
 def telling(found: MissingTorque, model: Model) -> Array:
     """Indices of the windows in which a torque would show; all of them where none does."""
-    told = np.all(found.spread < 0.1 * torque_scale(model.robot), axis=1)
+    told = np.all(found.spread < TELLING * torque_scale(model.robot), axis=1)
     return np.flatnonzero(told if told.any() else ~told)
 
 
@@ -85,20 +125,31 @@ def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
     joints = windows.q.shape[-1]
     unit = 1e-3 * torque_scale(model.robot)
     flat = np.broadcast_to(np.eye(joints)[:, None, None], (joints, *windows.dt.shape, joints))
-    predicted, columns = respond(model, windows, windows.measured[:, 0], unit * flat)
+    start = windows.measured[:, 0]
+    predicted, columns = respond(model, windows, start, unit * flat)
     noise = per_window(sigma, windows)
+    if model.robot.contacts:
+        start = nearer(windows, predicted, columns, noise)
+        predicted, columns = respond(model, windows, start, unit * flat)
     e = ((windows.measured - predicted) / noise).reshape(windows.count, -1, 1)
     a = (columns / noise[..., None]).reshape(windows.count, e.shape[1], -1)
     inverse = np.linalg.inv(np.swapaxes(a, -1, -2) @ a + WEAK * np.eye(a.shape[-1]))
     found = (inverse @ (np.swapaxes(a, -1, -2) @ e))[..., 0]
-    variance = np.diagonal(inverse, axis1=-2, axis2=-1)
+    variance = np.diagonal(inverse, axis1=-2, axis2=-1)[:, -joints:]
+    states = None
+    if model.robot.contacts:
+        pushed = np.broadcast_to(unit * found[:, None, -joints:], (*windows.dt.shape, joints))
+        states = predict(model, windows, start + found[:, :-joints], push=pushed)
+    linear = predicted + np.einsum('wkij,wj->wki', columns, found)
+    fixed = windows.held[:, None] & (np.arange(joints) < len(model.robot.base_joints))
     return MissingTorque(
         time=windows.start + 0.5 * windows.dt.sum(axis=1),
         torque=unit * found[:, -joints:],
-        spread=unit * np.sqrt(variance[:, -joints:]),
+        spread=np.where(fixed, np.inf, unit * np.sqrt(variance)),
         q=windows.q.mean(axis=1),
         dq=windows.dq.mean(axis=1),
         inputs=windows.inputs.mean(axis=1),
         windows=windows,
+        carrying=None if states is None else carrying(model, states),
+        bend=None if states is None else (((states - linear) / noise) ** 2).mean(axis=(1, 2)),
     )
-

@@ -20,6 +20,8 @@ STANDARD_ERRORS = 4.0
 CHANCE = 3.0
 MARKED = 1.2
 EVENT = 9.0
+FAR = 9.0
+"""Squared, in noise sigmas: on the ground a window may be further off and count as this."""
 FEW, FEW_SHARE = 3, 0.01
 
 
@@ -59,10 +61,12 @@ def where(missing: MissingTorque, model: Model) -> Where:
     joints = [
         _part(missing, model.robot, excess, total, j, np.full(len(missing.time), True))
         for j in range(len(model.robot.joint_names))
+        if missing.seen[:, j].any()
     ]
     rows = [
         _row(missing, model.robot, excess, total, condition)
-        for condition in conditions(missing.windows, model)
+        for condition in conditions(missing.windows, model, pressed=missing.carrying)
+        if missing.seen[condition.inside, condition.joint].any()
     ]
     share = {row['joint']: row['share'] for row in joints}
     rows = [{**row, 'joint_share': share[row['joint']]} for row in rows]
@@ -73,7 +77,7 @@ def where(missing: MissingTorque, model: Model) -> Where:
 def single_events(missing: MissingTorque) -> Array:
     """Windows far above all others at a joint, where they are few, shape (W, J)."""
     size = np.abs(missing.torque)
-    typical = np.maximum(np.median(size, axis=0), np.median(missing.spread, axis=0))
+    typical = np.maximum(_median(size, missing), _median(missing.spread, missing))
     far = size > EVENT * typical
     few = far.sum(axis=0) <= max(FEW, FEW_SHARE * len(size))
     return far & few
@@ -129,14 +133,36 @@ def bin_in_words(row: dict) -> str:
 
 def noise_only(missing: MissingTorque) -> bool:
     """Whether the torques are no larger than their own noise, at four standard errors."""
-    square = (missing.torque / missing.spread) ** 2
+    square = ((missing.torque / missing.spread) ** 2)[missing.seen]
+    if missing.carrying is not None:
+        square = np.minimum(square, FAR)
     return bool(square.mean() < 1.0 + STANDARD_ERRORS * np.sqrt(2.0 / square.size))
 
 
 def _excess(missing: MissingTorque) -> Array:
-    """Squared torque beyond noise, in units of the joint's typical noise, shape (W, J)."""
-    typical = np.median(missing.spread, axis=0)
-    return (missing.torque**2 - missing.spread**2) / typical**2
+    """Squared torque beyond noise, in units of the joint's noise, shape (W, J).
+
+    Typical noise; on the ground that of each window, since a joint swings in one and stands in
+    the next.
+    """
+    spread = np.where(missing.seen, missing.spread, 0.0)
+    typical = _median(missing.spread, missing)
+    if missing.carrying is not None:
+        typical = np.where(missing.seen, missing.spread, 1.0)
+    return np.where(missing.seen, (missing.torque**2 - spread**2) / typical**2, 0.0)
+
+
+def _weights(missing: MissingTorque, inside: Array, j: int) -> Array:
+    """Of the windows in the mean of a joint's torque: equal, or on the ground by precision."""
+    spread = missing.spread[inside, j]
+    weight = np.ones_like(spread) if missing.carrying is None else spread**-2.0
+    return weight / weight.sum()
+
+
+def _median(values: Array, missing: MissingTorque) -> Array:
+    """Of each joint, over the windows in which a torque could show there, shape (J,)."""
+    shown = [column[seen] for column, seen in zip(values.T, missing.seen.T, strict=True)]
+    return np.array([np.median(c) if c.size else 1.0 for c in shown])
 
 
 def _row(
@@ -165,17 +191,20 @@ def _part(
 ) -> dict:
     """Share, and size beyond noise in three units, of some windows at one joint."""
     joint = robot.joint_names[j]
+    inside = inside & missing.seen[:, j]
     torque, spread = missing.torque[inside, j], missing.spread[inside, j]
-    typical = float(np.sqrt(max(float((torque**2 - spread**2).mean()), 0.0)))
+    weight = _weights(missing, inside, j)
+    typical = float(np.sqrt(max(float(weight @ (torque**2 - spread**2)), 0.0)))
+    mean = float(weight @ torque)
     stall = stall_torque(robot, joint)
     return {
         'joint': joint,
         'share': min(max(0.0, float(excess[inside, j].sum()) / total), 1.0),
         'torque_nm': typical,
         'torque_unit': torque_unit(robot, joint),
-        'noise_nm': float(np.sqrt((spread**2).mean())),
+        'noise_nm': float(np.sqrt(weight @ spread**2)),
         'volts': in_volts(robot, joint, typical),
         'stall_percent': None if not stall else 100 * typical / stall,
-        'mean_nm': float(torque.mean()),
-        'mean_error_nm': float(torque.std() / np.sqrt(len(torque))),
+        'mean_nm': mean,
+        'mean_error_nm': float(np.sqrt(weight**2 @ (torque - mean) ** 2)),
     }

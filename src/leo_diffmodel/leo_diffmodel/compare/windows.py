@@ -25,6 +25,7 @@ class Windows:
         dt: length of each interval [s], shape (W, K).
         start: time of the first sample [s], shape (W,).
         source: index of the recording each window comes from, shape (W,).
+        held: the base was fixed, shape (W,).
         history: the same five arrays for the H samples before, or None where H is 0.
     """
 
@@ -35,6 +36,7 @@ class Windows:
     dt: Array
     start: Array
     source: Array
+    held: Array
     history: tuple[Array, Array, Array, Array, Array] | None = None
 
     @property
@@ -91,7 +93,7 @@ def cut(
     pieces = list(_pieces(recordings, count, skip, past))
     if not pieces:
         raise ValueError(f'no episode holds a window of {seconds:g} s')
-    return _stack(pieces, count, past)
+    return _stack(pieces, count, past, np.array([r.held for r in recordings]))
 
 
 def _pieces(
@@ -103,7 +105,9 @@ def _pieces(
                 yield episode, first, source
 
 
-def _stack(pieces: list[tuple[Episode, int, int]], count: int, past: int) -> Windows:
+def _stack(
+    pieces: list[tuple[Episode, int, int]], count: int, past: int, fixed: Array
+) -> Windows:
     def states(name: str) -> Array:
         return np.stack([getattr(e, name)[i : i + count + 1] for e, i, _ in pieces])
 
@@ -113,7 +117,7 @@ def _stack(pieces: list[tuple[Episode, int, int]], count: int, past: int) -> Win
     def before(name: str) -> Array:
         return np.stack([getattr(e, name)[i - past : i] for e, i, _ in pieces])
 
-    times = states('t')
+    times, source = states('t'), np.array([s for _, _, s in pieces])
     history = None
     if past:
         gaps = np.stack([np.diff(e.t[i - past : i + 1]) for e, i, _ in pieces])
@@ -125,6 +129,7 @@ def _stack(pieces: list[tuple[Episode, int, int]], count: int, past: int) -> Win
         enabled=held('enabled'),
         dt=np.diff(times, axis=1),
         start=times[:, 0],
-        source=np.array([s for _, _, s in pieces]),
+        source=source,
+        held=fixed[source],
         history=history,
     )

@@ -15,7 +15,7 @@ from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.pose import pose, Posed
+from leo_diffmodel.explain.pose import pose, Posed, standing
 from leo_diffmodel.explain.review import Explore, review, Reviewed
 from leo_diffmodel.explain.scan import Scales
 from leo_diffmodel.explain.search import explore, Round
@@ -73,6 +73,7 @@ def search(
     model: Model,
     extra: Sequence[Effect] = (),
     progress: Callable[[str], None] = lambda _: None,
+    posed: Posed | None = None,
 ) -> Search:
     """Forward selection with joint refit; then every effect defends its place.
 
@@ -82,8 +83,9 @@ def search(
         model: the model to explain; its uncertain constants are refitted in every hypothesis.
         extra: a user's own effects.
         progress: told what is being tried.
+        posed: the problem where it is posed already.
     """
-    posed = pose(recordings, hold_out, model)
+    posed = standing(posed or pose(recordings, hold_out, model))
     short = noise.short_windows([*recordings, *hold_out])
     scales = scales_of(model, posed.problem.windows)
     tried = Trial(candidates(model, extra), scales, short, progress)

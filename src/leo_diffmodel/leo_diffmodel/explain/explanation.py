@@ -17,7 +17,7 @@ from leo_diffmodel.explain.classes import Facts, pair_note
 from leo_diffmodel.explain.engine import Search, search
 from leo_diffmodel.explain.held import held_windows
 from leo_diffmodel.explain.hypothesis import Candidate
-from leo_diffmodel.explain.pose import pose
+from leo_diffmodel.explain.pose import pose, Posed
 from leo_diffmodel.explain.scored import dispersion, unexplained
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
 from leo_diffmodel.explain.unknown.find import find, Found
@@ -102,12 +102,12 @@ def explain(
     helper.prepare(not any(e.source for e in (*extra, *(p.effect for p in model.effects))))
     thinned = thin([*recordings, *hold_out])
     recordings, hold_out = thinned[: len(recordings)], thinned[len(recordings) :]
-    reason = _untestable(recordings, hold_out, model)
+    posed, reason = _posed(recordings, hold_out, model)
     if reason:
         untold = [_untold(c, reason) for c in candidates(model, extra)]
         return _nothing(reason, untold, model, origin, time.monotonic() - began)
     step = errors.step_seconds(recordings, step)
-    found = search(recordings, hold_out, model, extra, progress)
+    found = search(recordings, hold_out, model, extra, progress, posed)
     progress('what no known effect explains')
     outside = find([*recordings, *hold_out], found)
     if outside:
@@ -122,14 +122,15 @@ def explain(
     return _answer(context, origin, began, unknown)
 
 
-def _untestable(
+def _posed(
     recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model
-) -> str | None:
+) -> tuple[Posed | None, str]:
+    """The problem, and why it cannot be tested; '' where it can."""
     try:
-        problem = pose(recordings, hold_out, model).problem
+        posed = pose(recordings, hold_out, model)
     except ValueError as error:
-        return f'{error}: record 20 s or more with a changing input'
-    return verdict.untestable(problem.windows, problem.sigma)
+        return None, f'{error}: record 20 s or more with a changing input'
+    return posed, verdict.untestable(posed.problem.windows, posed.problem.sigma) or ''
 
 
 def _untold(candidate: Candidate, reason: str) -> dict:

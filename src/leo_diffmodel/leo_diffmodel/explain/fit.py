@@ -9,12 +9,14 @@ import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import shooting
+from leo_diffmodel.explain.footing import Footing
 from leo_diffmodel.explain.hypothesis import Hypothesis
 from leo_sim.model import Model
 
 Array = np.ndarray
 ENOUGH_NATS = 0.05
 FAR_NATS = 100.0
+FOOTED, FOOTED_NATS, FOOTED_SCALES = 8, 0.5, (1.0, 0.3, 0.1)
 PATIENCE = 3
 """Up to this many times the iterations, as long as the last step saved FAR_NATS or more."""
 
@@ -28,12 +30,25 @@ class Problem:
         windows: the data, training and held-out.
         sigma: noise of each recording and channel (angles, then rates), shape (R, 2J).
         train: which windows a fit may see, shape (W,).
+        footing: what the start states do, where it is known; see `footing`.
     """
 
     base: Model
     windows: Windows
     sigma: Array
     train: Array
+    footing: Footing | None = None
+
+    @property
+    def by_start(self) -> Array | None:
+        """Sensitivity of the sensed states to the start states, where it is known."""
+        return self.footing and self.footing.by_start
+
+    def take(self, index: Array) -> Problem:
+        """The problem on some of its windows."""
+        footing = self.footing and self.footing.take(index)
+        return replace(self, windows=self.windows.take(index), train=self.train[index],
+                       footing=footing)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -80,9 +95,13 @@ def fit(
     come out too low, so a point that no step improves is judged again from its own best start.
     """
     theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
+    if start is None and problem.footing:
+        start = problem.footing.start
     if start is None:
         start = settle(problem, hypothesis, theta, problem.windows.measured[:, 0], rounds=6)
     best = _evaluate(problem, hypothesis, theta, start)
+    if problem.footing:
+        return _finish(problem, _footed(problem, hypothesis, best))
     scale, last = 1.0, np.inf
     for number in range(PATIENCE * iterations):
         if number >= iterations and last < FAR_NATS:
@@ -100,6 +119,37 @@ def fit(
         if gained < ENOUGH_NATS:
             break
     return _finish(problem, best)
+
+
+def _footed(problem: Problem, hypothesis: Hypothesis, best: _Point) -> _Point:
+    """The same where the answer of the starts is known, that of another hypothesis.
+
+    It is not quite that of this one, so a point is judged by its true loss once the starts have
+    gone along.
+    """
+    if not hypothesis.size:
+        return best
+    best = _walked(problem, hypothesis, best.theta, best.start)
+    for _ in range(FOOTED):
+        step, before = _step(problem, best), best.merit
+        for scale in FOOTED_SCALES:
+            theta = np.clip(best.theta + scale * step.theta, hypothesis.low, hypothesis.high)
+            start = best.start + step.start + step.gain @ (theta - best.theta)
+            trial = _walked(problem, hypothesis, theta, start)
+            if trial.merit < best.merit:
+                best = trial
+                break
+        if before - best.merit < FOOTED_NATS:
+            break
+    return best
+
+
+def _walked(problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array) -> _Point:
+    """The point where the starts have settled; its merit is its true loss."""
+    start = settle(problem, hypothesis, theta, start, rounds=2)
+    point = _evaluate(problem, hypothesis, theta, start)
+    merit = float(shooting.huber(point.linear.residual[problem.train]).sum())
+    return replace(point, merit=merit)
 
 
 @dataclass(frozen=True)
@@ -125,7 +175,7 @@ class _Step:
 
 def _evaluate(problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array) -> _Point:
     linear = shooting.linearise(
-        problem.base, problem.windows, problem.sigma, hypothesis, theta, start
+        problem.base, problem.windows, problem.sigma, hypothesis, theta, start, problem.by_start
     )
     rest = shooting.eliminate(linear)[0]
     merit = float(shooting.huber(rest[problem.train]).sum())

@@ -9,18 +9,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare import noise
+from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.pushes import respond
+from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_diffmodel.explain.fineness import stepped
-from leo_diffmodel.explain.fit import Problem
+from leo_diffmodel.explain.fit import Fit, Problem
+from leo_diffmodel.explain.footing import settled
 from leo_sim.model import Model
 
 Array = np.ndarray
 SEARCH_SECONDS = 0.3
 LONGER_SECONDS = (1.0, 0.8, 0.6, 0.45)
 LEAST_SAMPLES = 8
+GROUND_SAMPLES = 10
+"""Of a window on the ground: contacts begin and end in longer ones."""
 MOST_WINDOWS = 400
 FEWEST_WINDOWS = 16
 MOST_SPREAD = 0.12
@@ -51,12 +55,18 @@ def pose(recordings: Sequence[Recording], hold_out: Sequence[Recording], model: 
         ValueError: no window fits.
     """
     everything = [*recordings, *hold_out]
+    if model.robot.contacts:
+        model = fast_enough(model, cut(everything, errors.step_seconds(everything)))
     sigma = noise.estimate(model, noise.short_windows(everything))
     blocks = make_blocks(recordings, hold_out)
     seconds = max(SEARCH_SECONDS, LEAST_SAMPLES * sample_period(everything))
+    if model.robot.contacts:
+        seconds = GROUND_SAMPLES * sample_period(everything)
     problem = _problem(model, cut(everything, seconds, history=noise.HISTORY), sigma, blocks)
     model = stepped(model, problem.windows, sigma)
     problem = replace(problem, base=model)
+    if model.robot.contacts:
+        return Posed(problem, None, blocks)
     for longer in LONGER_SECONDS:
         if longer < 1.3 * seconds or not _fits(everything, longer):
             continue
@@ -66,6 +76,24 @@ def pose(recordings: Sequence[Recording], hold_out: Sequence[Recording], model: 
         if wider.train.sum() >= FEWEST_WINDOWS and _is_tame(wider):
             return Posed(problem, wider, blocks)
     return Posed(problem, None, blocks)
+
+
+def standing(posed: Posed) -> Posed:
+    """The same with the windows of a robot on the ground settled, those that can be trusted."""
+    problem = posed.problem
+    if not problem.base.robot.contacts:
+        return posed
+    kept, footing = settled(problem.base, problem.windows, problem.sigma)
+    return replace(posed, problem=replace(problem.take(kept), footing=footing))
+
+
+def resettled(posed: Posed, fitted: Fit) -> Posed:
+    """The same on the ground with the footing of a fitted hypothesis."""
+    problem = posed.problem
+    model = fitted.hypothesis.model(problem.base, fitted.theta)
+    before = problem.footing and replace(problem.footing, start=fitted.start)
+    _, footing = settled(model, problem.windows, problem.sigma, before)
+    return replace(posed, problem=replace(problem, footing=footing))
 
 
 def quieter(posed: Posed, sigma: Array) -> Posed:

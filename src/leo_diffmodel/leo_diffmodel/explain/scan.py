@@ -95,9 +95,10 @@ class Scanner:
         A parameter at its bound can take nothing up, so it is no nuisance.
         """
         self._problem, self._null, self._scales = problem, null, scales
-        linear = shooting.linearise(
-            problem.base, problem.windows, problem.sigma, null.hypothesis, null.theta, null.start
-        )
+        self._linear = linear = shooting.linearise(
+            problem.base, problem.windows, problem.sigma, null.hypothesis, null.theta, null.start,
+            problem.by_start,
+        )  # fmt: skip
         rest, _, _, _ = shooting.eliminate(linear)
         self._root = np.sqrt(shooting.robust_weight(rest))
         self._basis = np.linalg.qr(linear.by_start * self._root[..., None])[0]
@@ -121,7 +122,7 @@ class Scanner:
         change = self.residual - self._project(e)
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         along = change @ self.residual
-        stretch = np.clip(along / length2, *_stretch_limits(candidate))
+        stretch = np.clip(along / length2, *stretch_limits(candidate))
         gains = stretch * along - 0.5 * stretch**2 * length2
         best = int(np.argmax(gains))
         theta = self._stretched(candidate, grid[best], float(stretch[best]))
@@ -151,14 +152,14 @@ class Scanner:
     def _stretched(self, candidate: Candidate, point: Array, stretch: float) -> Array:
         parameters = candidate.parameters
         neutral = np.array([p.neutral for p in parameters])
-        scaled = [i in _amplitude_indices(parameters) for i in range(len(parameters))]
+        scaled = [i in amplitude_indices(parameters) for i in range(len(parameters))]
         moved = np.where(scaled, neutral + stretch * (point - neutral), point)
         return np.clip(moved, [p.low for p in parameters], [p.high for p in parameters])
 
     def _grid(self, candidate: Candidate) -> Array:
         """All points to try, shape (S, parameters of the effect)."""
         parameters = candidate.parameters
-        amplitude = _amplitude_indices(parameters)
+        amplitude = amplitude_indices(parameters)
         rays = [r for r in itertools.product((-1, 0, 1), repeat=len(amplitude)) if any(r)]
         shapes = [self._shape(p) for i, p in enumerate(parameters) if i not in amplitude]
         sizes = self._sizes(candidate)
@@ -218,7 +219,7 @@ def _is_linear(candidate: Candidate) -> bool:
     return candidate.effect.hook == 'torque' and not candidate.effect.dry
 
 
-def _stretch_limits(candidate: Candidate) -> tuple[float, float]:
+def stretch_limits(candidate: Candidate) -> tuple[float, float]:
     """How far from a grid point the prediction still changes in proportion to the amplitude."""
     if _is_linear(candidate):
         return 0.01, 20.0
@@ -228,7 +229,7 @@ def _stretch_limits(candidate: Candidate) -> tuple[float, float]:
     return (1.0, 1.0) if bent and hook in ('command', 'drive') else (0.2, 5.0)
 
 
-def _amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
+def amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
     """The first parameter, and those of its unit, scale an effect; the others shape it."""
     unit = parameters[0].unit
     return tuple(i for i, p in enumerate(parameters) if p.unit == unit)

@@ -14,8 +14,9 @@ from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import helper
 from leo_diffmodel.explain.contest import contest
 from leo_diffmodel.explain.fit import Fit, fit, Problem
+from leo_diffmodel.explain.ground_scan import GroundScanner
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.pose import Posed, quieter
+from leo_diffmodel.explain.pose import Posed, quieter, resettled
 from leo_diffmodel.explain.scan import Scales, Scan, Scanner
 from leo_diffmodel.explain.scored import dispersion, MARGIN_NATS, Scored
 from leo_diffmodel.explain.shooting import robust_weight
@@ -23,6 +24,10 @@ from leo_diffmodel.explain.threshold import threshold
 
 Array = np.ndarray
 REFINED = 8
+MOST_ON_FOOTING, WORTH = 6, 0.3
+MOST_FOOTINGS, GAINED = 4, 0.01
+WINDOW_NATS = 6.0
+"""Most that one window on the ground may say: a contact there may flip either way."""
 LISTENED = 3
 WORTH_A_FIT = 1.5
 EQUAL_NATS = 1.0
@@ -57,9 +62,9 @@ class Round:
         return top if top.total > self.threshold and top.confirmed else None
 
 
-def gain(null: Fit, other: Fit, chosen: Array) -> float:
-    """Robust loss saved on the chosen windows [nats]."""
-    return float((null.loss - other.loss)[chosen].sum())
+def gain(null: Fit, other: Fit, chosen: Array, most: float = np.inf) -> float:
+    """Robust loss saved on the chosen windows [nats], at most so much on each."""
+    return float(np.clip(null.loss - other.loss, -most, most)[chosen].sum())
 
 
 def explore(
@@ -86,10 +91,12 @@ def explore(
         incumbent: a fit of the hypothesis with one of the candidates; it is tried from there.
     """
     problem = posed.problem
-    scanner = Scanner(problem, null, scales)
+    scanner = (GroundScanner if problem.footing else Scanner)(problem, null, scales)
     found = helper.spread(scanner.scan, candidates, lambda c: progress(c.label))
     scans = [replace(s, candidate=c) for s, c in zip(found, candidates, strict=True)]
     scans = _ordered(scans, null, incumbent)
+    if problem.footing:
+        return on_footing(posed, null, scans, threshold(scans), candidates, progress)
     leading = _refitted(problem, null, scans[:LISTENED], progress)
     calmer = np.minimum(_least_noise(problem, leading, short), problem.sigma)
     if np.any(calmer < 0.97 * problem.sigma):
@@ -98,10 +105,56 @@ def explore(
         return explore(calm, again, candidates, scales, short, progress, incumbent)
     rest = [s for s in scans[LISTENED:REFINED] if s.gain > WORTH_A_FIT]
     leading += _refitted(problem, null, rest, progress)
+    return _ranking(posed, null, scans, leading, threshold(scans), candidates)
+
+
+def on_footing(
+    posed: Posed,
+    null: Fit,
+    scans: Sequence[Scan],
+    limit: float,
+    candidates: Sequence[Candidate],
+    progress: Callable[[str], None] = lambda _: None,
+) -> Round:
+    """A round on the ground: fits where the scan promises much, and again where the best stands.
+
+    A fit is dear there, and the answer of the starts is that of the model without the effect;
+    where one is supported its own answer is found, and all that came near are fitted with it.
+    """
+    worth = [s for s in scans[:MOST_ON_FOOTING] if s.gain > WORTH * limit] or scans[:1]
+    fits = _refitted(posed.problem, null, worth, progress)
+    found = _ranking(posed, null, scans, fits, limit, candidates)
+    if found.best is None or found.best.fit is None:
+        return found
+    posed = _converged(posed, found.best.fit)
+    null = fit(posed.problem, null.hypothesis, null.theta)
+    worth = [replace(s, theta=f.theta) for s, f in zip(worth, fits, strict=True)]
+    fits = _refitted(posed.problem, null, worth, progress)
+    return _ranking(posed, null, scans, fits, limit, candidates)
+
+
+def _converged(posed: Posed, best: Fit) -> Posed:
+    """The footing of a hypothesis that is fitted with its own footing, as far as that helps."""
+    for _ in range(MOST_FOOTINGS):
+        posed, before = resettled(posed, best), best
+        best = fit(posed.problem, best.hypothesis, best.theta)
+        if gain(before, best, posed.problem.train) < GAINED * before.loss.sum():
+            break
+    return posed
+
+
+def _ranking(
+    posed: Posed,
+    null: Fit,
+    scans: Sequence[Scan],
+    leading: Sequence[Fit],
+    limit: float,
+    candidates: Sequence[Candidate],
+) -> Round:
+    """The round in which the first of the scans led to the fits `leading`."""
     spread = min(dispersion(f) for f in leading)
     pairs = zip(scans, leading, strict=False)
-    scored = [_score(problem, null, s, f, spread) for s, f in pairs]
-    limit = threshold(scans)
+    scored = [_score(posed.problem, null, s, f, spread) for s, f in pairs]
     if max(s.total for s in scored) > limit:
         scored = contest(posed.longer, scored)
     out = [
@@ -174,14 +227,15 @@ def _refit(problem: Problem, null: Fit, point: tuple[Candidate, Array]) -> Fit:
 
 def _score(problem: Problem, null: Fit, scan: Scan, fitted: Fit, spread: float) -> Scored:
     held, train = ~problem.train, problem.train
-    trained = gain(null, fitted, train)
+    most = WINDOW_NATS if problem.footing else np.inf
+    trained = gain(null, fitted, train, most)
     weight = robust_weight(null.residual)
     trace = (weight * (null.residual - fitted.residual) ** 2).sum(axis=-1)
     return Scored(
         scan.candidate,
         fitted,
         trained,
-        gain(null, fitted, held),
+        gain(null, fitted, held, most),
         scan.evidence,
         trained * float(trace[held].sum() / max(trace[train].sum(), 1e-12)),
         spread,

@@ -14,13 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.compare.noise import per_window
+from leo_diffmodel.compare.pushes import predict as predict
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.hypothesis import Hypothesis
-from leo_sim.batch import rollout
+from leo_diffmodel.explain.robust import HUBER as HUBER
+from leo_diffmodel.explain.robust import huber as huber
+from leo_diffmodel.explain.robust import robust_weight as robust_weight
 from leo_sim.model import Model
 
 Array = np.ndarray
-HUBER = 2.5
 FARTHEST = 1e6
 """Whitened residuals are cut here: a hypothesis may send a robot to infinity."""
 
@@ -40,22 +42,6 @@ class Linear:
     by_theta: Array
 
 
-def predict(model: Model, windows: Windows, start: Array) -> Array:
-    """Sensed states from the start states (..., W, 2J); shape (..., W, K+1, 2J)."""
-    joints = windows.q.shape[-1]
-    q, dq = rollout(
-        model,
-        start[..., :joints],
-        start[..., joints:],
-        windows.inputs,
-        windows.dt,
-        enabled=windows.enabled,
-        history=windows.history,
-        start=windows.start,
-    )
-    return np.concatenate([q, dq], axis=-1)
-
-
 def whiten(windows: Windows, predicted: Array, sigma: Array) -> Array:
     """(measured - predicted) / sigma with time and channel in one axis, shape (..., W, N)."""
     scaled = (windows.measured - predicted) / per_window(sigma, windows)
@@ -64,7 +50,13 @@ def whiten(windows: Windows, predicted: Array, sigma: Array) -> Array:
 
 
 def linearise(
-    base: Model, windows: Windows, sigma: Array, hypothesis: Hypothesis, theta: Array, start: Array
+    base: Model,
+    windows: Windows,
+    sigma: Array,
+    hypothesis: Hypothesis,
+    theta: Array,
+    start: Array,
+    by_start: Array | None = None,
 ) -> Linear:
     """All finite differences of a hypothesis in one batched rollout.
 
@@ -75,8 +67,10 @@ def linearise(
         hypothesis: what is free.
         theta: parameters, shape (P,).
         start: start states, shape (W, 2J).
+        by_start: sensitivity of the sensed states to them where it is known, shape
+            (W, K+1, 2J, 2J); None finds it.
     """
-    states, size = start.shape[-1], len(theta)
+    states, size = start.shape[-1] if by_start is None else 0, len(theta)
     nudge, step = 0.5 * sigma.min(axis=0), difference_steps(hypothesis, theta)
     starts = np.broadcast_to(start, (1 + states + size, *start.shape)).copy()
     thetas = np.broadcast_to(theta, (1 + states + size, size)).copy()
@@ -86,10 +80,14 @@ def linearise(
         thetas[1 + states + i, i] += step[i]
     model = hypothesis.model(base, thetas) if size else base
     e = whiten(windows, predict(model, windows, starts), sigma)
-    by_start = np.stack([(e[1 + i] - e[0]) / nudge[i] for i in range(states)], axis=-1)
+    if by_start is None:
+        starting = np.stack([(e[1 + i] - e[0]) / nudge[i] for i in range(states)], axis=-1)
+    else:
+        noise = per_window(sigma, windows)[..., None]
+        starting = -(by_start / noise).reshape(*e[0].shape, start.shape[-1])
     columns = [(e[1 + states + i] - e[0]) / step[i] for i in range(size)]
     by_theta = np.stack(columns, axis=-1) if size else np.zeros((*e[0].shape, 0))
-    return Linear(e[0], by_start, by_theta)
+    return Linear(e[0], starting, by_theta)
 
 
 def difference_steps(hypothesis: Hypothesis, theta: Array) -> Array:
@@ -121,18 +119,6 @@ def eliminate(linear: Linear, weight: Array | None = None) -> tuple[Array, Array
 
 def _times(basis: Array, columns: Array) -> Array:
     return np.swapaxes(basis, -1, -2) @ columns
-
-
-def robust_weight(residual: Array) -> Array:
-    """Huber weights: 1 within 2.5 sigma, falling as 1/|r| outside."""
-    return np.minimum(1.0, HUBER / np.maximum(np.abs(residual), 1e-12))
-
-
-def huber(residual: Array) -> Array:
-    """Huber loss of each window [nats], from residuals (..., W, N)."""
-    size = np.abs(residual)
-    loss = np.where(size <= HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER))
-    return loss.sum(axis=-1)
 
 
 def dispersion(residual: Array, states: int) -> float:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import json
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
@@ -24,6 +25,7 @@ EXAMPLES = (
 )
 SHOWN = 10
 WINDOWS = 3
+MOST_COLUMNS, HORIZONS = 8, 3
 BARS = '▁▂▃▄▅▆▇█'
 
 
@@ -66,7 +68,10 @@ def _write(
 
 def _print(data: dict) -> None:
     console = Console(highlight=False)
-    console.print(_horizons(data))
+    console.print(_horizons(data) if len(data['states']) <= MOST_COLUMNS else _states(data))
+    if data['untrusted']:
+        console.print(f'not trusted below, as a contact there begins or ends: '
+                      f'{percent(data["untrusted"])} of the windows')
     if data['events']:
         events = '; '.join(_event(e, data) for e in data['events'][:WINDOWS])
         console.print(f'left out below as single events (a push? a glitch?): {events}')
@@ -93,6 +98,20 @@ def _horizons(data: dict) -> Table:
     for row, floor in zip(data['horizon'], data['noise_floor']['horizon'], strict=True):
         cells = [f'{e:.2g} / {f:.2g}' for e, f in zip(row['rmse'], floor['rmse'], strict=True)]
         table.add_row(f'{row["seconds"]:.3g}', *cells)
+    return table
+
+
+def _states(data: dict) -> Table:
+    """The same for many states: a line each, and some of the horizons."""
+    rows = list(zip(data['horizon'], data['noise_floor']['horizon'], strict=True))
+    rows = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, HORIZONS).astype(int))]
+    table = Table(title='rms error ahead of the measured start / noise floor')
+    table.add_column('state', no_wrap=True)
+    for row, _ in rows:
+        table.add_column(f'{row["seconds"]:.3g} s', justify='right', no_wrap=True)
+    for i, state in enumerate(data['states']):
+        cells = [f'{row["rmse"][i]:.2g} / {floor["rmse"][i]:.2g}' for row, floor in rows]
+        table.add_row(f'{state["name"]} [{state["unit"]}]', *cells)
     return table
 
 

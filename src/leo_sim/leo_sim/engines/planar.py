@@ -216,7 +216,7 @@ def jacobian(kind: Any, parent: Any, column: Any, sense: Any, pose: Any, link: A
         i = parent[i]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def dynamics(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, figures: Any,
               gravity: Any, q: Any, dq: Any, mass: Any, bias: Any) -> Any:
     """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows."""

@@ -18,6 +18,7 @@ from leo_diffmodel.explain.fit import Fit, Problem
 from leo_sim.model import Model
 
 Array = np.ndarray
+GROUND_STRETCHES = 3
 MOST_STRETCHES = 30
 FAR = 100.0
 
@@ -82,9 +83,11 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     hypothesis = fitted.hypothesis
     model = hypothesis.model(problem.base, fitted.theta)
     linear = shooting.linearise(
-        problem.base, windows, problem.sigma, hypothesis, fitted.theta, fitted.start
-    )
-    stretch = np.arange(windows.steps) * min(windows.steps, MOST_STRETCHES) // windows.steps
+        problem.base, windows, problem.sigma, hypothesis, fitted.theta, fitted.start,
+        problem.by_start,
+    )  # fmt: skip
+    most = GROUND_STRETCHES if problem.footing else MOST_STRETCHES
+    stretch = np.arange(windows.steps) * min(windows.steps, most) // windows.steps
     pushes = _pushes(stretch, windows.dt.shape, joints, 1e-3 * torque_scale(model.robot))
     predicted, columns = respond(model, windows, fitted.start, pushes)
     noise = problem.sigma[windows.source][:, None, :, None]

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A robot on the ground: its windows settled once, with what every hypothesis then shares.
+
+Contact makes a window's answer to its start state dear (a foot bends it, so it is asked again
+until it settles) and the answer is much the same for all hypotheses. It is found once, for the
+model as given; fits then move parameters only and take the starts along by it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from leo_diffmodel.compare.noise import per_window
+from leo_diffmodel.compare.pushes import predict, respond
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.robust import huber, robust_weight
+from leo_sim.model import Model
+
+Array = np.ndarray
+ROUNDS, SCALES = 4, (1.0, 0.3)
+ENOUGH_NATS = 0.3
+MOST_BEND = 0.3
+DRAWS = 2
+FEWEST = 12
+
+
+@dataclass(frozen=True)
+class Footing:
+    """What all hypotheses share on the ground.
+
+    Attributes:
+        start: settled start states of the model as given, shape (W, 2J).
+        by_start: sensitivity of the sensed states to them, shape (W, K+1, 2J, 2J).
+        traces: what scans found out about the candidates, kept from round to round.
+    """
+
+    start: Array
+    by_start: Array
+    traces: dict = field(default_factory=dict)
+
+    def take(self, index: Array) -> Footing:
+        """Of some of the windows; their traces start anew."""
+        return Footing(self.start[index], self.by_start[index])
+
+
+def settled(
+    model: Model, windows: Windows, sigma: Array, before: Footing | None = None
+) -> tuple[Array, Footing]:
+    """Which windows can be trusted, as indices, and their footing.
+
+    A window is trusted where the start states that its noise allows do not change what its
+    contacts do: there the linear answer holds.
+
+    Args:
+        model: the model as given.
+        windows: short windows.
+        sigma: noise of each recording and channel, shape (R, 2J).
+        before: the footing with another model, to go on from; its windows are all kept.
+    """
+    none = np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
+    start = (before.start if before else windows.measured[:, 0]).copy()
+    predicted, columns = respond(model, windows, start, none)
+    loss = _loss(windows, predicted, sigma)
+    active = np.arange(windows.count)
+    for _ in range(ROUNDS):
+        part, was = windows.take(active), loss[active].copy()
+        step = _step(part, predicted[active], columns[active], sigma)
+        for scale in SCALES:
+            moved = start[active] + scale * step
+            found = _loss(part, predict(model, part, moved), sigma)
+            better = found < loss[active]
+            start[active[better]], loss[active[better]] = moved[better], found[better]
+        active = active[loss[active] < was - ENOUGH_NATS]
+        if not active.size:
+            break
+        predicted[active], columns[active] = respond(
+            model, windows.take(active), start[active], none[:, : active.size]
+        )
+    if before:
+        return np.arange(windows.count), Footing(start, columns, before.traces)
+    kept = _sure(model, windows, start, columns, sigma)
+    return kept, Footing(start[kept], columns[kept])
+
+
+def _loss(windows: Windows, predicted: Array, sigma: Array) -> Array:
+    e = (windows.measured - predicted) / per_window(sigma, windows)
+    return huber(np.nan_to_num(e, nan=1e6).reshape(windows.count, -1))
+
+
+def _step(windows: Windows, predicted: Array, columns: Array, sigma: Array) -> Array:
+    """The robust least-squares step of the start states, (W, 2J)."""
+    noise = per_window(sigma, windows)
+    e = ((windows.measured - predicted) / noise).reshape(windows.count, -1)
+    root = np.sqrt(robust_weight(e))[..., None]
+    a = root * (columns / noise[..., None]).reshape(*e.shape, -1)
+    return (_inverse(a) @ (np.swapaxes(a, -1, -2) @ (root * e[..., None])))[..., 0]
+
+
+def _inverse(a: Array) -> Array:
+    """Covariance of the start states, (W, 2J, 2J); directions that do not show stay put."""
+    gram = np.swapaxes(a, -1, -2) @ a
+    size = np.sqrt(np.diagonal(gram, axis1=-2, axis2=-1)) + 1e-12
+    scaled = gram / (size[..., None] * size[:, None])
+    inverse = np.linalg.inv(scaled + 1e-9 * np.eye(a.shape[-1]))
+    return inverse / (size[..., None] * size[:, None])
+
+
+def _sure(model: Model, windows: Windows, start: Array, columns: Array, sigma: Array) -> Array:
+    """Indices of the windows whose answer is straight within the noise of their start."""
+    noise = per_window(sigma, windows)
+    a = (columns / noise[..., None]).reshape(windows.count, -1, columns.shape[-1])
+    values, vectors = np.linalg.eigh(_inverse(a))
+    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None]
+    draws = np.random.default_rng(0).standard_normal((DRAWS, *start.shape, 1))
+    moves = (root @ draws)[..., 0]
+    y = predict(model, windows, np.concatenate([start[None], start + moves]))
+    linear = np.einsum('wkij,swj->swki', columns, moves)
+    bend = (((y[1:] - y[0] - linear) / noise) ** 2).mean(axis=(0, 2, 3))
+    sure = np.flatnonzero(bend < MOST_BEND)
+    return sure if sure.size >= FEWEST else np.argsort(bend)[:FEWEST]

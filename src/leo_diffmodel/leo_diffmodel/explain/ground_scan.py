@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scan the candidates of a robot on the ground, where every rollout is dear.
+
+What does not change the sign or the size of its answer with its amplitude is run once for each
+of its parameters; some windows stand for all of them; and what a candidate does is kept from
+round to round, since it does much the same beside another effect.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from leo_diffmodel.compare.pushes import predict
+from leo_diffmodel.explain import shooting
+from leo_diffmodel.explain.fit import Fit, Problem
+from leo_diffmodel.explain.hypothesis import Candidate
+from leo_diffmodel.explain.scan import (
+    amplitude_indices,
+    Scales,
+    Scan,
+    Scanner,
+    stretch_limits,
+)
+from leo_sim.effects import Parameter
+
+Array = np.ndarray
+MOST_WINDOWS = 40
+FARTHEST = 30.0
+RIDGE = 1e-6
+BETWEEN = 2.2
+"""An amplitude that was tried stands for those up to so many times as large and as small."""
+MOST_SHAPES = 10
+FACTORS = (0.25, 0.5, 2.0, 4.0)
+FRICTIONS = (0.1, 0.2, 0.4, 0.6, 0.9)
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What some points of a candidate do to the whitened residuals of the scanned windows.
+
+    Attributes:
+        points: parameters, shape (S, P).
+        change: residual without less that with it, shape (S, W, N).
+    """
+
+    points: Array
+    change: Array
+
+
+class GroundScanner(Scanner):
+    """Scans candidates on top of one fitted hypothesis, on some training windows."""
+
+    def __init__(self, problem: Problem, null: Fit, scales: Scales):
+        """Linearise at `null`; traces of an earlier round are taken over."""
+        train = np.flatnonzero(problem.train)
+        some = train[np.linspace(0, len(train) - 1, min(MOST_WINDOWS, len(train))).astype(int)]
+        self._share = len(some) / len(train)
+        self._kept = problem.footing.traces if problem.footing else {}
+        part = replace(null, start=null.start[some], loss=null.loss[some],
+                       residual=null.residual[some])  # fmt: skip
+        super().__init__(problem.take(some), part, scales)
+
+    def scan(self, candidate: Candidate) -> Scan:
+        """The best amplitudes: by least squares where the law is linear, else of a grid."""
+        trace = self._kept.setdefault(candidate, None) or self._trace(candidate)
+        self._kept[candidate] = trace
+        change = self._project(trace.change)
+        found = self._solved if is_straight(candidate) else self._picked
+        theta, gain, unit, nats = found(candidate, trace.points, change)
+        full = np.concatenate([self._null.theta[: self._split], theta, self._tail])
+        nats = nats / self._share
+        return Scan(
+            candidate, full, gain / self._share, unit, float(nats.max()), trace.points, nats
+        )
+
+    def _trace(self, candidate: Candidate) -> Trace:
+        points = self._straight_grid(candidate) if is_straight(candidate) else self._few(candidate)
+        hypothesis = self._null.hypothesis.with_candidate(candidate)
+        model = hypothesis.model(self._problem.base, self._thetas(hypothesis, candidate, points))
+        windows, sigma = self._problem.windows, self._problem.sigma
+        starts = np.broadcast_to(self._null.start, (len(points), *self._null.start.shape))
+        e = shooting.whiten(windows, predict(model, windows, starts), sigma)
+        return Trace(points, self._first - e)
+
+    @property
+    def _first(self) -> Array:
+        """Whitened residuals of the null, not projected."""
+        return self._linear.residual
+
+    def _straight_grid(self, candidate: Candidate) -> Array:
+        """One point for each parameter that scales the effect, at every shape of it."""
+        parameters = candidate.parameters
+        amplitude = amplitude_indices(parameters)
+        size = float(np.sort(np.abs(self._sizes(candidate)))[1])
+        shapes = [[]]
+        for i, p in enumerate(parameters):
+            if i not in amplitude:
+                values = (0.0, np.pi / 2) if p.unit == 'rad' else self._shape(p)
+                shapes = [[*s, v] for s in shapes for v in values]
+        points = []
+        for shape in shapes:
+            for i in amplitude:
+                rest, point = iter(shape), []
+                for k, p in enumerate(parameters):
+                    point.append(p.neutral if k in amplitude else next(rest))
+                sign = 1.0 if parameters[i].neutral + size <= parameters[i].high else -1.0
+                point[i] = parameters[i].neutral + sign * size
+                points.append(point)
+        return np.array(points)
+
+    def _few(self, candidate: Candidate) -> Array:
+        """The grid of an effect that bends with its amplitude."""
+        if candidate.effect.hook == 'ground':
+            return _grounds(candidate)
+        points, first = self._grid(candidate), candidate.parameters[0]
+        if candidate.effect.hook == 'command' and first.neutral > 0 and first.unit != '':
+            points = points[points[:, 0] < first.neutral]  # a higher limit limits nothing
+        return points
+
+    def _sizes(self, candidate: Candidate) -> Array:
+        """Every other amplitude: what lies between is a matter of the fit."""
+        return super()._sizes(candidate)[:: 1 if is_straight(candidate) else 2]
+
+    def _shape(self, parameter: Parameter) -> tuple[float, ...]:
+        return super()._shape(parameter)[:MOST_SHAPES]
+
+    def _solved(
+        self, candidate: Candidate, points: Array, change: Array
+    ) -> tuple[Array, float, Array, Array]:
+        """Least squares over the parameters that scale the effect, for the best of its shapes."""
+        amplitude = amplitude_indices(candidate.parameters)
+        groups = change.reshape(-1, len(amplitude), change.shape[-1])
+        low, high = (np.array([getattr(p, end) for p in candidate.parameters])
+                     for end in ('low', 'high'))  # fmt: skip
+        best, theta = -np.inf, points[0]
+        for g, rows in enumerate(groups):
+            base = points[g * len(amplitude)].copy()
+            neutral = np.array([p.neutral for p in candidate.parameters])
+            step = np.diagonal(points[g * len(amplitude) :][: len(amplitude), list(amplitude)])
+            step = step - neutral[list(amplitude)]
+            gram, slope = rows @ rows.T, rows @ self.residual
+            scale = np.maximum(np.diag(gram), 1e-12)
+            stretch = np.linalg.solve(gram + RIDGE * np.diag(scale), slope)
+            if candidate.effect.hook == 'sensor':
+                stretch = np.clip(stretch, -FARTHEST, FARTHEST)
+            moved = neutral[list(amplitude)] + step * stretch
+            moved = np.clip(moved, low[list(amplitude)], high[list(amplitude)])
+            stretch = (moved - neutral[list(amplitude)]) / step
+            gain = float(stretch @ slope - 0.5 * stretch @ gram @ stretch)
+            if gain > best:
+                best, theta = gain, base
+                theta[list(amplitude)] = moved
+        return theta, best, *_units(change)
+
+    def _picked(
+        self, candidate: Candidate, points: Array, change: Array
+    ) -> tuple[Array, float, Array, Array]:
+        """The best point of a grid; along each ray the closed form picks the amplitude."""
+        length2 = np.maximum((change**2).sum(-1), 1e-12)
+        along = change @ self.residual
+        low, high = stretch_limits(candidate)
+        stretch = np.clip(along / length2, min(low, 1 / BETWEEN), max(high, BETWEEN))
+        gains = stretch * along - 0.5 * stretch**2 * length2
+        best = int(np.argmax(gains))
+        theta = self._stretched(candidate, points[best], float(stretch[best]))
+        return theta, float(gains[best]), *_units(change)
+
+
+def is_straight(candidate: Candidate) -> bool:
+    """Whether the answer is nearly in proportion to the effect's amplitudes."""
+    effect, unit = candidate.effect, candidate.parameters[0].unit
+    if effect.hook == 'torque':
+        return not effect.dry
+    if effect.hook == 'command':
+        return unit == '' and not effect.dynamic
+    if effect.hook == 'drive':
+        return unit != 'rad'
+    if effect.hook == 'ground':
+        return unit == 'rad'
+    return effect.hook == 'body' or (effect.hook == 'sensor' and not effect.dynamic
+                                     and not effect.late)  # fmt: skip
+
+
+def _grounds(candidate: Candidate) -> Array:
+    """Other grounds: softer, harder, more or less damped; so slippery that feet slide."""
+    neutral = np.array([p.neutral for p in candidate.parameters])
+    if len(neutral) == 1:
+        return np.array(FRICTIONS)[:, None]
+    one = [[k * neutral[0], neutral[1]] for k in FACTORS]
+    other = [[neutral[0], d * neutral[1]] for d in FACTORS]
+    return np.array(one + other)
+
+
+def _units(change: Array) -> tuple[Array, Array]:
+    """Unit signatures and their evidence [nats]."""
+    length2 = np.maximum((change**2).sum(-1), 1e-12)
+    return change / np.sqrt(length2)[:, None], 0.5 * length2

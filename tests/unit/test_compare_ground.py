@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compare and explain on a robot that stands on the ground: LEO."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.compare import noise
+from leo_diffmodel.compare.conditions import conditions
+from leo_diffmodel.compare.phases import phases
+from leo_diffmodel.compare.scheme import fast_enough
+from leo_diffmodel.compare.torque import estimate, missing_torque
+from leo_diffmodel.compare.where import where
+from leo_diffmodel.compare.windows import cut
+from leo_diffmodel.explain.candidates import candidates
+from leo_diffmodel.explain.engine import scales_of
+from leo_diffmodel.explain.fit import fit, Problem
+from leo_diffmodel.explain.footing import settled
+from leo_diffmodel.explain.ground_scan import GroundScanner, is_straight
+from leo_diffmodel.explain.hypothesis import Hypothesis
+from leo_sim.batch import rollout
+from leo_sim.effects import place
+from leo_sim.model import Model
+from leo_sim.robot import load_robot
+
+LEO = load_robot('leo')
+NOISE = (1e-3, 0.05)
+SIGMA = np.repeat(NOISE, 9)[None]
+KNEE = LEO.joint_names.index('left_knee')
+
+
+def recorded(*effects, start='hanging', seconds=1.5, seed=1):
+    """A run at 100 Hz with noise: sines while it hangs, held in its pose while it stands."""
+    model = Model(LEO, effects, engine='rigid', scheme='training')
+    rng, state = np.random.default_rng(seed), model.start(start)
+    pose, rows = state.q[3:].copy(), []
+    for k in range(round(seconds / 0.03)):
+        swing = 4.0 * np.sin(2 * np.pi * np.array([1.1, 0.7, 1.7, 1.3, 2.3, 1.9]) * 0.03 * k)
+        volts = swing if start == 'hanging' else 30.0 * (pose - state.q[3:]) + 0.1 * swing
+        for _ in range(3):
+            q, dq = model.sense(state)
+            rows.append((q, dq, volts))
+            state = model.step(state, np.clip(volts, -8.6, 8.6), 0.01)
+    q, dq, volts = (np.array(column) for column in zip(*rows, strict=True))
+    shape = q.shape
+    q, dq = q + NOISE[0] * rng.standard_normal(shape), dq + NOISE[1] * rng.standard_normal(shape)
+    episode = Episode(0.01 * np.arange(len(q)), q, dq, np.clip(volts, -8.6, 8.6),
+                      np.ones((len(q), 6), bool))  # fmt: skip
+    held = str(LEO.start_poses[start].held).lower()
+    return Recording(Path(start), '0' * 64, tuple(LEO.joint_names),
+                     tuple(a.joint for a in LEO.actuators), 'voltage', 0.03, (episode,),
+                     {'held': held})  # fmt: skip
+
+
+@pytest.fixture(scope='module')
+def braked():
+    return recorded(place(LEO, 'viscous_friction', 'left_knee', b=0.05))
+
+
+@pytest.fixture(scope='module')
+def model():
+    return Model(LEO, engine='rigid', scheme='search')
+
+
+def test_a_held_base_stays_in_the_windows_of_its_own_bag_alone(model):
+    bags = [recorded(seconds=0.6), recorded(start='standing', seconds=0.6)]
+    windows = cut(bags, 0.1)
+    q, _ = rollout(model, windows.q[:, 0], windows.dq[:, 0], windows.inputs, windows.dt,
+                   held=windows.held)  # fmt: skip
+    moved = np.abs(q[..., :3] - q[:, :1, :3]).max(axis=(1, 2))
+    assert windows.held.any() and not windows.held.all()
+    assert np.all(moved[windows.held] == 0) and np.all(moved[~windows.held] > 0)
+
+
+def test_shares_of_windows_give_the_numbers_of_all_of_them(model, monkeypatch):
+    bag = recorded(start='standing', seconds=0.6)
+    windows = cut([bag], 0.03, stride=0.01)
+    arguments = (windows.q[:, 0], windows.dq[:, 0], windows.inputs, windows.dt)
+    monkeypatch.setenv('OMP_NUM_THREADS', '1')
+    one = rollout(model, *arguments)
+    monkeypatch.setattr('leo_sim.shares.cores', lambda: 2)
+    monkeypatch.setattr('leo_sim.shares.LEAST_INTERVALS', 1)
+    two = rollout(model, *arguments)
+    assert np.array_equal(one[0], two[0]) and np.array_equal(one[1], two[1])
+
+
+@pytest.mark.parametrize('start', ['hanging', 'standing'])
+def test_noise_is_found_in_the_air_and_on_the_ground(model, start):
+    (found,) = noise.estimate(model, noise.short_windows([recorded(start=start, seconds=2.4)]))
+    ratio = found / SIGMA[0]
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.2)
+    assert ratio.max() < 2.0
+
+
+def test_the_missing_torque_is_at_the_joint_that_brakes(model, braked):
+    found = missing_torque([braked], model, SIGMA)
+    seen = found.seen[:, KNEE]  # not where the knee is at its stop
+    assert not found.seen[:, :3].any() and seen.mean() > 0.8
+    slope = np.polyfit(found.dq[seen, KNEE], found.torque[seen, KNEE], 1)[0]
+    assert slope == pytest.approx(-0.05, rel=0.2)
+    joints = {row['joint']: row for row in where(found, model).joints}
+    assert 'base_z' not in joints and joints['left_knee']['share'] > 0.9
+
+
+def test_a_window_whose_contact_flips_is_bent_and_left_out(model):
+    windows = cut([recorded(start='standing', seconds=0.9)], 0.05)
+    windows.q[::2, :, 1] += 0.004  # half of the windows drop by 4 mm
+    found = estimate(model, windows, SIGMA)
+    assert np.median(found.bend[::2]) > np.median(found.bend[1::2])
+
+
+def test_phases_as_the_joints_see_them():
+    names = [c.name for c in LEO.contacts]
+    pressed = np.zeros((5, 3, len(names)), bool)
+    left, right = names.index('left_toe'), names.index('right_heel')
+    pressed[0, :, [left, right]] = True
+    pressed[1, :, left] = True
+    pressed[2, 1:, left] = True
+    pressed[3, :, names.index('bumper')] = True
+    words = phases(LEO, pressed, np.array([False, False, False, False, True]))
+    assert words[KNEE].tolist() == ['double support', 'stance', 'touch-down', 'lying', 'hanging']
+    right_knee = LEO.joint_names.index('right_knee')
+    assert words[right_knee].tolist() == ['double support', 'swing', 'swing', 'lying', 'hanging']
+    assert words[0].tolist() == ['double support', 'single support', 'touch-down', 'lying',
+                                 'hanging']  # fmt: skip
+
+
+def test_phases_are_conditions(model):
+    windows = cut([recorded(seconds=1.2)], 0.05)
+    pressed = np.zeros((windows.count, 6, len(LEO.contacts)), bool)
+    pressed[::2, :, 0] = True
+    windows = windows.take(np.arange(windows.count))
+    object.__setattr__(windows, 'held', np.zeros(windows.count, bool))
+    found = [c for c in conditions(windows, model, pressed=pressed) if c.variable == 'phase']
+    assert {c.bin for c in found if c.joint == KNEE} == {'stance', 'swing'}
+
+
+def test_the_coarse_scheme_is_taken_where_the_data_cannot_tell(braked):
+    given = Model(LEO, engine='rigid')
+    assert fast_enough(given, cut([braked], 0.03)).scheme == 'search'
+    training = Model(LEO, engine='rigid', scheme='training')
+    assert fast_enough(training, cut([braked], 0.03)) is training
+
+
+def test_a_scan_on_settled_windows_finds_effect_joint_and_size(model, braked):
+    windows = cut([braked], 0.1)
+    kept, footing = settled(model, windows, SIGMA)
+    problem = Problem(model, windows.take(kept), SIGMA, np.ones(len(kept), bool), footing)
+    null = fit(problem, Hypothesis())
+    scanner = GroundScanner(problem, null, scales_of(model, windows))
+    wanted = [c for c in candidates(model)
+              if c.effect.name in ('viscous_friction', 'link_mass', 'bias_torque')]  # fmt: skip
+    best = max((scanner.scan(c) for c in wanted), key=lambda s: s.gain)
+    assert best.candidate.label == 'viscous_friction:left_knee'
+    assert best.theta[0] == pytest.approx(0.05, rel=0.15)
+    fitted = fit(problem, null.hypothesis.with_candidate(best.candidate), best.theta, null.start)
+    low, high = fitted.ci95(0)
+    assert low - 0.003 < 0.05 < high + 0.003
+
+
+def test_straight_effects_are_those_in_proportion_to_their_size(model):
+    straight = {c.effect.name for c in candidates(model) if is_straight(c)}
+    assert {'viscous_friction', 'link_mass', 'encoder_offset', 'armature'} <= straight
+    assert not {'coulomb_friction', 'command_delay', 'ground_friction'} & straight
