@@ -107,7 +107,8 @@ def test_pybullet_and_batched_rollouts_agree(name, effects):
 
 @pytest.mark.parametrize(('effect', 'parameter', 'values'), [
     ('ground_friction', 'mu', [0.05, 10.0]), ('ground_slope', 'angle', [-0.1, 0.0]),
-    ('link_mass', 'm', [0.0, 0.3])])
+    ('link_mass', 'm', [0.0, 0.3]), ('coulomb_friction', 'c', [0.0, 0.05]),
+    ('armature', 'J', [0.0, 0.002])])
 def test_a_scan_is_the_same_as_one_by_one(effect, parameter, values):
     robot = ROBOTS['leo']
     where = 'torso' if effect == 'link_mass' else 'all'

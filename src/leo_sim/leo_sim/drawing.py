@@ -7,6 +7,7 @@ floors, log-uniform between 60 and 200: a bob of 55 g that lacks 15 to 90 g, say
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import math
 from typing import Any, Protocol
 
@@ -25,8 +26,14 @@ FLOOR_POSITION, FLOOR_VELOCITY = 1e-3, 0.05
 SIZES = (60.0, 200.0)
 """Least and largest size of a drawn effect, in noise floors."""
 
+SIZES_ON_GROUND = (8.0, 30.0)
+"""Of a walker, whose many joints share one effect's change."""
+
 AMPLITUDES = np.geomspace(1e-7, 1e2, 109)
 """Tried amplitudes, in the unit of the effect's first parameter."""
+
+COARSE = 9
+"""Of a robot on the ground one amplitude in so many is tried first: its runs are dear."""
 
 MOST = {'': 0.5, 's': 0.1, 'rad': 0.3}
 """Largest sensible amplitude by unit of the first parameter: half as strong, 0.1 s late."""
@@ -52,7 +59,7 @@ def draw(robot: Robot, rng: np.random.Generator) -> Placed:
     for name in _order(robot, rng):
         places = EFFECTS[name].places(robot)
         where = 'all' if EFFECTS[name].late else places[rng.integers(len(places))]
-        size = math.exp(rng.uniform(*np.log(SIZES)))
+        size = math.exp(rng.uniform(*np.log(SIZES_ON_GROUND if robot.contacts else SIZES)))
         if (placed := of_size(windows, name, where, size, rng)) is not None:
             return placed
     raise UserError(f'no effect of the catalogue shows on {robot.name}')
@@ -93,14 +100,39 @@ def of_size(
     parameters = EFFECTS[name].parameters_for(robot, names)
     shape = _shape(name, parameters, rng)
     amplitudes = AMPLITUDES[MOST.get(parameters[0].unit, math.inf) >= AMPLITUDES]
-    scan = place(robot, name, where, **_values(shape, parameters, amplitudes[:, None, None]))
-    sizes = windows.size(scan)
-    reached = np.flatnonzero(np.isfinite(sizes) & (sizes >= size))
-    if not reached.size or reached[0] == 0 or not sizes[reached[0] - 1] > 0.0:
+
+    def sizes(tried: np.ndarray) -> np.ndarray:
+        values = _values(shape, parameters, tried[:, None, None])
+        return windows.size(place(robot, name, where, **values))
+
+    ends = _bracket(sizes, amplitudes, size, COARSE if robot.contacts else 1)
+    if ends is None:
         return None
-    ends = slice(reached[0] - 1, reached[0] + 1)
-    amplitude = np.exp(np.interp(np.log(size), np.log(sizes[ends]), np.log(amplitudes[ends])))
+    amplitude = np.exp(np.interp(np.log(size), *np.log(ends)))
     return place(robot, name, where, **_values(shape, parameters, float(amplitude)))
+
+
+def _bracket(
+    sizes: Callable[[np.ndarray], np.ndarray], amplitudes: np.ndarray, size: float, stride: int
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Sizes and amplitudes just before and just after a size is first reached.
+
+    Args:
+        sizes: of amplitudes in rising order.
+        amplitudes: to choose from.
+        size: to be reached.
+        stride: one in so many is tried first, then those between two of them.
+    """
+    tried = amplitudes[::stride]
+    found = sizes(tried)
+    reached = np.flatnonzero(np.isfinite(found) & (found >= size))
+    if not reached.size or reached[0] == 0 or not found[reached[0] - 1] > 0.0:
+        return None
+    before = int(reached[0]) - 1
+    if stride > 1:
+        between = amplitudes[before * stride : (before + 1) * stride + 1]
+        return _bracket(sizes, between, size, 1)
+    return found[before : before + 2], tried[before : before + 2]
 
 
 def _shape(name: str, parameters: tuple[Parameter, ...], rng: np.random.Generator) -> Shape:
@@ -137,7 +169,7 @@ class Windows:
 
     def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
         self.robot = robot
-        model = Model(robot)
+        model = Model(robot, scheme='training')
         self._dt = robot.control_period
         steps = max(1, round(SECONDS / self._dt))
         limits = np.array([actuator.limit for actuator in robot.actuators])
@@ -159,4 +191,5 @@ class Windows:
 
     def _run(self, effects: tuple[Placed, ...]) -> tuple[np.ndarray, np.ndarray]:
         with np.errstate(all='ignore'):
-            return rollout(Model(self.robot, effects), self._q0, self._dq0, self._inputs, self._dt)
+            model = Model(self.robot, effects, scheme='training')
+            return rollout(model, self._q0, self._dq0, self._inputs, self._dt)

@@ -69,14 +69,14 @@ def _driven(laws: Laws, drag: Drag, q: Any, dq: Any, memory: Memory, u: Any, ena
     torques = laws.torques(q, dq, speed, u, enabled, load, memory)
     linked = True if laws.gap is None else laws.gap == 0
     smooth = np.where(linked, torques.motor, 0.0) + torques.joint + push
-    shape = np.broadcast_shapes(smooth.shape[:-1], mass.shape[:-2], offset.shape[:-1],
-                                *(np.shape(figure) for figure in laws.ground))
     size = dq.shape[-1]
-    low, high = laws.stops or (-np.inf, np.inf)
-    forces = Forces(*(_rows(f, shape, size) for f in (
-        smooth, np.where(linked, drag.motor, 0.0) + drag.joint, dq,
-        np.where(linked, laws.rotor_inertia, 0.0),
-        0.0 if torques.level is None else torques.level, low, high)))
+    given = Forces(smooth, np.where(linked, drag.motor, 0.0) + drag.joint, dq,
+                   np.where(linked, laws.rotor_inertia, 0.0),
+                   0.0 if torques.level is None else torques.level,
+                   *(laws.stops or (-np.inf, np.inf)))
+    shape = np.broadcast_shapes(*(np.shape(f)[:-1] for f in (*given, offset)), mass.shape[:-2],
+                                *(np.shape(figure) for figure in laws.ground))
+    forces = Forces(*(_rows(f, shape, size) for f in given))
     play = (0.0, 0.0, 0.0, 0.0, 1.0) if laws.gap is None else (
         laws.gap, torques.motor, drag.motor, speed, laws.rotor_inertia)
     return _Driven(shape, forces, Play(*(_rows(f, shape, size) for f in play)))
