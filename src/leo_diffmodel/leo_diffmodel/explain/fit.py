@@ -121,6 +121,22 @@ def fit(
     return _finish(problem, best)
 
 
+def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
+    """The fit with the start states of another one in the windows where they suit it better.
+
+    A contact may settle in two ways; what another hypothesis gains by that alone is no gain.
+    """
+    point = _evaluate(problem, fitted.hypothesis, fitted.theta, other.start)
+    loss = shooting.huber(point.linear.residual)
+    better = loss < fitted.loss
+    return replace(
+        fitted,
+        start=np.where(better[:, None], other.start, fitted.start),
+        loss=np.minimum(loss, fitted.loss),
+        residual=np.where(better[:, None], point.rest, fitted.residual),
+    )
+
+
 def _footed(problem: Problem, hypothesis: Hypothesis, best: _Point) -> _Point:
     """The same where the answer of the starts is known, that of another hypothesis.
 
