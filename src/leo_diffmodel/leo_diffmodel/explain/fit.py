@@ -42,7 +42,7 @@ class Problem:
     @property
     def by_start(self) -> Array | None:
         """Sensitivity of the sensed states to the start states, where it is known."""
-        return self.footing and self.footing.by_start
+        return None if self.footing is None else self.footing.by_start
 
     def take(self, index: Array) -> Problem:
         """The problem on some of its windows."""
