@@ -42,7 +42,7 @@ class Problem:
     @property
     def by_start(self) -> Array | None:
         """Sensitivity of the sensed states to the start states, where it is known."""
-        return self.footing and self.footing.by_start
+        return None if self.footing is None else self.footing.by_start
 
     def take(self, index: Array) -> Problem:
         """The problem on some of its windows."""
@@ -119,6 +119,22 @@ def fit(
         if gained < ENOUGH_NATS:
             break
     return _finish(problem, best)
+
+
+def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
+    """The fit with the start states of another one in the windows where they suit it better.
+
+    A contact may settle in two ways; what another hypothesis gains by that alone is no gain.
+    """
+    point = _evaluate(problem, fitted.hypothesis, fitted.theta, other.start)
+    loss = shooting.huber(point.linear.residual)
+    better = loss < fitted.loss
+    return replace(
+        fitted,
+        start=np.where(better[:, None], other.start, fitted.start),
+        loss=np.minimum(loss, fitted.loss),
+        residual=np.where(better[:, None], point.rest, fitted.residual),
+    )
 
 
 def _footed(problem: Problem, hypothesis: Hypothesis, best: _Point) -> _Point:

@@ -94,7 +94,7 @@ class GroundScanner(Scanner):
         parameters = candidate.parameters
         amplitude = amplitude_indices(parameters)
         size = float(np.sort(np.abs(self._sizes(candidate)))[1])
-        shapes = [[]]
+        shapes: list[list[float]] = [[]]
         for i, p in enumerate(parameters):
             if i not in amplitude:
                 values = (0.0, np.pi / 2) if p.unit == 'rad' else self._shape(p)

@@ -13,7 +13,7 @@ from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import helper
 from leo_diffmodel.explain.contest import contest
-from leo_diffmodel.explain.fit import Fit, fit, Problem
+from leo_diffmodel.explain.fit import Fit, fit, Problem, settled_as
 from leo_diffmodel.explain.ground_scan import GroundScanner
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.pose import Posed, quieter, resettled
@@ -25,7 +25,7 @@ from leo_diffmodel.explain.threshold import threshold
 Array = np.ndarray
 REFINED = 8
 MOST_ON_FOOTING, WORTH = 6, 0.3
-MOST_FOOTINGS, GAINED = 4, 0.01
+MOST_FOOTINGS, GAINED = 6, 3.0
 WINDOW_NATS = 6.0
 """Most that one window on the ground may say: a contact there may flip either way."""
 LISTENED = 3
@@ -90,6 +90,8 @@ def explore(
         progress: told what is being tried.
         incumbent: a fit of the hypothesis with one of the candidates; it is tried from there.
     """
+    if posed.problem.footing:
+        posed, null = _converged(posed, null)
     problem = posed.problem
     scanner = (GroundScanner if problem.footing else Scanner)(problem, null, scales)
     found = helper.spread(scanner.scan, candidates, lambda c: progress(c.label))
@@ -126,21 +128,25 @@ def on_footing(
     found = _ranking(posed, null, scans, fits, limit, candidates)
     if found.best is None or found.best.fit is None:
         return found
-    posed = _converged(posed, found.best.fit)
+    posed, best = _converged(posed, found.best.fit)
     null = fit(posed.problem, null.hypothesis, null.theta)
-    worth = [replace(s, theta=f.theta) for s, f in zip(worth, fits, strict=True)]
-    fits = _refitted(posed.problem, null, worth, progress)
+    others = [
+        replace(s, theta=f.theta) for s, f in zip(worth, fits, strict=True)
+        if f is not found.best.fit
+    ]
+    again = iter(_refitted(posed.problem, null, others, progress))
+    fits = [best if f is found.best.fit else next(again) for f in fits]
     return _ranking(posed, null, scans, fits, limit, candidates)
 
 
-def _converged(posed: Posed, best: Fit) -> Posed:
-    """The footing of a hypothesis that is fitted with its own footing, as far as that helps."""
+def _converged(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
+    """The footing of a hypothesis, and its fit, each found with the other while that helps."""
     for _ in range(MOST_FOOTINGS):
         posed, before = resettled(posed, best), best
         best = fit(posed.problem, best.hypothesis, best.theta)
-        if gain(before, best, posed.problem.train) < GAINED * before.loss.sum():
+        if gain(before, best, posed.problem.train, WINDOW_NATS) < GAINED:
             break
-    return posed
+    return posed, best
 
 
 def _ranking(
@@ -152,6 +158,9 @@ def _ranking(
     candidates: Sequence[Candidate],
 ) -> Round:
     """The round in which the first of the scans led to the fits `leading`."""
+    if posed.problem.footing:
+        for other in leading:
+            null = settled_as(posed.problem, null, other)
     spread = min(dispersion(f) for f in leading)
     pairs = zip(scans, leading, strict=False)
     scored = [_score(posed.problem, null, s, f, spread) for s, f in pairs]
