@@ -7,7 +7,7 @@ import os
 import time
 from unittest import mock
 
-from joblib.externals.loky import get_reusable_executor
+from joblib import delayed, Parallel
 import pytest
 from tests.simulate import record, TORQUE
 
@@ -25,7 +25,8 @@ def two_cores():
         helper._started[0].result()
         yield
     helper.prepare(False)
-    get_reusable_executor().shutdown(wait=True)
+    while helper._pools:
+        helper._pools.pop().shutdown(wait=True)
 
 
 def _pid(item: int) -> tuple[int, int]:
@@ -78,3 +79,9 @@ def test_an_explanation_is_the_same_with_and_without(two_cores):
     for answer in (with_help, alone):
         del answer['seconds'], answer['provenance']
     assert with_help == alone
+
+
+def test_joblib_goes_on_beside_it(two_cores):
+    assert helper.spread(operator.neg, [1, 2]) == [-1, -2]
+    assert Parallel(n_jobs=2)(delayed(operator.neg)(k) for k in range(3)) == [0, -1, -2]
+    assert helper.spread(operator.neg, [1, 2]) == [-1, -2] and helper._started

@@ -10,12 +10,13 @@ import multiprocessing
 from typing import Any, TypeVar
 
 from joblib import cpu_count
-from joblib.externals.loky import get_reusable_executor
+from joblib.externals.loky import ProcessPoolExecutor
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
 IDLE_SECONDS = 60
 _started: list[Future] = []
+_pools: list[ProcessPoolExecutor] = []
 
 
 def prepare(wanted: bool = True) -> None:
@@ -50,6 +51,7 @@ def spread(
         results[1::2] = theirs.result()
     except BrokenProcessPool:  # it was killed, for memory perhaps
         _started.clear()
+        _pools.clear()
         return results[:1] + spread(function, items[1:], told)
     for item in items[1::2]:
         told(item)
@@ -57,8 +59,14 @@ def spread(
 
 
 def _submit(function: Callable[..., Any], *arguments: Any) -> Future:
-    executor = get_reusable_executor(max_workers=1, timeout=IDLE_SECONDS)
-    return executor.submit(function, *arguments)
+    """By a pool of its own: joblib does not share its reusable one."""
+    if not _pools:
+        _pools.append(ProcessPoolExecutor(max_workers=1, timeout=IDLE_SECONDS))
+    try:
+        return _pools[0].submit(function, *arguments)
+    except BrokenProcessPool:  # it was killed while it waited
+        _pools.clear()
+        return _submit(function, *arguments)
 
 
 def _imported() -> None:
