@@ -79,9 +79,13 @@ def test_a_recording_of_a_held_robot_says_so_and_holds_it(env, spawn, tmp_path):
     recorder = spawn(
         '-c', RECORDER, '--ros-args', '-p', f'bag:={tmp_path / "bag"}', stderr=subprocess.PIPE
     )
-    assert api.spin_until(
-        env.node, lambda: env.node.count_subscribers('/dynamic_joint_states') > 0, 60.0
-    )
+    own = env.node.count_subscribers(f'/{topics.EPISODE.name}')
+
+    def recorded() -> bool:
+        others = env.node.count_subscribers(f'/{topics.EPISODE.name}') - own
+        return others > 0 and env.node.count_subscribers('/dynamic_joint_states') > 0
+
+    assert api.spin_until(env.node, recorded, 60.0)
     env.reset()
     for volts in VOLTS:
         env.step(volts)
