@@ -86,6 +86,7 @@ def test_a_recording_of_a_held_robot_says_so_and_holds_it(env, spawn, tmp_path):
         return others > 0 and env.node.count_subscribers('/dynamic_joint_states') > 0
 
     assert api.spin_until(env.node, recorded, 60.0)
+    time.sleep(1.0)  # the robot hears of the recorder a little later than this node
     env.reset()
     for volts in VOLTS:
         env.step(volts)
