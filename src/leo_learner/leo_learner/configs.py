@@ -25,7 +25,7 @@ RECOMMENDED_WALKING = replace(
     scale=True,
     twin_critics=True,
 )
-"""LEO; what each option is worth is in docs/leo_results.md."""
+"""LEO; `leo reproduce ablation` takes back one option after the other."""
 ABLATION = {
     'one_critic': replace(RECOMMENDED_WALKING, twin_critics=False),
     'layer_norm': replace(RECOMMENDED_WALKING, layer_norm=True),
