@@ -83,7 +83,7 @@ def fit(
     if start is None:
         start = settle(problem, hypothesis, theta, problem.windows.measured[:, 0], rounds=6)
     best = _evaluate(problem, hypothesis, theta, start)
-    scale, last = 1.0, np.inf
+    scale, last = 1.0, 0.0
     for number in range(PATIENCE * iterations):
         if number >= iterations and last < FAR_NATS:
             break
