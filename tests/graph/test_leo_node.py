@@ -79,9 +79,14 @@ def test_a_recording_of_a_held_robot_says_so_and_holds_it(env, spawn, tmp_path):
     recorder = spawn(
         '-c', RECORDER, '--ros-args', '-p', f'bag:={tmp_path / "bag"}', stderr=subprocess.PIPE
     )
-    assert api.spin_until(
-        env.node, lambda: env.node.count_subscribers('/dynamic_joint_states') > 0, 60.0
-    )
+    own = env.node.count_subscribers(f'/{topics.EPISODE.name}')
+
+    def recorded() -> bool:
+        others = env.node.count_subscribers(f'/{topics.EPISODE.name}') - own
+        return others > 0 and env.node.count_subscribers('/dynamic_joint_states') > 0
+
+    assert api.spin_until(env.node, recorded, 60.0)
+    time.sleep(1.0)  # the robot hears of the recorder a little later than this node
     env.reset()
     for volts in VOLTS:
         env.step(volts)

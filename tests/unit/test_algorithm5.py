@@ -11,7 +11,7 @@ from leo_diffmodel.difference.network import RECOMMENDED as NETWORK
 from leo_learner import algorithm5
 from leo_learner.algorithm5 import Algorithm5, Settings
 from leo_learner.collect import play
-from leo_learner.ddpg import RECOMMENDED
+from leo_learner.configs import RECOMMENDED
 from leo_learner.env import ModelEnv
 from leo_learner.experiments.table7 import effects
 from leo_learner.rollouts import Rollouts

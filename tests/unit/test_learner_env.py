@@ -16,7 +16,8 @@ from leo_diffmodel.difference.model import DifferenceModel
 from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.difference.trust import Trust
 from leo_learner.collect import collect, play
-from leo_learner.ddpg import RECOMMENDED, Training
+from leo_learner.configs import RECOMMENDED
+from leo_learner.ddpg import Training
 from leo_learner.env import load_difference, model_env, ModelEnv
 from leo_learner.left_data import WatchedEnv
 from leo_learner.policy import observation_names, Policy, save_policy

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from leo_learner.collect import play
-from leo_learner.ddpg import RECOMMENDED, Training
+from leo_learner.configs import RECOMMENDED
+from leo_learner.ddpg import Training
 from leo_learner.env import ModelEnv
 from leo_learner.policy import Policy, save_policy
 from leo_learner.sym import actions_of, driven, OBSERVED, Sym, SymMap

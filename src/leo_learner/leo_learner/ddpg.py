@@ -3,8 +3,8 @@
 
 One file, read from top to bottom: the settings, the networks, the exploration noise, the agent
 (act, learn), what it does in the training loop. `THESIS` is the reference, number by number from
-sections 9 and 10 of the data sheet; every option that differs from it is off there and on in
-`RECOMMENDED` only where the measurements in the README say that it pays.
+sections 9 and 10 of the data sheet; every option that differs from it is off there. Which are on
+for which robot is in `configs`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -66,20 +66,6 @@ class Config(LoopConfig):
 
 
 THESIS = Config()
-RECOMMENDED = replace(
-    THESIS,
-    hidden=(64, 64),
-    actor_rate=1e-3,
-    critic_l2=0.0,
-    gamma=0.97,
-    tau=0.01,
-    episode_steps=100,
-    noise_sigma=0.5,
-    test_interval=12,
-    test_starts=3,
-    scale=True,
-    layer_norm=True,
-)
 
 
 def hidden_layers(sizes: list[int], extra_at_last: int, layer_norm: bool) -> nn.ModuleList:
@@ -291,7 +277,7 @@ class Training(TrainingLoop):
 
     Args:
         env: see `TrainingLoop`.
-        config: `THESIS`, `RECOMMENDED` or a variation.
+        config: `THESIS` or a variation, see `configs`.
         seed: of the networks, the noise, the starts and the batches.
         agent: `Agent`, or `fused.FusedAgent`, which computes the same sooner.
     """

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from leo_sim.filled import paired
 from leo_sim.laws import HELD, Memory, TIME
 from leo_sim.model import Model
 from leo_sim.shares import Batch, shares
@@ -156,7 +157,7 @@ def _play(model: Model, memory: Memory, q: Any, dq: Any, u: Any, enabled: Any, h
     free = speed + (h * torque) / (laws.rotor_inertia + 0.5 * h * drag.motor)
     step, half = np.maximum(h, 1e-12), 0.5 * np.asarray(laws.gap)
     slip = np.clip(free - dq, (-half - offset) / step, (half - offset) / step)
-    return {**memory, DRIVE: np.stack(np.broadcast_arrays(offset + h * slip, dq + slip))}
+    return {**memory, DRIVE: paired(offset + h * slip, dq + slip)}
 
 
 def _substep(periods: Any, longest: float) -> tuple[Any, int]:

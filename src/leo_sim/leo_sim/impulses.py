@@ -10,6 +10,7 @@ from numba import njit
 import numpy as np
 
 from leo_sim.engines.planar import rows
+from leo_sim.filled import common
 
 SWEEPS = 50
 SETTLED = 1e-12  # rad/s
@@ -47,7 +48,7 @@ class Factor:
         if size == 1:
             self.inverse = 1.0 / (mass + diagonal[..., None])
             return
-        shape = np.broadcast_shapes(mass.shape[:-2], diagonal.shape[:-1])
+        shape = common(mass.shape[:-2], diagonal.shape[:-1])
         inverse = np.empty((math.prod(shape), size, size))
         invert(rows(mass, shape, (size, size)), rows(diagonal, shape, size), inverse)
         self.inverse = inverse.reshape(*shape, size, size)
@@ -64,7 +65,7 @@ class Factor:
         size = self.inverse.shape[-1]
         if size == 1:
             return self.inverse[..., 0] * right
-        shape = np.broadcast_shapes(self.inverse.shape[:-2], right.shape[:-1])
+        shape = common(self.inverse.shape[:-2], right.shape[:-1])
         out = np.empty((math.prod(shape), size))
         times(rows(self.inverse, shape, (size, size)), rows(right, shape, size), out)
         return out.reshape(*shape, size)
@@ -125,7 +126,7 @@ def settled(contact: Contact, factor: Factor, dq: Any, motor: Any) -> tuple[Any,
     fields = [0.0 if contact.level is None else contact.level, low, high, *play, contact.q,
               contact.dq]
     moved = [dq, 0.0 if motor is None else motor]
-    shape = np.broadcast_shapes(*(np.shape(f)[:-1] for f in (*fields, *moved, contact.h)),
+    shape = common(*(np.shape(f)[:-1] for f in (*fields, *moved, contact.h)),
                                 factor.inverse.shape[:-2])
     rates, speeds = (rows(m, shape, size, True).copy() for m in moved)
     _sweep(rates, speeds, rows(factor.inverse, shape, (size, size)), rows(contact.h, shape, 1),

@@ -5,6 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from leo_sim.filled import common, filled
+
 Index = slice | list[int]
 
 
@@ -30,9 +32,8 @@ def put(whole: Any, index: Index, part: Any) -> Any:
     """A copy of `whole` with `part` in place; `part` may have more leading axes."""
     if isinstance(index, slice) and index == slice(None):
         return part
-    shape = (*np.broadcast_shapes(np.shape(whole)[:-1], np.shape(part)[:-1]),
-             np.shape(whole)[-1])
-    result = np.array(np.broadcast_to(whole, shape))
+    shape = common(np.shape(whole)[:-1], np.shape(part)[:-1])
+    result = filled((*shape, np.shape(whole)[-1]), whole)
     result[..., index] = part
     return result
 

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from leo_sim.filled import paired
 from leo_sim.impulses import Contact, Factor, settled
 from leo_sim.laws import Laws, Memory
 
@@ -75,7 +76,7 @@ def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any
     if laws.gap is not None:
         motor_speed = np.where(laws.gap > 0, motor_speed, rates)
         slip = offset + h * (motor_speed - rates)
-        memory = {**memory, DRIVE: np.stack(np.broadcast_arrays(slip, motor_speed))}
+        memory = {**memory, DRIVE: paired(slip, motor_speed)}
     return rates, memory
 
 

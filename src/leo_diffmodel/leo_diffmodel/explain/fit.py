@@ -102,7 +102,7 @@ def fit(
     best = _evaluate(problem, hypothesis, theta, start)
     if problem.footing:
         return _finish(problem, _footed(problem, hypothesis, best))
-    scale, last = 1.0, np.inf
+    scale, last = 1.0, 0.0
     for number in range(PATIENCE * iterations):
         if number >= iterations and last < FAR_NATS:
             break

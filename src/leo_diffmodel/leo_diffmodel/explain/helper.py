@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A second process that takes half of a list of trials; the results are those of one process."""
+"""A second process that takes its share of a list of trials; the results are those of one."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 import multiprocessing
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from joblib import cpu_count
-from joblib.externals.loky import get_reusable_executor
+from joblib.externals.loky import ProcessPoolExecutor
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
 IDLE_SECONDS = 60
 _started: list[Future] = []
+_pools: list[ProcessPoolExecutor] = []
 
 
 def prepare(wanted: bool = True) -> None:
@@ -34,31 +35,65 @@ def spread(
     items: Sequence[Item],
     told: Callable[[Item], None] = lambda _: None,
 ) -> list[Result]:
-    """`function` of each item, in order, half of them by the other process once it is there.
+    """`function` of each item, in order; the other process, once it is there, takes its share.
 
     Args:
         function: what to do; what it needs and gives is sent as a copy.
         items: its arguments.
         told: called with each item that is done.
     """
-    if len(items) < 2 or not _started or not _started[0].done():
-        return _each(function, items, told)
-    theirs = _submit(_each, function, items[1::2])
-    results: list[Any] = [None] * len(items)
-    results[::2] = _each(function, items[::2], told)
+    results: dict[int, Result] = {}
+    waiting, lent = list(range(len(items))), None
+    while waiting or lent:
+        lent = lent or _lend(function, items, waiting)
+        if lent and (lent.answer.done() or not waiting):
+            found, lent = _received(lent, function, items), None
+        else:
+            number = waiting.pop(0)
+            found = {number: function(items[number])}
+        for number in found:
+            told(items[number])
+        results |= found
+    return [results[number] for number in range(len(items))]
+
+
+class _Lent(NamedTuple):
+    """What the other process works at: numbers of items, and its answer."""
+
+    numbers: list[int]
+    answer: Future
+
+
+def _lend(function: Callable[[Item], Any], items: Sequence[Item], waiting: list[int]
+          ) -> _Lent | None:
+    """Every third of what waits: so both come to the end at about the same time."""
+    if len(waiting) < 2 or not _started or not _started[0].done():
+        return None
+    numbers = waiting[1::3]
+    del waiting[1::3]
+    return _Lent(numbers, _submit(_each, function, [items[number] for number in numbers]))
+
+
+def _received(lent: _Lent, function: Callable[[Item], Any], items: Sequence[Item]
+              ) -> dict[int, Any]:
     try:
-        results[1::2] = theirs.result()
+        found = lent.answer.result()
     except BrokenProcessPool:  # it was killed, for memory perhaps
         _started.clear()
-        return results[:1] + spread(function, items[1:], told)
-    for item in items[1::2]:
-        told(item)
-    return results
+        _pools.clear()
+        found = _each(function, [items[number] for number in lent.numbers])
+    return dict(zip(lent.numbers, found, strict=True))
 
 
 def _submit(function: Callable[..., Any], *arguments: Any) -> Future:
-    executor = get_reusable_executor(max_workers=1, timeout=IDLE_SECONDS)
-    return executor.submit(function, *arguments)
+    """By a pool of its own: joblib does not share its reusable one."""
+    if not _pools:
+        _pools.append(ProcessPoolExecutor(max_workers=1, timeout=IDLE_SECONDS))
+    try:
+        return _pools[0].submit(function, *arguments)
+    except BrokenProcessPool:  # it was killed while it waited
+        _pools.clear()
+        return _submit(function, *arguments)
 
 
 def _imported() -> None:
@@ -66,13 +101,5 @@ def _imported() -> None:
     import leo_diffmodel.explain.engine  # noqa: F401
 
 
-def _each(
-    function: Callable[[Item], Result],
-    items: Sequence[Item],
-    told: Callable[[Item], None] = lambda _: None,
-) -> list[Result]:
-    results = []
-    for item in items:
-        results.append(function(item))
-        told(item)
-    return results
+def _each(function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+    return [function(item) for item in items]

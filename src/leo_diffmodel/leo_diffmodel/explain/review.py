@@ -29,7 +29,8 @@ class Reviewed:
         final: the set, jointly fitted.
         members: the round of each effect: all candidates in its place.
         posed: the problem, with the noise as settled in the end.
-        changed: an effect was dropped or gave way to another.
+        changed: an effect was dropped or gave way to another. One found last that went before
+            one it made worthless does not count: the search would only find it again.
     """
 
     final: Fit

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import itertools
 
@@ -173,7 +174,7 @@ class Scanner:
                 p.neutral + moves[i] * size if i in moves else next(rest)
                 for i, p in enumerate(parameters)
             ]
-            if all(p.low <= v <= p.high for p, v in zip(parameters, point, strict=True)):
+            if _possible(parameters, point):
                 points.append(point)
         return np.array(points)
 
@@ -212,6 +213,15 @@ class Scanner:
         if self._nuisance is None:
             return flat
         return flat - (flat @ self._nuisance) @ self._nuisance.T
+
+
+def _possible(parameters: Sequence[Parameter], point: Sequence[float]) -> bool:
+    """Whether the values are within the bounds, those that depend on another one too."""
+    values = {p.name: v for p, v in zip(parameters, point, strict=True)}
+    return all(
+        p.low <= values[p.name] <= p.high and values[p.name] >= values.get(p.above, -np.inf)
+        for p in parameters
+    )
 
 
 def _is_linear(candidate: Candidate) -> bool:

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, TypeVar
 
 from joblib import delayed, Parallel, parallel_config
@@ -69,10 +70,5 @@ def hours(cases: Sequence[C], path: Path, jobs: int, weight: Callable[[Any], flo
             the lines that are there say how true that is.
     """
     seconds = sum(weight(case) for case in missing(cases, path))
-    ratios = sorted(row['seconds'] / weight(_Namespace(row)) for row in read_results(path))
+    ratios = sorted(row['seconds'] / weight(SimpleNamespace(**row)) for row in read_results(path))
     return seconds * (ratios[len(ratios) // 2] if ratios else 1.0) / jobs / 3600
-
-
-class _Namespace:
-    def __init__(self, row: Mapping[str, Any]) -> None:
-        self.__dict__.update(row)

@@ -125,11 +125,11 @@ def share(case: Case, folder: Path) -> float:
     return min(steps / case.steps, 1.0)
 
 
-def judge(policy: Policy, model: Model, starts: int = STARTS) -> list[dict[str, Any]]:
+def judge(policy: Policy, model: Model) -> list[dict[str, Any]]:
     """Return and `Walk` of a policy's episodes on a model: nominal start, then random ones."""
     recorded = Recorded(policy.on(model_env(model)))
     walks: list[Walk] = []
-    returns = play(recorded, policy, starts, on_episode=lambda: walks.append(recorded.walk()))
+    returns = play(recorded, policy, STARTS, on_episode=lambda: walks.append(recorded.walk()))
     return [
         {'return': float(r)} | asdict(walk) for r, walk in zip(returns, walks, strict=True)
     ]

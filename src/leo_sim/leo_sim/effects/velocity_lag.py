@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.filled import paired
 
 TINY = 1e-200
 
@@ -37,7 +38,7 @@ class VelocityLag(Effect):
         decay = np.exp(-dt / tau)
         behind = tau * (dq - before) / np.maximum(dt, TINY)
         read = dq - behind * (1.0 - decay) + (read - before) * decay
-        return q, read, np.stack(np.broadcast_arrays(read, dq))
+        return q, read, paired(read, dq)
 
     def unsensed(self, p: Values, q: Any, dq: Any, past: Sequence[tuple[Any, Any]]
                  ) -> tuple[Any, Any, Any]:
@@ -46,4 +47,4 @@ class VelocityLag(Effect):
         for faster, dt in past:
             slope = faster + (slope - faster) * np.exp(-dt / tau)
         true = dq + p['tau'] * slope
-        return q, true, np.stack(np.broadcast_arrays(dq, true))
+        return q, true, paired(dq, true)

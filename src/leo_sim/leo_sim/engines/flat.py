@@ -10,6 +10,7 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.engines.planar import dynamics, Planar, rows, tree_of
 from leo_sim.engines.stateless import Stateless
+from leo_sim.filled import common
 from leo_sim.impulses import Factor, invert, row, times
 from leo_sim.urdf import Joint
 
@@ -30,7 +31,7 @@ class Flat(Stateless, Planar):
                ) -> tuple[Any, Factor]:
         """See `Free`; here all at once."""
         size, h = q.shape[-1], np.asarray(h)
-        shape = np.broadcast_shapes(self._shape(q, dq), diagonal.shape[:-1], driving.shape[:-1],
+        shape = common(self._shape(q, dq), diagonal.shape[:-1], driving.shape[:-1],
                                     held.shape[:-1], h.shape[:-1])
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
         given = rows(diagonal, shape, size), rows(driving, shape, size), rows(held, shape, size)

@@ -14,6 +14,7 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_sim.effects.base import Body
+from leo_sim.filled import common, filled
 from leo_sim.urdf import Joint
 
 FIXED, HINGE, SLIDE = 0, 1, 2
@@ -75,8 +76,8 @@ class Planar:
         return -self.bias(q, np.zeros_like(q))
 
     def _shape(self, q: Any, dq: Any) -> tuple[int, ...]:
-        return np.broadcast_shapes(q.shape[:-1], dq.shape[:-1], self.figures.shape[:-2],
-                                   self.gravity.shape)
+        return common(q.shape[:-1], dq.shape[:-1], self.figures.shape[:-2],
+                      self.gravity.shape)
 
     def _filled(self, shape: tuple[int, ...], q: Any, dq: Any, mass: Any) -> Any:
         """The bias torques; fills the inertia too unless it has no rows."""
@@ -153,7 +154,7 @@ def rows(values: Any, shape: tuple[int, ...], tail: int | tuple[int, ...], whole
     if whole or any(n != 1 for n in lead):
         lead = shape
     if values.shape != lead + tail:
-        values = np.array(np.broadcast_to(values, lead + tail))
+        values = filled(lead + tail, values)
     return np.ascontiguousarray(values).reshape(-1, *tail)
 
 
