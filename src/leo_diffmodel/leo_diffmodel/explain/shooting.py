@@ -110,7 +110,7 @@ def eliminate(linear: Linear, weight: Array | None = None) -> tuple[Array, Array
     basis, triangle = np.linalg.qr(linear.by_start * root)
     hidden = np.diagonal(triangle, axis1=-2, axis2=-1) == 0  # a start that does not show stays
     basis = np.where(hidden[..., None, :], 0.0, basis)
-    triangle = triangle + hidden[..., None] * np.eye(triangle.shape[-1])
+    triangle = np.where(hidden[..., None], np.eye(triangle.shape[-1]), triangle)
     residual, by_theta = linear.residual[..., None] * root, linear.by_theta * root
     seen, gain = _times(basis, residual), _times(basis, by_theta)
     rest = (residual - basis @ seen)[..., 0]
