@@ -106,6 +106,9 @@ def eliminate(linear: Linear, weight: Array | None = None) -> tuple[Array, Array
     """
     root = 1.0 if weight is None else np.sqrt(weight)[..., None]
     basis, triangle = np.linalg.qr(linear.by_start * root)
+    hidden = np.diagonal(triangle, axis1=-2, axis2=-1) == 0  # a start that does not show stays
+    basis = np.where(hidden[..., None, :], 0.0, basis)
+    triangle = np.where(hidden[..., None], np.eye(triangle.shape[-1]), triangle)
     residual, by_theta = linear.residual[..., None] * root, linear.by_theta * root
     seen, gain = _times(basis, residual), _times(basis, by_theta)
     rest = (residual - basis @ seen)[..., 0]

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,25 +74,33 @@ class Stick:
 
     def pose(self, q: np.ndarray) -> Pose:
         """The figure at joint angles q (J,)."""
-        frames = self._tree.frames(q)
-        turns = {name: (np.array(f.rotation, float).reshape(3, 3), np.array(f.origin, float))
-                 for name, f in frames.items()}
-
-        def seen(link: str, points: np.ndarray) -> np.ndarray:
-            rotation, origin = turns[link]
-            world = np.atleast_2d(points) @ rotation.T + origin
-            return np.asarray(world[:, list(self._axes)])
-
+        seen = self._seen(q)
         outlines = [(_hull(seen(s.link, s.points)), s.colour) for s in self._shapes]
-        sticks = [(seen(link, points), self._colours.get(link, PLAIN))
-                  for link, points in self._lines]
         hinges = [seen(child, np.zeros(3))[0] for child in self._hinged]
         centres = np.array([seen(c.link, np.array([c.x, 0.0, c.z]))[0]
                             for c in self.robot.contacts]).reshape(-1, 2)
         radii = np.array([c.radius for c in self.robot.contacts])
         touching = centres @ self._up - radii < TOUCHING
         touched = (centres - np.multiply.outer(radii, self._up))[touching]
-        return Pose(outlines, sticks, np.array(hinges).reshape(-1, 2), touching, touched)
+        return Pose(outlines, self.sticks(q), np.array(hinges).reshape(-1, 2), touching, touched)
+
+    def sticks(self, q: np.ndarray) -> list[tuple[np.ndarray, str]]:
+        """The lines of the figure alone, (N, 2) and colour."""
+        seen = self._seen(q)
+        return [(seen(link, points), self._colours.get(link, PLAIN))
+                for link, points in self._lines]
+
+    def _seen(self, q: np.ndarray) -> Callable[[str, np.ndarray], np.ndarray]:
+        """From points of a link (N, 3) to the plane of view (N, 2), at joint angles q."""
+        turns = {name: (np.array(f.rotation, float).reshape(3, 3), np.array(f.origin, float))
+                 for name, f in self._tree.frames(q).items()}
+
+        def seen(link: str, points: np.ndarray) -> np.ndarray:
+            rotation, origin = turns[link]
+            world = np.atleast_2d(points) @ rotation.T + origin
+            return np.asarray(world[:, list(self._axes)])
+
+        return seen
 
 
 def _lines(robot: Robot) -> list[tuple[str, np.ndarray]]:

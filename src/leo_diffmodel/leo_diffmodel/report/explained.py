@@ -19,6 +19,7 @@ from leo_diffmodel.report.sections import (
     horizon,
     hypotheses,
     missing,
+    moving,
     origin,
     unknown,
     untested,
@@ -62,6 +63,8 @@ def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list
     return [
         budget.explained(errors),
         where.section(places_of(curves.measured, curves.model), curves.model, recordings, worst),
+        *(moving.section(s, curves.model.robot, where.title(s, curves.model, recordings))
+          for s in worst[:1]),
         missing.section(curves.measured, curves.model.robot, curves.candidates),
         hypotheses.section(
             explanation.effects,

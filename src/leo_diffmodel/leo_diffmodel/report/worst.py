@@ -32,6 +32,8 @@ class Stretch:
         measured: angle of that joint, shape (K+1,).
         predicted: the same by each model, shape (M, K+1).
         band: standard deviation from noise alone about the last model, shape (K+1,).
+        motion: angles of all joints as measured, then as each model predicts them, shape
+            (1 + M, K+1, J).
     """
 
     bag: int
@@ -40,6 +42,7 @@ class Stretch:
     measured: Array
     predicted: Array
     band: Array
+    motion: Array
 
 
 def stretches(predictions: Sequence[Prediction]) -> list[Stretch]:
@@ -94,7 +97,7 @@ def _apart(prediction: Prediction, order: Array) -> list[int]:
 
 def _stretch(predictions: Sequence[Prediction], w: int, joint: int) -> Stretch:
     windows, last = predictions[0].windows, predictions[-1]
-    count = _samples(last)
+    count, joints = _samples(last), windows.q.shape[-1]
     elapsed = np.concatenate([[0.0], np.cumsum(windows.dt[w])])[:count]
     return Stretch(
         bag=int(windows.source[w]),
@@ -103,4 +106,7 @@ def _stretch(predictions: Sequence[Prediction], w: int, joint: int) -> Stretch:
         measured=windows.q[w, :count, joint],
         predicted=np.stack([p.predicted[w, :count, joint] for p in predictions]),
         band=np.sqrt(last.floor[w, :count, joint]),
+        motion=np.stack(
+            [windows.q[w, :count], *(p.predicted[w, :count, :joints] for p in predictions)]
+        ),
     )

@@ -29,8 +29,8 @@ NAMES = ('walk', 'real', 'table3', 'table6', 'literal', 'ablation', 'rows', 'all
 
 FIGURES = {
     **dict.fromkeys(('fig7', 'fig8'), 'table3'),
-    **dict.fromkeys(('fig13', 'fig14', 'fig15'), 'table7'),
-    **dict.fromkeys(('fig16', 'fig17', 'fig18'), 'table6'),
+    **dict.fromkeys(('fig12', 'fig13', 'fig14', 'fig15'), 'table7'),
+    **dict.fromkeys(('fig16', 'fig17', 'fig18', 'fig19'), 'table6'),
 }
 """The thesis' figures by the experiment whose page has them."""
 

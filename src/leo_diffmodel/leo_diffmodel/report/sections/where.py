@@ -52,7 +52,7 @@ def section(
         'worst': [_worst(r, names) for r in worst_places(places.rows)[:WORST]],
         'against': [_against(*found) for found in against_motion(places.rows)],
         'events': [_event(e, names) for e in places.events[:MOST_EVENTS]],
-        'stretches': [_title(s, model, names) for s in worst],
+        'stretches': [title(s, model, recordings) for s in worst],
         'legend': _legend(worst),
     }
     return Section('where.html', values, tuple(_figure(s, model) for s in worst))
@@ -166,7 +166,9 @@ def _event(event: Row, bags: list[str]) -> str:
     return f'{event["joint"]} {torque(event["torque_nm"], of=event["torque_unit"])} at {when}'
 
 
-def _title(stretch: Stretch, model: Model, bags: list[str]) -> str:
+def title(stretch: Stretch, model: Model, recordings: Sequence[Recording]) -> str:
+    """A window by its bag, its time and the joint that is off most."""
+    bags = numbered(recordings)
     where = f'{bags[stretch.bag]} ' if len(bags) > 1 else ''
     joint = model.robot.joint_names[stretch.joint]
     return f'{where}{stretch.time[0]:.2f} … {stretch.time[-1]:.2f} s, {joint}'
