@@ -16,7 +16,9 @@ from leo_sim.model import Model
 Array = np.ndarray
 ENOUGH_NATS = 0.05
 FAR_NATS = 100.0
-FOOTED, FOOTED_NATS, FOOTED_SCALES = 8, 0.5, (1.0, 0.3, 0.1)
+FOOTED_NATS, FOOTED_SCALES = 0.5, (1.0, 0.3, 0.1)
+OUT_OF_LINE = 2.0
+"""Times the median loss: a window on the ground that is worse does not move the parameters."""
 PATIENCE = 3
 """Up to this many times the iterations, as long as the last step saved FAR_NATS or more."""
 
@@ -101,7 +103,7 @@ def fit(
         start = settle(problem, hypothesis, theta, problem.windows.measured[:, 0], rounds=6)
     best = _evaluate(problem, hypothesis, theta, start)
     if problem.footing:
-        return _finish(problem, _footed(problem, hypothesis, best))
+        return _finish(problem, _footed(problem, hypothesis, best, iterations))
     scale, last = 1.0, 0.0
     for number in range(PATIENCE * iterations):
         if number >= iterations and last < FAR_NATS:
@@ -137,7 +139,9 @@ def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
     )
 
 
-def _footed(problem: Problem, hypothesis: Hypothesis, best: _Point) -> _Point:
+def _footed(
+    problem: Problem, hypothesis: Hypothesis, best: _Point, iterations: int
+) -> _Point:
     """The same where the answer of the starts is known, that of another hypothesis.
 
     It is not quite that of this one, so a point is judged by its true loss once the starts have
@@ -146,26 +150,55 @@ def _footed(problem: Problem, hypothesis: Hypothesis, best: _Point) -> _Point:
     if not hypothesis.size:
         return best
     best = _walked(problem, hypothesis, best.theta, best.start)
-    for _ in range(FOOTED):
-        step, before = _step(problem, best), best.merit
-        for scale in FOOTED_SCALES:
-            theta = np.clip(best.theta + scale * step.theta, hypothesis.low, hypothesis.high)
-            start = best.start + step.start + step.gain @ (theta - best.theta)
-            trial = _walked(problem, hypothesis, theta, start)
-            if trial.merit < best.merit:
-                best = trial
-                break
-        if before - best.merit < FOOTED_NATS:
+    for _ in range(iterations):
+        best, gained = _stepped(problem, hypothesis, best)
+        if gained < FOOTED_NATS:
             break
     return best
 
 
+def _stepped(
+    problem: Problem, hypothesis: Hypothesis, best: _Point
+) -> tuple[_Point, float]:
+    """The first shorter and shorter step that lowers the true loss, and by how much [nats].
+
+    A window far worse than most has a contact that settles otherwise than the robot's; it has no
+    say in where to go.
+    """
+    loss = shooting.huber(best.linear.residual)
+    most, step = _in_line(problem, loss), _sound_step(problem, best)
+    for scale in FOOTED_SCALES:
+        theta = hypothesis.bounded(best.theta + scale * step.theta)
+        start = best.start + step.start + step.gain @ (theta - best.theta)
+        trial = _walked(problem, hypothesis, theta, start)
+        saved = np.minimum(loss, most) - np.minimum(shooting.huber(trial.linear.residual), most)
+        if (gained := float(saved[problem.train].sum())) > 0:
+            return trial, gained
+    return best, 0.0
+
+
+def moved(problem: Problem, fitted: Fit, scale: float) -> Fit:
+    """The fit a Gauss-Newton step further, or a part of one; not fitted yet."""
+    point = _evaluate(problem, fitted.hypothesis, fitted.theta, fitted.start)
+    step = _sound_step(problem, point)
+    theta = fitted.hypothesis.bounded(fitted.theta + scale * step.theta)
+    start = fitted.start + step.start + step.gain @ (theta - fitted.theta)
+    return replace(fitted, theta=theta, start=start)
+
+
+def _in_line(problem: Problem, loss: Array) -> float:
+    return OUT_OF_LINE * float(np.median(loss[problem.train]))
+
+
+def _sound_step(problem: Problem, point: _Point) -> _Step:
+    loss = shooting.huber(point.linear.residual)
+    return _step(problem, point, problem.train & (loss < _in_line(problem, loss)))
+
+
 def _walked(problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array) -> _Point:
-    """The point where the starts have settled; its merit is its true loss."""
+    """The point where the starts have settled."""
     start = settle(problem, hypothesis, theta, start, rounds=2)
-    point = _evaluate(problem, hypothesis, theta, start)
-    merit = float(shooting.huber(point.linear.residual[problem.train]).sum())
-    return replace(point, merit=merit)
+    return _evaluate(problem, hypothesis, theta, start)
 
 
 @dataclass(frozen=True)
@@ -198,13 +231,15 @@ def _evaluate(problem: Problem, hypothesis: Hypothesis, theta: Array, start: Arr
     return _Point(hypothesis, theta, start, linear, rest, merit)
 
 
-def _step(problem: Problem, point: _Point) -> _Step:
+def _step(problem: Problem, point: _Point, chosen: Array | None = None) -> _Step:
+    """The next step; parameters by the training windows, or those `chosen` (W,)."""
+    chosen = problem.train if chosen is None else chosen
     weight = shooting.robust_weight(point.rest)
     residual, by_theta, start, gain = shooting.eliminate(point.linear, weight)
     step = np.zeros(len(point.theta))
     if len(step):
-        columns = by_theta[problem.train]
-        slope = np.einsum('wnp,wn->p', columns, residual[problem.train])
+        columns = by_theta[chosen]
+        slope = np.einsum('wnp,wn->p', columns, residual[chosen])
         step = _bounded_step(_gram(columns), slope, point)
     return _Step(step, -start, -gain)
 

@@ -13,7 +13,7 @@ from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import helper
 from leo_diffmodel.explain.contest import contest
-from leo_diffmodel.explain.fit import Fit, fit, Problem, settled_as
+from leo_diffmodel.explain.fit import Fit, fit, moved, Problem, settled_as
 from leo_diffmodel.explain.ground_scan import GroundScanner
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.pose import Posed, quieter, resettled
@@ -25,7 +25,7 @@ from leo_diffmodel.explain.threshold import threshold
 Array = np.ndarray
 REFINED = 8
 MOST_ON_FOOTING, WORTH = 6, 0.3
-MOST_FOOTINGS, GAINED = 6, 3.0
+MOST_FOOTINGS, GAINED = 6, 2.0
 WINDOW_NATS = 6.0
 """Most that one window on the ground may say: a contact there may flip either way."""
 LISTENED = 3
@@ -140,13 +140,25 @@ def on_footing(
 
 
 def _converged(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
-    """The footing of a hypothesis, and its fit, each found with the other while that helps."""
-    for _ in range(MOST_FOOTINGS):
-        posed, before = resettled(posed, best), best
-        best = fit(posed.problem, best.hypothesis, best.theta)
-        if gain(before, best, posed.problem.train, WINDOW_NATS) < GAINED:
+    """A hypothesis fitted with the starts settled anew at every step, and the footing there."""
+    posed, best = _footed(posed, best)
+    scale = 1.0
+    for _ in range(MOST_FOOTINGS if best.hypothesis.size else 0):
+        trial_posed, trial = _footed(posed, moved(posed.problem, best, scale))
+        gained = gain(best, trial, posed.problem.train, WINDOW_NATS)
+        if gained <= 0:
+            scale *= 0.3
+            continue
+        posed, best, scale = trial_posed, trial, min(1.0, 3 * scale)
+        if gained < GAINED:
             break
     return posed, best
+
+
+def _footed(posed: Posed, point: Fit) -> tuple[Posed, Fit]:
+    """The footing at some values, and the hypothesis there."""
+    posed = resettled(posed, point)
+    return posed, fit(posed.problem, point.hypothesis, point.theta, iterations=0)
 
 
 def _ranking(
