@@ -74,6 +74,11 @@ class Fit:
     loss: Array
     residual: Array
 
+    def take(self, index: Array) -> Fit:
+        """The fit as it is on some of its windows."""
+        return replace(self, start=self.start[index], loss=self.loss[index],
+                       residual=self.residual[index])  # fmt: skip
+
     def ci95(self, index: int) -> tuple[float, float]:
         """95 % confidence interval of parameter `index`, within its bounds."""
         half = 1.96 * float(np.sqrt(max(self.covariance[index, index], 0.0)))

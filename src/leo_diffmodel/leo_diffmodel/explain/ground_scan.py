@@ -8,7 +8,7 @@ round to round, since it does much the same beside another effect.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -58,9 +58,7 @@ class GroundScanner(Scanner):
         some = train[np.linspace(0, len(train) - 1, min(MOST_WINDOWS, len(train))).astype(int)]
         self._share = len(some) / len(train)
         self._kept = problem.footing.traces if problem.footing else {}
-        part = replace(null, start=null.start[some], loss=null.loss[some],
-                       residual=null.residual[some])  # fmt: skip
-        super().__init__(problem.take(some), part, scales)
+        super().__init__(problem.take(some), null.take(some), scales)
 
     def scan(self, candidate: Candidate) -> Scan:
         """The best amplitudes: by least squares where the law is linear, else of a grid."""

@@ -47,6 +47,10 @@ class Posed:
     longer: Problem | None
     blocks: Blocks
 
+    def take(self, index: Array) -> Posed:
+        """The problem on some of its short windows."""
+        return replace(self, problem=self.problem.take(index))
+
 
 def pose(recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model) -> Posed:
     """Cut the data, read its noise, and split training from held-out blocks.

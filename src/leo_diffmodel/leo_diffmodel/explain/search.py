@@ -24,7 +24,10 @@ from leo_diffmodel.explain.threshold import threshold
 
 Array = np.ndarray
 REFINED = 8
-MOST_ON_FOOTING, WORTH = 6, 0.3
+MOST_ON_FOOTING, WORTH = 8, 0.2
+KNOCK_OUT, KNOCK_OUT_WINDOWS = (4, 2), 50
+"""How many go on after each step, and in how many windows."""
+STRIDES = (1.0, 0.3)
 MOST_FOOTINGS, GAINED = 6, 2.0
 WINDOW_NATS = 6.0
 """Most that one window on the ground may say: a contact there may flip either way."""
@@ -118,25 +121,41 @@ def on_footing(
     candidates: Sequence[Candidate],
     progress: Callable[[str], None] = lambda _: None,
 ) -> Round:
-    """A round on the ground: fits where the scan promises much, and again where the best stands.
+    """A round on the ground, where a fit is dear: a knock-out of what the scan promises most.
 
-    A fit is dear there, and the answer of the starts is that of the model without the effect;
-    where one is supported its own answer is found, and all that came near are fitted with it.
+    Each has its own footing from the first step on; that of the model without it favours small
+    effects. Those ahead after a step in some windows go on; the last are fitted in all.
     """
     worth = [s for s in scans[:MOST_ON_FOOTING] if s.gain > WORTH * limit] or scans[:1]
-    fits = _refitted(posed.problem, null, worth, progress)
-    found = _ranking(posed, null, scans, fits, limit, candidates)
-    if found.best is None or found.best.fit is None:
-        return found
-    posed, best = _converged(posed, found.best.fit)
-    null = fit(posed.problem, null.hypothesis, null.theta)
-    others = [
-        replace(s, theta=f.theta) for s, f in zip(worth, fits, strict=True)
-        if f is not found.best.fit
-    ]
-    again = iter(_refitted(posed.problem, null, others, progress))
-    fits = [best if f is found.best.fit else next(again) for f in fits]
-    return _ranking(posed, null, scans, fits, limit, candidates)
+    some = np.flatnonzero(posed.problem.train)
+    some = some[np.linspace(0, len(some) - 1, min(KNOCK_OUT_WINDOWS, len(some))).astype(int)]
+    part, there = posed.take(some), null.take(some)
+    field = [(s, *_footed(part, _with(there, s))) for s in worth]
+    for left in KNOCK_OUT:
+        field = [(s, *_advanced(at, fitted)) for s, at, fitted in field]
+        field.sort(key=lambda entry: -gain(there, entry[2], part.problem.train, WINDOW_NATS))
+        field = field[:left]
+        progress(field[0][0].candidate.label)
+    last = [_converged(posed, _with(null, replace(s, theta=f.theta))) for s, _, f in field]
+    first = [s for s, *_ in field]
+    rest = [s for s in scans if not any(s is f for f in first)]
+    best = max(last, key=lambda found: gain(null, found[1], posed.problem.train, WINDOW_NATS))
+    return _ranking(best[0], null, [*first, *rest], [f for _, f in last], limit, candidates)
+
+
+def _with(null: Fit, scan: Scan) -> Fit:
+    """The candidate of a scan beside the others, at its values; not fitted."""
+    hypothesis = null.hypothesis.with_candidate(scan.candidate)
+    return replace(null, hypothesis=hypothesis, theta=hypothesis.bounded(scan.theta))
+
+
+def _advanced(posed: Posed, fitted: Fit) -> tuple[Posed, Fit]:
+    """A step further, or a shorter one, where that is better."""
+    for scale in STRIDES:
+        trial_posed, trial = _footed(posed, moved(posed.problem, fitted, scale))
+        if gain(fitted, trial, posed.problem.train, WINDOW_NATS) > 0:
+            return trial_posed, trial
+    return posed, fitted
 
 
 def _converged(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
