@@ -27,6 +27,8 @@ from leo_sim.effects import Parameter
 
 Array = np.ndarray
 MOST_WINDOWS = 40
+WINDOW_NATS = 30.0
+"""Most that one window may say: a contact that flips says thousands for the wrong reason."""
 FARTHEST = 30.0
 RIDGE = 1e-6
 BETWEEN = 2.2
@@ -146,7 +148,7 @@ class GroundScanner(Scanner):
             moved = neutral[list(amplitude)] + step * stretch
             moved = np.clip(moved, low[list(amplitude)], high[list(amplitude)])
             stretch = (moved - neutral[list(amplitude)]) / step
-            gain = float(stretch @ slope - 0.5 * stretch @ gram @ stretch)
+            gain = float(self._saved(stretch @ rows))
             if gain > best:
                 best, theta = gain, base
                 theta[list(amplitude)] = moved
@@ -160,10 +162,18 @@ class GroundScanner(Scanner):
         along = change @ self.residual
         low, high = stretch_limits(candidate)
         stretch = np.clip(along / length2, min(low, 1 / BETWEEN), max(high, BETWEEN))
-        gains = stretch * along - 0.5 * stretch**2 * length2
+        gains = self._saved(stretch[:, None] * change)
         best = int(np.argmax(gains))
         theta = self._stretched(candidate, points[best], float(stretch[best]))
         return theta, float(gains[best]), *_units(change)
+
+
+    def _saved(self, change: Array) -> Array:
+        """Nats saved by changes (..., M) of the residual, in no window more than it is worth."""
+        each = self.residual * change - 0.5 * change**2
+        windows = len(self._null.start)
+        each = each.reshape(*each.shape[:-1], windows, -1).sum(axis=-1)
+        return np.clip(each, -WINDOW_NATS, WINDOW_NATS).sum(axis=-1)
 
 
 def is_straight(candidate: Candidate) -> bool:
