@@ -16,9 +16,10 @@ from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.pose import pose, Posed, standing
+from leo_diffmodel.explain.ranking import Round
 from leo_diffmodel.explain.review import Explore, review, Reviewed
 from leo_diffmodel.explain.scan import Scales
-from leo_diffmodel.explain.search import explore, Round
+from leo_diffmodel.explain.search import explore
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 from leo_sim.robot import Constant

@@ -9,8 +9,8 @@ import numpy as np
 
 from leo_diffmodel.explain.classes import Facts, same_thing
 from leo_diffmodel.explain.fit import Fit
+from leo_diffmodel.explain.ranking import Round
 from leo_diffmodel.explain.scored import MARGIN_NATS, Scored
-from leo_diffmodel.explain.search import Round
 
 Array = np.ndarray
 RIVAL_NATS = 15.0

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import Posed
+from leo_diffmodel.explain.ranking import Round
 from leo_diffmodel.explain.scored import unexplained
-from leo_diffmodel.explain.search import Round
 from leo_diffmodel.explain.verdict import UNEXPLAINED_RATIO
 
 MOST_SWAPS = 4

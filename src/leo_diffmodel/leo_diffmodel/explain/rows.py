@@ -16,8 +16,8 @@ from leo_diffmodel.explain import evidence
 from leo_diffmodel.explain.classes import Facts
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit, fit
+from leo_diffmodel.explain.ranking import Round
 from leo_diffmodel.explain.scored import Scored
-from leo_diffmodel.explain.search import Round
 from leo_diffmodel.explain.verdict import Named
 from leo_sim.model import Model
 

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A round of the search on the ground: a knock-out, each contender on a footing of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from leo_diffmodel.explain.fit import Fit, fit, moved
+from leo_diffmodel.explain.hypothesis import Candidate
+from leo_diffmodel.explain.pose import Posed, resettled
+from leo_diffmodel.explain.ranking import gain, ranking, Round, WINDOW_NATS
+from leo_diffmodel.explain.scan import Scan
+
+MOST_CONTENDERS, WORTH = 8, 0.2
+KNOCK_OUT, KNOCK_OUT_WINDOWS = (4, 2), 40
+"""How many go on after each step, and in how many windows."""
+STRIDES = (1.0, 0.3)
+MOST_STEPS, ENOUGH_NATS = 6, 2.0
+
+
+def knock_out(
+    posed: Posed,
+    null: Fit,
+    scans: Sequence[Scan],
+    limit: float,
+    candidates: Sequence[Candidate],
+    progress: Callable[[str], None] = lambda _: None,
+) -> Round:
+    """A round on the ground, where a fit is dear: a knock-out of what the scan promises most.
+
+    Each has its own footing from the first step on; that of the model without it favours small
+    effects. Those ahead after a step in some windows go on; the last are fitted in all.
+    """
+    worth = [s for s in scans[:MOST_CONTENDERS] if s.gain > WORTH * limit] or scans[:1]
+    some = np.flatnonzero(posed.problem.train)
+    some = some[np.linspace(0, len(some) - 1, min(KNOCK_OUT_WINDOWS, len(some))).astype(int)]
+    part, there = posed.take(some), null.take(some)
+    field = [(s, *_footed(part, _with(there, s))) for s in worth]
+
+    def worth_of(entry: tuple[Scan, Posed, Fit]) -> float:
+        return gain(there, entry[2], part.problem.train, WINDOW_NATS)
+
+    for left in KNOCK_OUT:
+        field = [(s, *_advanced(at, fitted)) for s, at, fitted in field]
+        field = sorted(field, key=worth_of, reverse=True)
+        field = [e for e in field[:left] if worth_of(e) > 0] or field[:1]
+        progress(field[0][0].candidate.label)
+    hopeless = worth_of(field[0]) < WORTH * limit * len(some) / posed.problem.train.sum()
+    fitted = _footed if hopeless else converged
+    last = [fitted(posed, _with(null, replace(s, theta=f.theta))) for s, _, f in field]
+    first = [s for s, *_ in field]
+    rest = [s for s in scans if not any(s is f for f in first)]
+    best = max(last, key=lambda found: gain(null, found[1], posed.problem.train, WINDOW_NATS))
+    return ranking(best[0], null, [*first, *rest], [f for _, f in last], limit, candidates)
+
+
+def _with(null: Fit, scan: Scan) -> Fit:
+    """The candidate of a scan beside the others, at its values; not fitted."""
+    hypothesis = null.hypothesis.with_candidate(scan.candidate)
+    return replace(null, hypothesis=hypothesis, theta=hypothesis.bounded(scan.theta))
+
+
+def _advanced(posed: Posed, fitted: Fit) -> tuple[Posed, Fit]:
+    """A step further, or a shorter one, where that is better."""
+    for scale in STRIDES:
+        trial_posed, trial = _footed(posed, moved(posed.problem, fitted, scale))
+        if gain(fitted, trial, posed.problem.train, WINDOW_NATS) > 0:
+            return trial_posed, trial
+    return posed, fitted
+
+
+def converged(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
+    """A hypothesis fitted with the starts settled anew at every step, and the footing there."""
+    posed, best = _footed(posed, best)
+    scale = 1.0
+    for _ in range(MOST_STEPS if best.hypothesis.size else 0):
+        trial_posed, trial = _footed(posed, moved(posed.problem, best, scale))
+        gained = gain(best, trial, posed.problem.train, WINDOW_NATS)
+        if gained <= 0:
+            scale *= 0.3
+            continue
+        posed, best, scale = trial_posed, trial, min(1.0, 3 * scale)
+        if gained < ENOUGH_NATS:
+            break
+    return posed, best
+
+
+def _footed(posed: Posed, point: Fit) -> tuple[Posed, Fit]:
+    """The footing at some values, and the hypothesis there."""
+    posed = resettled(posed, point)
+    return posed, fit(posed.problem, point.hypothesis, point.theta, iterations=0)

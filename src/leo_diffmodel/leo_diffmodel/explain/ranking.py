@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The outcome of one step of the search: all candidates on top of one hypothesis, ranked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.explain.contest import contest
+from leo_diffmodel.explain.fit import Fit, Problem, settled_as
+from leo_diffmodel.explain.hypothesis import Candidate
+from leo_diffmodel.explain.pose import Posed
+from leo_diffmodel.explain.scan import Scan
+from leo_diffmodel.explain.scored import dispersion, MARGIN_NATS, Scored
+from leo_diffmodel.explain.shooting import robust_weight
+
+Array = np.ndarray
+EQUAL_NATS = 1.0
+WINDOW_NATS = 6.0
+"""Most that one window on the ground may say: a contact there may flip either way."""
+
+
+@dataclass(frozen=True)
+class Round:
+    """One step of the search: all candidates on top of one hypothesis.
+
+    Attributes:
+        null: the fit the candidates were added to.
+        scored: best first.
+        threshold: gain [nats] that noise alone can give.
+        posed: the problem with the noise used here.
+    """
+
+    null: Fit
+    scored: tuple[Scored, ...]
+    threshold: float
+    posed: Posed
+
+    def of(self, candidate: Candidate) -> Scored:
+        """A candidate of this round."""
+        return next(s for s in self.scored if s.candidate == candidate)
+
+    @property
+    def best(self) -> Scored | None:
+        """The best candidate that the data support, if any."""
+        if not self.scored or self.scored[0].fit is None:
+            return None
+        top = self.scored[0]
+        return top if top.total > self.threshold and top.confirmed else None
+
+
+def gain(null: Fit, other: Fit, chosen: Array, most: float = np.inf) -> float:
+    """Robust loss saved on the chosen windows [nats], at most so much on each."""
+    return float(np.clip(null.loss - other.loss, -most, most)[chosen].sum())
+
+
+def ranking(
+    posed: Posed,
+    null: Fit,
+    scans: Sequence[Scan],
+    leading: Sequence[Fit],
+    limit: float,
+    candidates: Sequence[Candidate],
+) -> Round:
+    """The round in which the first of the scans led to the fits `leading`."""
+    if posed.problem.footing:
+        for other in leading:
+            null = settled_as(posed.problem, null, other)
+    spread = min(dispersion(f) for f in leading)
+    pairs = zip(scans, leading, strict=False)
+    scored = [_score(posed.problem, null, s, f, spread) for s, f in pairs]
+    if max(s.total for s in scored) > limit:
+        scored = contest(posed.longer, scored)
+    out = [
+        Scored(s.candidate, None, s.gain, 0.0, s.evidence, dispersion=spread)
+        for s in scans[len(leading) :]
+    ]
+    return Round(null, (*_ranked(scored, candidates), *out), limit, posed)
+
+
+def _ranked(scored: Sequence[Scored], candidates: Sequence[Candidate]) -> list[Scored]:
+    """Best first by training score, those that held-out data refute behind the others.
+
+    What training cannot separate, held-out data may; of what nothing can, the first in the
+    catalogue leads.
+    """
+    ranked = sorted(scored, key=lambda s: (not s.confirmed, -s.score))
+    leader = ranked[0]
+    margin = MARGIN_NATS * leader.dispersion
+    tied = [
+        s
+        for s in ranked
+        if leader.score - s.score < MARGIN_NATS
+        and s.gain_held_out - leader.gain_held_out > margin
+    ]
+    equal = [
+        s
+        for s in ranked
+        if leader.score - s.score < EQUAL_NATS and s.confirmed == leader.confirmed
+    ]
+    first = min(equal, key=lambda s: candidates.index(s.candidate))
+    if tied:
+        first = max(tied, key=lambda s: s.gain_held_out)
+    return [first, *(s for s in ranked if s is not first)]
+
+
+def _score(problem: Problem, null: Fit, scan: Scan, fitted: Fit, spread: float) -> Scored:
+    held, train = ~problem.train, problem.train
+    most = WINDOW_NATS if problem.footing else np.inf
+    trained = gain(null, fitted, train, most)
+    weight = robust_weight(null.residual)
+    trace = (weight * (null.residual - fitted.residual) ** 2).sum(axis=-1)
+    return Scored(
+        scan.candidate,
+        fitted,
+        trained,
+        gain(null, fitted, held, most),
+        scan.evidence,
+        trained * float(trace[held].sum() / max(trace[train].sum(), 1e-12)),
+        spread,
+    )
