@@ -11,8 +11,9 @@ import numpy as np
 from leo_diffmodel.explain.fit import Fit, fit, moved
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import Posed, resettled
-from leo_diffmodel.explain.ranking import gain, ranking, Round, WINDOW_NATS
+from leo_diffmodel.explain.ranking import gain, ranking, Round
 from leo_diffmodel.explain.scan import Scan
+from leo_diffmodel.explain.scored import dispersion
 
 MOST_CONTENDERS, WORTH = 8, 0.2
 KNOCK_OUT, KNOCK_OUT_WINDOWS = (4, 2), 40
@@ -40,20 +41,20 @@ def knock_out(
     part, there = posed.take(some), null.take(some)
     field = [(s, *_footed(part, _with(there, s))) for s in worth]
 
-    def worth_of(entry: tuple[Scan, Posed, Fit]) -> float:
-        return gain(there, entry[2], part.problem.train, WINDOW_NATS)
-
     for left in KNOCK_OUT:
         field = [(s, *_advanced(at, fitted)) for s, at, fitted in field]
-        field = sorted(field, key=worth_of, reverse=True)
-        field = [e for e in field[:left] if worth_of(e) > 0] or field[:1]
+        spread = min(dispersion(fitted) for _, _, fitted in field)
+        gains = [gain(there, fitted, part.problem.train, spread) for _, _, fitted in field]
+        order = np.argsort(gains)[::-1]
+        field = [field[i] for i in order[:left] if gains[i] > 0 or i == order[0]]
         progress(field[0][0].candidate.label)
-    hopeless = worth_of(field[0]) < WORTH * limit * len(some) / posed.problem.train.sum()
+    share = len(some) / posed.problem.train.sum()
+    hopeless = max(gains) / spread < WORTH * limit * share
     fitted = _footed if hopeless else converged
     last = [fitted(posed, _with(null, replace(s, theta=f.theta))) for s, _, f in field]
     first = [s for s, *_ in field]
     rest = [s for s in scans if not any(s is f for f in first)]
-    best = max(last, key=lambda found: gain(null, found[1], posed.problem.train, WINDOW_NATS))
+    best = min(last, key=lambda found: float(found[1].loss[posed.problem.train].sum()))
     return ranking(best[0], null, [*first, *rest], [f for _, f in last], limit, candidates)
 
 
@@ -67,7 +68,7 @@ def _advanced(posed: Posed, fitted: Fit) -> tuple[Posed, Fit]:
     """A step further, or a shorter one, where that is better."""
     for scale in STRIDES:
         trial_posed, trial = _footed(posed, moved(posed.problem, fitted, scale))
-        if gain(fitted, trial, posed.problem.train, WINDOW_NATS) > 0:
+        if gain(fitted, trial, posed.problem.train, dispersion(trial)) > 0:
             return trial_posed, trial
     return posed, fitted
 
@@ -78,7 +79,7 @@ def converged(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
     scale = 1.0
     for _ in range(MOST_STEPS if best.hypothesis.size else 0):
         trial_posed, trial = _footed(posed, moved(posed.problem, best, scale))
-        gained = gain(best, trial, posed.problem.train, WINDOW_NATS)
+        gained = gain(best, trial, posed.problem.train, dispersion(trial))
         if gained <= 0:
             scale *= 0.3
             continue

@@ -23,8 +23,8 @@ Array = np.ndarray
 SEARCH_SECONDS = 0.3
 LONGER_SECONDS = (1.0, 0.8, 0.6, 0.45)
 LEAST_SAMPLES = 8
-GROUND_SAMPLES = 10
-"""Of a window on the ground: contacts begin and end in longer ones."""
+GROUND_SECONDS, GROUND_SAMPLES = 0.1, 4
+"""Of a window on the ground: contacts begin and end in longer ones; and its fewest samples."""
 MOST_WINDOWS = 400
 FEWEST_WINDOWS = 16
 MOST_SPREAD = 0.12
@@ -65,7 +65,7 @@ def pose(recordings: Sequence[Recording], hold_out: Sequence[Recording], model: 
     blocks = make_blocks(recordings, hold_out)
     seconds = max(SEARCH_SECONDS, LEAST_SAMPLES * sample_period(everything))
     if model.robot.contacts:
-        seconds = GROUND_SAMPLES * sample_period(everything)
+        seconds = max(GROUND_SECONDS, GROUND_SAMPLES * sample_period(everything))
     problem = _problem(model, cut(everything, seconds, history=noise.HISTORY), sigma, blocks)
     model = stepped(model, problem.windows, sigma)
     problem = replace(problem, base=model)

@@ -19,7 +19,7 @@ from leo_diffmodel.explain.shooting import robust_weight
 Array = np.ndarray
 EQUAL_NATS = 1.0
 WINDOW_NATS = 6.0
-"""Most that one window on the ground may say: a contact there may flip either way."""
+"""Most that one window on the ground may say, for a dispersion of 1: a contact there may flip."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,16 @@ class Round:
         return top if top.total > self.threshold and top.confirmed else None
 
 
-def gain(null: Fit, other: Fit, chosen: Array, most: float = np.inf) -> float:
-    """Robust loss saved on the chosen windows [nats], at most so much on each."""
+def gain(null: Fit, other: Fit, chosen: Array, spread: float = np.inf) -> float:
+    """Robust loss saved on the chosen windows [nats].
+
+    Args:
+        null: the fit it is saved from.
+        other: the fit that saves it.
+        chosen: windows, shape (W,).
+        spread: dispersion of the residuals, which limits what a window may say on the ground.
+    """
+    most = WINDOW_NATS * spread
     return float(np.clip(null.loss - other.loss, -most, most)[chosen].sum())
 
 
@@ -108,7 +116,7 @@ def _ranked(scored: Sequence[Scored], candidates: Sequence[Candidate]) -> list[S
 
 def _score(problem: Problem, null: Fit, scan: Scan, fitted: Fit, spread: float) -> Scored:
     held, train = ~problem.train, problem.train
-    most = WINDOW_NATS if problem.footing else np.inf
+    most = spread if problem.footing else np.inf
     trained = gain(null, fitted, train, most)
     weight = robust_weight(null.residual)
     trace = (weight * (null.residual - fitted.residual) ** 2).sum(axis=-1)
