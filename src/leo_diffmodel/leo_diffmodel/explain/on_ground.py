@@ -36,26 +36,31 @@ def knock_out(
     effects. Those ahead after a step in some windows go on; the last are fitted in all.
     """
     worth = [s for s in scans[:MOST_CONTENDERS] if s.gain > WORTH * limit] or scans[:1]
-    some = np.flatnonzero(posed.problem.train)
-    some = some[np.linspace(0, len(some) - 1, min(KNOCK_OUT_WINDOWS, len(some))).astype(int)]
-    part, there = posed.take(some), null.take(some)
-    field = [(s, *_footed(part, _with(there, s))) for s in worth]
-
-    for left in KNOCK_OUT:
-        field = [(s, *_advanced(at, fitted)) for s, at, fitted in field]
-        spread = min(dispersion(fitted) for _, _, fitted in field)
-        gains = [gain(there, fitted, part.problem.train, spread) for _, _, fitted in field]
-        order = np.argsort(gains)[::-1]
-        field = [field[i] for i in order[:left] if gains[i] > 0 or i == order[0]]
-        progress(field[0][0].candidate.label)
-    share = len(some) / posed.problem.train.sum()
-    hopeless = max(gains) / spread < WORTH * limit * share
-    fitted = _footed if hopeless else converged
+    train = np.flatnonzero(posed.problem.train)
+    count = min(KNOCK_OUT_WINDOWS, len(train))
+    some = train[np.linspace(0, len(train) - 1, count).astype(int)]
+    field, nats = _played(posed.take(some), null.take(some), worth, progress)
+    fitted = converged if nats * len(train) / count > WORTH * limit else _footed
     last = [fitted(posed, _with(null, replace(s, theta=f.theta))) for s, _, f in field]
     first = [s for s, *_ in field]
     rest = [s for s in scans if not any(s is f for f in first)]
     best = min(last, key=lambda found: float(found[1].loss[posed.problem.train].sum()))
     return ranking(best[0], null, [*first, *rest], [f for _, f in last], limit, candidates)
+
+
+def _played(
+    posed: Posed, null: Fit, scans: Sequence[Scan], progress: Callable[[str], None]
+) -> tuple[list[tuple[Scan, Posed, Fit]], float]:
+    """The last contenders, best first, and what the best of them gains [nats]."""
+    field = [(s, *_footed(posed, _with(null, s))) for s in scans]
+    for left in KNOCK_OUT:
+        field = [(s, *_advanced(at, fitted)) for s, at, fitted in field]
+        spread = min(dispersion(fitted) for _, _, fitted in field)
+        gains = [gain(null, fitted, posed.problem.train, spread) for _, _, fitted in field]
+        order = np.argsort(gains)[::-1]
+        field = [field[i] for i in order[:left] if gains[i] > 0 or i == order[0]]
+        progress(field[0][0].candidate.label)
+    return field, max(gains) / spread
 
 
 def _with(null: Fit, scan: Scan) -> Fit:
