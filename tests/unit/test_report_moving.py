@@ -30,7 +30,7 @@ def test_every_model_is_a_figure_that_moves(name, models, names):
     film = json.loads(found.values['film'])
     assert [entry for entry, _ in found.values['legend']] == names
     assert film['times'][0] == 0.0 and film['times'][-1] == 1.0
-    frames = [f['frames'] for f in film['films']]
+    frames = film['films']
     assert len(frames) == 1 + models and all(len(f) == 21 for f in frames)
     assert frames[0][0] != frames[0][10] and frames[0][0] != frames[1][0]
     assert (found.values['ground'] is None) == (name == 'double_pendulum')
@@ -42,7 +42,7 @@ def test_a_model_that_runs_away_stays_in_finite_numbers():
     far.motion[1, 5:] = 1e12
     far.motion[1, 9] = np.nan
     (_, run) = json.loads(moving.section(far, robot, 'far').values['film'])['films']
-    assert not any('nan' in frame or 'inf' in frame for frame in run['frames'])
+    assert not any('nan' in frame or 'inf' in frame for frame in run)
 
 
 def test_the_page_escapes_the_title_and_needs_no_network(tmp_path):

@@ -127,7 +127,7 @@ def settled(contact: Contact, factor: Factor, dq: Any, motor: Any) -> tuple[Any,
               contact.dq]
     moved = [dq, 0.0 if motor is None else motor]
     shape = common(*(np.shape(f)[:-1] for f in (*fields, *moved, contact.h)),
-                                factor.inverse.shape[:-2])
+                   factor.inverse.shape[:-2])
     rates, speeds = (rows(m, shape, size, True).copy() for m in moved)
     _sweep(rates, speeds, rows(factor.inverse, shape, (size, size)), rows(contact.h, shape, 1),
            *(rows(f, shape, size) for f in fields))

@@ -32,7 +32,7 @@ class Problem:
         windows: the data, training and held-out.
         sigma: noise of each recording and channel (angles, then rates), shape (R, 2J).
         train: which windows a fit may see, shape (W,).
-        footing: what the start states do, where it is known; see `footing`.
+        footing: of a robot on the ground, the settled start states and what they do.
     """
 
     base: Model

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A robot on the ground: its windows settled once, with what every hypothesis then shares.
+"""A robot on the ground: its windows settled on one hypothesis, with their answer to the starts.
 
-Contact makes a window's answer to its start state dear (a foot bends it, so it is asked again
-until it settles) and the answer is much the same for all hypotheses. It is found once, for the
-model as given; fits then move parameters only and take the starts along by it.
+Contact makes a window's answer to its start state dear: a foot bends it, so it is asked again
+until it settles. It is found for a hypothesis at some values; what is fitted from there moves
+the parameters and takes the starts along by it.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ FEWEST = 12
 
 @dataclass(frozen=True)
 class Footing:
-    """What all hypotheses share on the ground.
+    """The settled windows of one hypothesis.
 
     Attributes:
-        start: settled start states of the model as given, shape (W, 2J).
+        start: start states that fit them best, shape (W, 2J).
         by_start: sensitivity of the sensed states to them, shape (W, K+1, 2J, 2J).
         traces: what scans found out about the candidates, kept from round to round.
     """

@@ -32,7 +32,7 @@ class Flat(Stateless, Planar):
         """See `Free`; here all at once."""
         size, h = q.shape[-1], np.asarray(h)
         shape = common(self._shape(q, dq), diagonal.shape[:-1], driving.shape[:-1],
-                                    held.shape[:-1], h.shape[:-1])
+                       held.shape[:-1], h.shape[:-1])
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
         given = rows(diagonal, shape, size), rows(driving, shape, size), rows(held, shape, size)
         mass = np.empty((math.prod(shape), size, size))

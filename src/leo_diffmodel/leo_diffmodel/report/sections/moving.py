@@ -43,10 +43,7 @@ def section(stretch: Stretch, robot: Robot, title: str) -> Section:
     sticks = [[_lines(stick, q) for q in motion[chosen]] for motion in stretch.motion]
     low, high = _frame(sticks[0])
     legend = FIGURES[:1] + ((('the model', FIGURES[1][1]),) if len(sticks) == 2 else FIGURES[1:])
-    films = [
-        {'colour': stroke.colour, 'frames': [_path(lines, low, high) for lines in frames]}
-        for (_, stroke), frames in zip(legend, sticks, strict=True)
-    ]
+    films = [[_path(lines, low, high) for lines in frames] for frames in sticks]
     seconds = stretch.time[chosen] - stretch.time[0]
     width = float(0.008 * max(high - low))
     values: dict[str, Any] = {
