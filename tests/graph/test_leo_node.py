@@ -3,10 +3,10 @@
 
 import signal
 import subprocess
-import time
 
 import numpy as np
 import pytest
+from tests import live_bag
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_learner.env import ModelEnv
@@ -85,8 +85,11 @@ def test_a_recording_of_a_held_robot_says_so_and_holds_it(env, spawn, tmp_path):
         others = env.node.count_subscribers(f'/{topics.EPISODE.name}') - own
         return others > 0 and env.node.count_subscribers('/dynamic_joint_states') > 0
 
+    bag = tmp_path / 'bag'
     assert api.spin_until(env.node, recorded, 60.0)
-    time.sleep(1.0)  # the robot hears of the recorder a little later than this node
+    while not live_bag.states(bag):  # the robot hears of the recorder later than this node
+        env.reset()
+        env.step(VOLTS[0])
     env.reset()
     for volts in VOLTS:
         env.step(volts)
@@ -96,10 +99,15 @@ def test_a_recording_of_a_held_robot_says_so_and_holds_it(env, spawn, tmp_path):
     assert call(env, topics.TORQUE, False)
     for volts in VOLTS[:3]:
         env.step(volts)
-    time.sleep(4.5)
+
+    def complete() -> bool:
+        so_far = read_bag(bag, LEO)
+        return 'held' in so_far.metadata and not so_far.episodes[-1].enabled[-3:].any()
+
+    assert api.spin_until(env.node, complete, 60.0)
     recorder.send_signal(signal.SIGINT)
     assert recorder.wait(60.0) in (0, 130)
-    recording = read_bag(tmp_path / 'bag', LEO)
+    recording = read_bag(bag, LEO)
     assert recording.joints == LEO.joint_names
     assert len(recording.actuators) == 6
     assert recording.metadata['held'] == 'true'
