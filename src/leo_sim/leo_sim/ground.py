@@ -69,7 +69,7 @@ def _each(contacts: Sequence[Contact], name: str, of_ground: Any) -> Any:
     return np.stack(np.broadcast_arrays(*(np.asarray(f, dtype=float) for f in figures)), axis=-1)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model='numpy', nogil=True)
 def _over(tree: Any, links: Any, places: Any, slope: Any, q: Any, dq: Any, height: Any, bend: Any,
           normal: Any, tangent: Any) -> Any:
     """Fill height (N, P), bend (N, P, 2) and Jacobians (N, P, J) for states (N, J)."""

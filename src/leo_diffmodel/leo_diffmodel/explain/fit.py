@@ -19,6 +19,8 @@ FAR_NATS = 100.0
 FOOTED_NATS, FOOTED_SCALES = 0.5, (1.0, 0.3, 0.1)
 OUT_OF_LINE = 2.0
 """Times the median loss: a window on the ground that is worse does not move the parameters."""
+LOUDEST, LOUD = 0.9, 2.0
+"""Share of the windows on the ground, and times the strongest answer of these, for the rest."""
 PATIENCE = 3
 """Up to this many times the iterations, as long as the last step saved FAR_NATS or more."""
 
@@ -107,6 +109,8 @@ def fit(
     if start is None:
         start = settle(problem, hypothesis, theta, problem.windows.measured[:, 0], rounds=6)
     best = _evaluate(problem, hypothesis, theta, start)
+    if problem.footing and not iterations:
+        return _read_off(problem, best)
     if problem.footing:
         return _finish(problem, _footed(problem, hypothesis, best, iterations))
     scale, last = 1.0, 0.0
@@ -243,8 +247,9 @@ def _step(problem: Problem, point: _Point, chosen: Array | None = None) -> _Step
     residual, by_theta, start, gain = shooting.eliminate(point.linear, weight)
     step = np.zeros(len(point.theta))
     if len(step):
-        columns = by_theta[chosen]
-        slope = np.einsum('wnp,wn->p', columns, residual[chosen])
+        calm = _calm(problem, by_theta[chosen])
+        columns = by_theta[chosen] * calm
+        slope = np.einsum('wnp,wn->p', columns, residual[chosen] * calm[..., 0])
         step = _bounded_step(_gram(columns), slope, point)
     return _Step(step, -start, -gain)
 
@@ -286,19 +291,37 @@ def settle(
 
 
 def _finish(problem: Problem, point: _Point) -> Fit:
-    """Settle the start states and read off loss, residual and covariance."""
+    """Settle the start states and read off what is left there."""
     start = settle(problem, point.hypothesis, point.theta, point.start, rounds=1)
-    final = _evaluate(problem, point.hypothesis, point.theta, start)
-    by_theta = shooting.eliminate(final.linear)[1][problem.train]
-    spread = shooting.dispersion(final.rest[problem.train], start.shape[-1])
+    return _read_off(problem, _evaluate(problem, point.hypothesis, point.theta, start))
+
+
+def _read_off(problem: Problem, point: _Point) -> Fit:
+    """Loss, residual and covariance of a point."""
+    by_theta = shooting.eliminate(point.linear)[1][problem.train]
+    by_theta = by_theta * _calm(problem, by_theta)
+    spread = shooting.dispersion(point.rest[problem.train], point.start.shape[-1])
     return Fit(
         point.hypothesis,
         point.theta,
         spread * _covariance(_gram(by_theta)),
-        start,
-        shooting.huber(final.linear.residual),
-        final.rest,
+        point.start,
+        shooting.huber(point.linear.residual),
+        point.rest,
     )
+
+
+def _calm(problem: Problem, by_theta: Array) -> Array:
+    """How much of each window counts, (W, 1, 1).
+
+    A contact that comes or goes with a small change of a parameter makes a window answer to it
+    many times as strongly as it does to a larger one.
+    """
+    if not problem.footing or not by_theta.size:
+        return np.ones((len(by_theta), 1, 1))
+    size = np.sqrt((by_theta**2).sum(axis=1))
+    most = LOUD * np.quantile(size, LOUDEST, axis=0)
+    return np.minimum(1.0, most / np.maximum(size, 1e-12)).min(axis=1)[:, None, None]
 
 
 def _gram(columns: Array) -> Array:

@@ -8,7 +8,7 @@ the parameters and takes the starts along by it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -24,6 +24,9 @@ ENOUGH_NATS = 0.3
 MOST_BEND = 0.3
 DRAWS = 2
 FEWEST = 12
+FINER = 'training'
+OUT_OF_LINE = 1.5
+"""Times the median loss: such a window is asked for its answer to the starts again."""
 
 
 @dataclass(frozen=True)
@@ -33,16 +36,22 @@ class Footing:
     Attributes:
         start: start states that fit them best, shape (W, 2J).
         by_start: sensitivity of the sensed states to them, shape (W, K+1, 2J, 2J).
+        loss: what is left of each window there [nats], shape (W,).
+        finer: what a finer integration would add to the predictions, shape (W, K+1, 2J); it is
+            taken off the measurements of the settled windows.
         traces: what scans found out about the candidates, kept from round to round.
     """
 
     start: Array
     by_start: Array
+    loss: Array
+    finer: Array
     traces: dict = field(default_factory=dict)
 
     def take(self, index: Array) -> Footing:
         """Of some of the windows; their traces start anew."""
-        return Footing(self.start[index], self.by_start[index])
+        parts = (self.start, self.by_start, self.loss, self.finer)
+        return Footing(*(part[index] for part in parts))
 
 
 def settled(
@@ -61,10 +70,13 @@ def settled(
     """
     none = np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
     start = (before.start if before else windows.measured[:, 0]).copy()
-    predicted, columns = respond(model, windows, start, none)
+    if before:
+        predicted, columns = predict(model, windows, start), before.by_start.copy()
+    else:
+        predicted, columns = respond(model, windows, start, none)
     loss = _loss(windows, predicted, sigma)
     active = np.arange(windows.count)
-    for _ in range(ROUNDS):
+    for round_ in range(ROUNDS):
         part, was = windows.take(active), loss[active].copy()
         step = _step(part, predicted[active], columns[active], sigma)
         for scale in SCALES:
@@ -72,16 +84,34 @@ def settled(
             found = _loss(part, predict(model, part, moved), sigma)
             better = found < loss[active]
             start[active[better]], loss[active[better]] = moved[better], found[better]
-        active = active[loss[active] < was - ENOUGH_NATS]
+        going = loss[active] < was - ENOUGH_NATS
+        if before and not round_:  # their answer may be too old to have led anywhere
+            going |= (loss > before.loss + ENOUGH_NATS) & (loss > OUT_OF_LINE * np.median(loss))
+        active = active[going]
         if not active.size:
             break
         predicted[active], columns[active] = respond(
             model, windows.take(active), start[active], none[:, : active.size]
         )
     if before:
-        return np.arange(windows.count), Footing(start, columns, before.traces)
+        return np.arange(windows.count), replace(before, start=start, by_start=columns, loss=loss)
     kept = _sure(model, windows, start, columns, sigma)
-    return kept, Footing(start[kept], columns[kept])
+    nothing = np.zeros_like(windows.measured[kept])
+    return kept, Footing(start[kept], columns[kept], loss[kept], nothing)
+
+
+def refined(model: Model, windows: Windows, footing: Footing) -> tuple[Windows, Footing]:
+    """The windows less what a finer integration of the model adds, from the settled starts.
+
+    What a coarse one is off by hardly depends on the parameters, so this brings the fit with the
+    coarse one to where the finer one has its best.
+    """
+    if model.scheme == FINER:
+        return windows, footing
+    fine = predict(model.changed(scheme=FINER), windows, footing.start)
+    finer = fine - predict(model, windows, footing.start)
+    q, dq = np.split(windows.measured + footing.finer - finer, 2, axis=-1)
+    return replace(windows, q=q, dq=dq), replace(footing, finer=finer)
 
 
 def _loss(windows: Windows, predicted: Array, sigma: Array) -> Array:

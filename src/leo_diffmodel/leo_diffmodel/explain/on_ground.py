@@ -11,11 +11,13 @@ import numpy as np
 from leo_diffmodel.explain.fit import Fit, fit, moved
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import Posed, resettled
-from leo_diffmodel.explain.ranking import gain, ranking, Round
+from leo_diffmodel.explain.ranking import gain, gains, ranking, Round
 from leo_diffmodel.explain.scan import Scan
 from leo_diffmodel.explain.scored import dispersion
 
-MOST_CONTENDERS, WORTH = 8, 0.2
+MOST_CONTENDERS, WORTH, WORTH_ALL = 8, 0.2, 0.5
+"""How many are tried, and the share of the threshold that a scan, and then a fit in some windows,
+must promise."""
 KNOCK_OUT, KNOCK_OUT_WINDOWS = (4, 2), 40
 """How many go on after each step, and in how many windows."""
 STRIDES = (1.0, 0.3)
@@ -40,7 +42,7 @@ def knock_out(
     count = min(KNOCK_OUT_WINDOWS, len(train))
     some = train[np.linspace(0, len(train) - 1, count).astype(int)]
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
-    fitted = converged if nats * len(train) / count > WORTH * limit else _footed
+    fitted = converged if nats * len(train) / count > WORTH_ALL * limit else _footed
     last = [fitted(posed, _with(null, replace(s, theta=f.theta))) for s, _, f in field]
     first = [s for s, *_ in field]
     rest = [s for s in scans if not any(s is f for f in first)]
@@ -54,13 +56,13 @@ def _played(
     """The last contenders, best first, and what the best of them gains [nats]."""
     field = [(s, *_footed(posed, _with(null, s))) for s in scans]
     for left in KNOCK_OUT:
-        field = [(s, *_advanced(at, fitted)) for s, at, fitted in field]
+        field = [(s, *_advanced(at, fitted)[:2]) for s, at, fitted in field]
         spread = min(dispersion(fitted) for _, _, fitted in field)
-        gains = [gain(null, fitted, posed.problem.train, spread) for _, _, fitted in field]
-        order = np.argsort(gains)[::-1]
-        field = [field[i] for i in order[:left] if gains[i] > 0 or i == order[0]]
+        saved = gains(null, [fitted for *_, fitted in field], posed.problem.train, spread)
+        order = np.argsort(saved)[::-1]
+        field = [field[i] for i in order[:left] if saved[i] > 0 or i == order[0]]
         progress(field[0][0].candidate.label)
-    return field, max(gains) / spread
+    return field, max(saved) / spread
 
 
 def _with(null: Fit, scan: Scan) -> Fit:
@@ -69,32 +71,28 @@ def _with(null: Fit, scan: Scan) -> Fit:
     return replace(null, hypothesis=hypothesis, theta=hypothesis.bounded(scan.theta))
 
 
-def _advanced(posed: Posed, fitted: Fit) -> tuple[Posed, Fit]:
-    """A step further, or a shorter one, where that is better."""
+def _advanced(posed: Posed, fitted: Fit, finer: bool = False) -> tuple[Posed, Fit, float]:
+    """A step further, or a shorter one, where that is better, and what it gains [nats]."""
     for scale in STRIDES:
-        trial_posed, trial = _footed(posed, moved(posed.problem, fitted, scale))
-        if gain(fitted, trial, posed.problem.train, dispersion(trial)) > 0:
-            return trial_posed, trial
-    return posed, fitted
+        trial_posed, trial = _footed(posed, moved(posed.problem, fitted, scale), finer)
+        gained = gain(fitted, trial, posed.problem.train, dispersion(trial))
+        if gained > 0:
+            return trial_posed, trial, gained
+    return posed, fitted, 0.0
 
 
 def converged(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
     """A hypothesis fitted with the starts settled anew at every step, and the footing there."""
-    posed, best = _footed(posed, best)
-    scale = 1.0
+    posed, best = _footed(posed, best, finer=True)
+    first = best
     for _ in range(MOST_STEPS if best.hypothesis.size else 0):
-        trial_posed, trial = _footed(posed, moved(posed.problem, best, scale))
-        gained = gain(best, trial, posed.problem.train, dispersion(trial))
-        if gained <= 0:
-            scale *= 0.3
-            continue
-        posed, best, scale = trial_posed, trial, min(1.0, 3 * scale)
+        posed, best, gained = _advanced(posed, best, finer=True)
         if gained < ENOUGH_NATS:
             break
-    return posed, best
+    return (posed, best) if best is first else _footed(posed, best, finer=True)
 
 
-def _footed(posed: Posed, point: Fit) -> tuple[Posed, Fit]:
+def _footed(posed: Posed, point: Fit, finer: bool = False) -> tuple[Posed, Fit]:
     """The footing at some values, and the hypothesis there."""
-    posed = resettled(posed, point)
+    posed = resettled(posed, point, finer)
     return posed, fit(posed.problem, point.hypothesis, point.theta, iterations=0)

@@ -16,7 +16,7 @@ from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_diffmodel.explain.fineness import stepped
 from leo_diffmodel.explain.fit import Fit, Problem
-from leo_diffmodel.explain.footing import settled
+from leo_diffmodel.explain.footing import refined, settled
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -91,13 +91,22 @@ def standing(posed: Posed) -> Posed:
     return replace(posed, problem=replace(problem.take(kept), footing=footing))
 
 
-def resettled(posed: Posed, fitted: Fit) -> Posed:
-    """The same on the ground with the footing of a fitted hypothesis."""
+def resettled(posed: Posed, fitted: Fit, finer: bool = False) -> Posed:
+    """The same on the ground with the footing of a fitted hypothesis.
+
+    Args:
+        posed: the problem.
+        fitted: the hypothesis at its values and start states.
+        finer: ask a finer integration anew what the coarse one is off by.
+    """
     problem = posed.problem
     model = fitted.hypothesis.model(problem.base, fitted.theta)
-    before = problem.footing and replace(problem.footing, start=fitted.start)
-    _, footing = settled(model, problem.windows, problem.sigma, before)
-    return replace(posed, problem=replace(problem, footing=footing))
+    assert problem.footing
+    windows, before = problem.windows, replace(problem.footing, start=fitted.start)
+    if finer:
+        windows, before = refined(model, windows, before)
+    _, footing = settled(model, windows, problem.sigma, before)
+    return replace(posed, problem=replace(problem, windows=windows, footing=footing))
 
 
 def quieter(posed: Posed, sigma: Array) -> Posed:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.explain.contest import contest
-from leo_diffmodel.explain.fit import Fit, Problem, settled_as
+from leo_diffmodel.explain.fit import Fit, settled_as
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import Posed
 from leo_diffmodel.explain.scan import Scan
@@ -64,6 +64,21 @@ def gain(null: Fit, other: Fit, chosen: Array, spread: float = np.inf) -> float:
     return float(np.clip(null.loss - other.loss, -most, most)[chosen].sum())
 
 
+def gains(null: Fit, others: Sequence[Fit], chosen: Array, spread: float) -> list[float]:
+    """What each of several fits saves [nats], as `gain`.
+
+    Where a window may say so much only, all may save the most in all windows. They are compared
+    with one another then: each saves what the best of them does, less what it is behind that.
+    """
+    if not np.isfinite(spread):
+        return [gain(null, f, chosen) for f in others]
+    best = others[0]
+    for f in others[1:]:
+        best = f if gain(best, f, chosen, spread) > 0 else best
+    most = gain(null, best, chosen, spread)
+    return [most - gain(f, best, chosen, spread) for f in others]
+
+
 def ranking(
     posed: Posed,
     null: Fit,
@@ -77,8 +92,12 @@ def ranking(
         for other in leading:
             null = settled_as(posed.problem, null, other)
     spread = min(dispersion(f) for f in leading)
-    pairs = zip(scans, leading, strict=False)
-    scored = [_score(posed.problem, null, s, f, spread) for s, f in pairs]
+    train, most = posed.problem.train, spread if posed.problem.footing else np.inf
+    saved = zip(*(gains(null, leading, c, most) for c in (train, ~train)), strict=True)
+    scored = [
+        _score(train, null, s, f, spread, *of)
+        for s, f, of in zip(scans, leading, saved, strict=False)
+    ]
     if max(s.total for s in scored) > limit:
         scored = contest(posed.longer, scored)
     out = [
@@ -114,18 +133,10 @@ def _ranked(scored: Sequence[Scored], candidates: Sequence[Candidate]) -> list[S
     return [first, *(s for s in ranked if s is not first)]
 
 
-def _score(problem: Problem, null: Fit, scan: Scan, fitted: Fit, spread: float) -> Scored:
-    held, train = ~problem.train, problem.train
-    most = spread if problem.footing else np.inf
-    trained = gain(null, fitted, train, most)
+def _score(
+    train: Array, null: Fit, scan: Scan, fitted: Fit, spread: float, trained: float, held: float
+) -> Scored:
     weight = robust_weight(null.residual)
     trace = (weight * (null.residual - fitted.residual) ** 2).sum(axis=-1)
-    return Scored(
-        scan.candidate,
-        fitted,
-        trained,
-        gain(null, fitted, held, most),
-        scan.evidence,
-        trained * float(trace[held].sum() / max(trace[train].sum(), 1e-12)),
-        spread,
-    )
+    promised = trained * float(trace[~train].sum() / max(trace[train].sum(), 1e-12))
+    return Scored(scan.candidate, fitted, trained, held, scan.evidence, promised, spread)

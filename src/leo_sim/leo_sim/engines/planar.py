@@ -158,7 +158,7 @@ def rows(values: Any, shape: tuple[int, ...], tail: int | tuple[int, ...], whole
     return np.ascontiguousarray(values).reshape(-1, *tail)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def poses(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, q: Any, dq: Any,
           pose: Any) -> Any:
     """Fill pose (L, POSE): angle, origin, rate, velocity, acceleration, axis, cosine and sine.
@@ -199,7 +199,7 @@ def poses(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any
         pose[i, 10], pose[i, 11] = np.cos(angle), np.sin(angle)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model='numpy')
 def jacobian(kind: Any, parent: Any, column: Any, sense: Any, pose: Any, link: Any, px: Any,
              pz: Any, out: Any) -> Any:
     """Fill out (3, J): x, z and angle rates of a point of a link per joint rate."""
@@ -217,7 +217,7 @@ def jacobian(kind: Any, parent: Any, column: Any, sense: Any, pose: Any, link: A
         i = parent[i]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model='numpy', nogil=True)
 def dynamics(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, figures: Any,
               gravity: Any, q: Any, dq: Any, mass: Any, bias: Any) -> Any:
     """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows."""
