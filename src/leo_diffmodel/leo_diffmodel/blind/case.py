@@ -11,7 +11,8 @@ import numpy as np
 
 from leo_diffmodel.blind import outside
 from leo_diffmodel.blind.excitation import excitation
-from leo_diffmodel.blind.open_loop import Effects, OpenLoop, Run, sized
+from leo_diffmodel.blind.open_loop import OpenLoop, Run, sized
+from leo_diffmodel.blind.scenes import Effects, Given, Moving, Scene
 from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.classes import Facts, why_same
 from leo_diffmodel.explain.hypothesis import Candidate
@@ -21,6 +22,9 @@ from leo_sim.robot import load_robot, Robot
 
 ROBOTS = ('pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')
 ENGINES = (('pybullet', 0.0), ('rk4', 0.0019))
+WALKER_ENGINES = (('pybullet', 0.0), ('rigid', 1.3e-5))
+WALKER_SCENES = (('swinging', 6.0), ('standing', 4.0), ('stepping', 10.0))
+"""What a walker does, and for how long [s]."""
 SIZES, LEAST_OF_PAIR = (1.0, 30.0), 2.0
 POSITION_NOISE = (0.5e-3, 3e-3)
 RATE_NOISE = (0.02, 0.1)
@@ -53,16 +57,33 @@ class Case:
     sizes: tuple[float, ...] = ()
 
 
-def draw_case(seed: int, kind: str) -> Case:
-    """The case of a seed; every second one comes from another integrator and time step."""
+def draw_case(seed: int, kind: str, walker: str | None = None) -> Case:
+    """The case of a seed; every second one comes from another integrator and time step.
+
+    Args:
+        seed: of everything drawn.
+        kind: of `KINDS`.
+        walker: a robot with contacts; None takes the robots without, in turn.
+    """
     rng = np.random.default_rng([seed, tuple(KINDS).index(kind)])
-    robot = load_robot(ROBOTS[seed // 2 % len(ROBOTS)])
+    robot = load_robot(walker or ROBOTS[seed // 2 % len(ROBOTS)])
+    engine = (WALKER_ENGINES if walker else ENGINES)[seed % 2]
     while True:
         noise = (_log_uniform(rng, POSITION_NOISE), _log_uniform(rng, RATE_NOISE))
-        run = Run(_as_built(robot, rng), *excitation(robot, rng), noise)
+        built = _as_built(robot, rng)
+        scenes = _motions(robot, rng) if walker else (Given(*excitation(robot, rng)),)
+        run = Run(built, scenes, noise)
         drawn = KINDS[kind](seed, run, rng)
         if drawn is not None:
-            return Case(kind, seed, robot, run, ENGINES[seed % 2], *drawn)
+            return Case(kind, seed, robot, run, engine, *drawn)
+
+
+def _motions(robot: Robot, rng: np.random.Generator) -> tuple[Scene, ...]:
+    """What a walker does, each motion with figures of its own."""
+    return tuple(
+        Moving(robot, name, round(seconds / robot.control_period), int(rng.integers(2**31)))
+        for name, seconds in WALKER_SCENES
+    )
 
 
 def _as_built(robot: Robot, rng: np.random.Generator) -> Robot:
@@ -85,17 +106,26 @@ def _single(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
     return (placed,), (size,)
 
 
-def _pair(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
-    """Two effects that differ in the data, each of two noise floors or more beside the other."""
+def _several(count: int, run: Run, rng: np.random.Generator) -> Drawn:
+    """Effects that differ in the data, each of two noise floors or more beside the others."""
     while True:
         effects: Effects = ()
-        for _ in 'ab':
+        for _ in range(count):
             effects += (_drawn(run, effects, (LEAST_OF_PAIR, SIZES[1]), rng)[0],)
-        one, other = effects
-        sizes = tuple(float(OpenLoop(run, effects, (rest,)).size(placed)[0])
-                      for placed, rest in ((one, other), (other, one)))
+        sizes = tuple(
+            float(OpenLoop(run, effects, effects[:i] + effects[i + 1 :]).size(placed)[0])
+            for i, placed in enumerate(effects)
+        )
         if min(sizes) >= LEAST_OF_PAIR and _differ(effects, run):
             return effects, sizes
+
+
+def _pair(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
+    return _several(2, run, rng)
+
+
+def _triple(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
+    return _several(3, run, rng)
 
 
 def _outside(seed: int, run: Run, rng: np.random.Generator) -> Drawn | None:
@@ -107,6 +137,7 @@ def _outside(seed: int, run: Run, rng: np.random.Generator) -> Drawn | None:
 
 KINDS: dict[str, Callable[[int, Run, np.random.Generator], Drawn | None]] = {
     'none': _nothing, 'effect': _single, 'pair': _pair, 'outside': _outside,
+    'triple': _triple,
 }  # fmt: skip
 
 
@@ -117,17 +148,18 @@ def _drawn(
     pool: dict[str, list[Candidate]] = {}
     for candidate in candidates(Model(run.robot, others)):
         pool.setdefault(candidate.effect.name, []).append(candidate)
+    first = OpenLoop(run, others, others)
     while True:
         places = pool[str(rng.choice(list(pool)))]
         chosen = places[rng.integers(len(places))]
         size, seed = _log_uniform(rng, sizes), int(rng.integers(2**32))
-        found = sized(run, others, chosen.effect.name, chosen.where, size, seed)
+        found = sized(run, first, others, chosen.effect.name, chosen.where, size, seed)
         if found is not None:
             return found
 
 
 def _differ(effects: Effects, run: Run) -> bool:
-    facts = Facts(run.robot, ever_free=not run.enabled.all())
+    facts = Facts(run.robot, ever_free=run.ever_free)
     things = [place_of(placed) for placed in effects]
     return all(
         a[0] != b[0] and {a[0], b[0]} != ONE_LAW and why_same(a, b, facts) is None

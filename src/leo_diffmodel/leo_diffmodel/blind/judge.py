@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import permutations
 
 from leo_diffmodel.blind import outside
 from leo_diffmodel.blind.parameters import parameter_errors
@@ -63,15 +64,15 @@ def _single(truth: dict, answer: dict) -> dict:
     }
 
 
-def _pair(truth: dict, answer: dict) -> dict:
-    """Right: each of the two is found in a row of its own; exact: and there is no third row."""
-    one, other = truth['effects']
+def _several(truth: dict, answer: dict) -> dict:
+    """Right: each of them is found in a row of its own; exact: and there is no other row."""
+    hidden = truth['effects']
     rows = answer['effects'] if answer['verdict'] in ('named', 'ambiguous') else []
     right = any(
-        _found(truth, one, a) and _found(truth, other, b)
-        for a in rows for b in rows if a is not b
-    )  # fmt: skip
-    return {'right': right, 'exact': right and len(rows) == 2}
+        all(_found(truth, one, row) for one, row in zip(hidden, some, strict=True))
+        for some in permutations(rows, len(hidden))
+    )
+    return {'right': right, 'exact': right and len(rows) == len(hidden)}
 
 
 def _outside(truth: dict, answer: dict) -> dict:
@@ -88,7 +89,8 @@ def _outside(truth: dict, answer: dict) -> dict:
     return {'right': right, 'variable': variable, 'lone': lone}
 
 
-_JUDGES = {'none': _nothing, 'effect': _single, 'pair': _pair, 'outside': _outside}
+_JUDGES = {'none': _nothing, 'effect': _single, 'pair': _several, 'triple': _several,
+           'outside': _outside}  # fmt: skip
 
 
 def _found(truth: dict, hidden: dict, row: dict) -> bool:

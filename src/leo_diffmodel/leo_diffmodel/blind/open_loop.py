@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How large an effect is in a run: half-second open loops along it, beside the noise floor."""
+"""How large an effect is in a run: short open loops along it, beside the noise floor."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from leo_diffmodel.blind.scenes import Effects, Given, Path, Scene
+from leo_msgs_py.errors import UserError
 from leo_sim.batch import rollout
 from leo_sim.drawing import of_size
 from leo_sim.effects import Placed
@@ -15,56 +18,92 @@ from leo_sim.model import Model
 from leo_sim.robot import Robot
 
 Array = np.ndarray
-Effects = tuple[Placed, ...]
-AHEAD, HISTORY = 0.5, 0.15
+AHEAD, AHEAD_ON_GROUND, HISTORY = 0.5, 0.3, 0.15  # s
 ROUNDS, TOLERANCE = 6, 0.15
 LEFT, REFITS = 0.15, 4
+STILL = 0.3
 NUDGE = 1e-5
 
 
 @dataclass(frozen=True)
 class Run:
-    """A robot and what drives it.
+    """A robot and what it does.
 
     Attributes:
         robot: the robot, with its true constants.
-        inputs: of each control period [V or N m], shape (N, A).
-        enabled: motors on, shape (N, A).
+        scenes: what drives it, one after the other.
         noise: standard deviation of angle [rad] and rate [rad/s].
     """
 
     robot: Robot
+    scenes: tuple[Scene, ...]
+    noise: tuple[float, float]
+
+    @property
+    def ever_free(self) -> bool:
+        """Whether the motors are off at times."""
+        return any(isinstance(s, Given) and not s.enabled.all() for s in self.scenes)
+
+    def paths(self, effects: Effects) -> list[Path]:
+        """Where the robot comes by with effects."""
+        return [p for s in self.scenes for p in s.paths(self.robot, effects, self.noise)]
+
+
+class Ahead(NamedTuple):
+    """Open loops of equal length along some paths, as `rollout` takes them; (W, ...) each."""
+
+    q: Array
+    dq: Array
     inputs: Array
     enabled: Array
-    noise: tuple[float, float]
+    held: Array
+    start: Array
+    history: tuple[Array, ...]
+
+
+def ahead(paths: list[Path], seconds: float, dt: float) -> Ahead:
+    """One loop after another; what went before each is its history."""
+    pieces = [p for p in (_along(path, seconds, dt) for path in paths) if len(p.q)]
+    q, dq, inputs, enabled, held, start = (
+        np.concatenate(column) for column in zip(*(p[:6] for p in pieces), strict=True)
+    )
+    before = zip(*(p.history for p in pieces), strict=True)
+    history = tuple(np.concatenate(column) for column in before)
+    return Ahead(q, dq, inputs, enabled, held, start, history)
+
+
+def _along(path: Path, seconds: float, dt: float) -> Ahead:
+    steps, past = round(seconds / dt), round(HISTORY / dt)
+    first = np.arange(past, len(path.inputs) - steps, steps)
+    then, before = first[:, None] + np.arange(steps), first[:, None] + np.arange(-past, 0)
+    history = (path.q[before], path.dq[before], path.inputs[before], path.enabled[before],
+               np.full(before.shape, dt))  # fmt: skip
+    return Ahead(path.q[first], path.dq[first], path.inputs[then], path.enabled[then],
+                 np.full(len(first), path.held), first * dt, history)  # fmt: skip
 
 
 class OpenLoop:
-    """Half-second open loops along the run of a robot that has some effects.
+    """Open loops along the run of a robot that has some effects.
 
     Attributes:
         robot: the robot.
+        rates: root mean square of its joint rates along the run [rad/s], shape (J,).
     """
 
     def __init__(self, run: Run, along: Effects, others: Effects = ()) -> None:
         """Run the robot with the effects `along`; sizes are changes on top of `others`."""
-        self.robot, self._dt, self._others = run.robot, run.robot.control_period, others
-        start = Model(run.robot).start('nominal')
-        q, dq = rollout(Model(run.robot, along), start.q[None], start.dq[None], run.inputs[None],
-                        self._dt, run.enabled[None])  # fmt: skip
-        steps, past = round(AHEAD / self._dt), round(HISTORY / self._dt)
-        first = np.arange(past, len(run.inputs) - steps, steps)
-        ahead, before = first[:, None] + np.arange(steps), first[:, None] + np.arange(-past, 0)
-        self._q, self._dq, self._start = q[0, first], dq[0, first], first * self._dt
-        self._inputs, self._enabled = run.inputs[ahead], run.enabled[ahead]
-        self._history = (q[0, before], dq[0, before], run.inputs[before], run.enabled[before],
-                         np.full(before.shape, self._dt))  # fmt: skip
-        self._ideal = self._end(Model(self.robot, others))
-        self._floor = self._noise_floor(Model(self.robot, others), run.noise)
+        self.robot, self._others = run.robot, others
+        self._on_ground = bool(run.robot.contacts)
+        seconds = AHEAD_ON_GROUND if self._on_ground else AHEAD
+        paths = run.paths(along)
+        self.rates = _rms(np.concatenate([p.dq for p in paths]).T)
+        self._ahead = ahead(paths, seconds, run.robot.control_period)
+        self._ideal = self._end(self._model(others))
+        self._floor = self._noise_floor(self._model(others), run.noise)
         self._tuned = self._by_constants()
 
     def size(self, placed: Placed) -> Array:
-        """Rms change at 0.5 s over the floor, mean over the states, per leading amplitude.
+        """Rms change at the end over the floor, mean over the states, per leading amplitude.
 
         Less what a change of the robot's uncertain constants explains.
         """
@@ -94,14 +133,14 @@ class OpenLoop:
         return rest
 
     def _by_values(self, values: Mapping[str, float]) -> Array:
-        """Change at 0.5 s in noise floors that other constants make, shape (W 2J,)."""
-        end = self._end(Model(self.robot, self._others, values))
+        """Change at the end in noise floors that other constants make, shape (W 2J,)."""
+        end = self._end(self._model(self._others, values))
         return ((end - self._ideal) / self._floor).ravel()
 
     def _change(self, placed: Placed) -> Array:
-        """Change at 0.5 s in noise floors, shape (S, W 2J)."""
+        """Change at the end in noise floors, shape (S, W 2J)."""
         with np.errstate(all='ignore'):
-            end = self._end(Model(self.robot, (*self._others, placed)))
+            end = self._end(self._model((*self._others, placed)))
             change = (end - self._ideal) / self._floor
             change = np.where(np.isfinite(change), change, np.inf)
         return change.reshape(-1, self._ideal.size)
@@ -116,26 +155,35 @@ class OpenLoop:
         return np.linalg.qr(scaled)[0]
 
     def _noise_floor(self, model: Model, noise: tuple[float, float]) -> Array:
-        """Rms error of a perfect model that starts from a noisy state, per state."""
-        joints = self._q.shape[-1]
+        """Rms error of a perfect model that starts from a noisy state, per state.
+
+        On the ground also per loop: where a foot lands, noise alone moves the end far.
+        """
+        joints = self._ahead.q.shape[-1]
         sigma = np.repeat(noise, joints)
         variance = np.broadcast_to(sigma**2, self._ideal.shape).copy()
         for i, move in enumerate(NUDGE * np.eye(2 * joints)):
             moved = self._end(model, move)
             variance += ((moved - self._ideal) / NUDGE * sigma[i]) ** 2
-        return np.sqrt(variance.mean(axis=0))
+        return np.sqrt(variance if self._on_ground else variance.mean(axis=0))
 
     def _end(self, model: Model, move: Array | float = 0.0) -> Array:
         """States at the end of every window that starts `move` beside the run."""
-        start = np.concatenate([self._q, self._dq], axis=-1) + move
+        at = self._ahead
+        start = np.concatenate([at.q, at.dq], axis=-1) + move
         q, dq = np.split(start, 2, axis=-1)
-        angles, rates = rollout(model, q, dq, self._inputs, self._dt, enabled=self._enabled,
-                                history=self._history, start=self._start)  # fmt: skip
+        angles, rates = rollout(model, q, dq, at.inputs, self.robot.control_period,
+                                enabled=at.enabled, history=at.history, start=at.start,
+                                held=at.held if self._on_ground else None)  # fmt: skip
         return np.concatenate([angles[..., -1, :], rates[..., -1, :]], axis=-1)
+
+    def _model(self, effects: Effects, constants: Mapping[str, float] | None = None) -> Model:
+        return Model(self.robot, effects, constants,
+                     scheme='search' if self._on_ground else 'reference')  # fmt: skip
 
 
 def sized(
-    run: Run, others: Effects, name: str, where: str, size: float, seed: int
+    run: Run, first: OpenLoop, others: Effects, name: str, where: str, size: float, seed: int
 ) -> tuple[Placed, float] | None:
     """The effect with the wanted size in the run that it itself causes; None where it has none.
 
@@ -143,6 +191,7 @@ def sized(
 
     Args:
         run: the robot and its drive.
+        first: open loops along the run without the effect.
         others: effects that are there as well.
         name: of the effect.
         where: a joint, a link or 'all'.
@@ -150,16 +199,26 @@ def sized(
         seed: of signs, directions and angles.
     """
     placed: Placed | None = None
+    loop = first
     for _ in range(ROUNDS):
-        loop = OpenLoop(run, others if placed is None else (*others, placed), others)
         if placed is not None:
+            try:
+                loop = OpenLoop(run, (*others, placed), others)
+            except UserError:  # it sends the robot away
+                return None
             reached = float(loop.size(placed)[0])
             if abs(np.log(reached / size)) < TOLERANCE:
-                return (placed, reached) if loop.shows(placed) else None
+                shows = loop.shows(placed) and _moves(loop, first)
+                return (placed, reached) if shows else None
         placed = of_size(loop, name, where, size, np.random.default_rng(seed))
         if placed is None or not loop.shows(placed):
             return None
     return None
+
+
+def _moves(loop: OpenLoop, first: OpenLoop) -> bool:
+    """Whether no joint of a walker is stopped by what was added: it would show in nothing."""
+    return not loop.robot.contacts or bool(np.all(loop.rates > STILL * first.rates))
 
 
 def _rms(change: Array) -> Array:

@@ -13,9 +13,7 @@ import numpy as np
 from leo_diffmodel.blind import kinds
 from leo_diffmodel.blind.open_loop import OpenLoop, Run
 from leo_diffmodel.compare.sizes import torque_scale
-from leo_sim.batch import rollout
 from leo_sim.effects import get_effect, place, Placed
-from leo_sim.model import Model
 
 Array = np.ndarray
 Values = dict[str, float]
@@ -89,11 +87,8 @@ def draw(kind: str, run: Run, rng: np.random.Generator) -> tuple[Placed, float] 
 
 def _reach(run: Run, joint: str, effects: tuple[Placed, ...]) -> Array:
     """Angles between which the joint is for most of the run [rad], shape (2,)."""
-    model = Model(run.robot, effects)
-    start = model.start('nominal')
-    q, _ = rollout(model, start.q[None], start.dq[None], run.inputs[None],
-                   run.robot.control_period, run.enabled[None])  # fmt: skip
-    return np.quantile(q[0, :, run.robot.joint_names.index(joint)], (0.15, 0.85))
+    q = np.concatenate([path.q for path in run.paths(effects)])
+    return np.quantile(q[:, run.robot.joint_names.index(joint)], (0.15, 0.85))
 
 
 def _sized(run: Run, shape: Placed, target: float) -> Placed:

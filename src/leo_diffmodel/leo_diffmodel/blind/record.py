@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Record a case through the simulated driver into a real bag; the bag tells no truth."""
+"""Record a case through the simulated driver into real bags; they tell no truth."""
 
 from __future__ import annotations
 
@@ -10,27 +10,54 @@ import yaml
 
 from leo_diffmodel.bags.writer import BagWriter
 from leo_diffmodel.blind.case import Case
+from leo_diffmodel.blind.scenes import Scene
+from leo_msgs_py.messages import UInt32
 from leo_msgs_py.values import Applied, JointStates
 from leo_msgs_py.wire.types import serialize
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
 from leo_sim.model_file import write_effects
 
+STATES = ('/joint_states', 'sensor_msgs/msg/JointState')
+APPLIED = ('/dynamic_joint_states', 'control_msgs/msg/DynamicJointState')
+EPISODE = ('/robot/episode', 'std_msgs/msg/UInt32')
 RATE = 100.0
+APART = 1_000_000
+"""Between the seeds of one scene's noise and the next's."""
 
 
-def record(case: Case, folder: Path) -> Path:
-    """Run the case's robot with its inputs for its 20 s and write what a robot would publish."""
-    with tempfile.TemporaryDirectory() as private:
-        driver = SimulatedDriver(_options(case, Path(private)))
-    writer = BagWriter(folder, {'robot': case.robot.name})
-    states = writer.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
-    applied = writer.add_topic('/dynamic_joint_states', 'control_msgs/msg/DynamicJointState')
-    per_control = round(RATE * case.robot.control_period)
-    _write(writer, states, driver.read())
-    for value, on in zip(case.run.inputs, case.run.enabled, strict=True):
+def record(case: Case, folder: Path) -> list[Path]:
+    """Run the case's robot through its scenes and write what a robot would publish, a bag each."""
+    bags = []
+    for number, scene in enumerate(case.run.scenes):
+        with tempfile.TemporaryDirectory() as private:
+            driver = SimulatedDriver(_options(case, number, Path(private)))
+        bags.append(_recorded(driver, scene, case, folder / f'bag_{number}'))
+    return bags
+
+
+def _recorded(driver: SimulatedDriver, scene: Scene, case: Case, folder: Path) -> Path:
+    writer = BagWriter(folder, {'robot': case.robot.name, 'held': str(scene.held).lower()})
+    states, applied, episode = (writer.add_topic(*t) for t in (STATES, APPLIED, EPISODE))
+    per_control, step = round(RATE * case.robot.control_period), scene.begin()
+
+    def begin() -> None:
+        seen = driver.read()
+        number = serialize(UInt32(data=1 + driver.starts))
+        writer.write(episode, number, seen.stamp_ns)
+        _write(writer, states, seen)
+
+    begin()
+    for k in range(scene.count):
+        seen = driver.read()
+        driven = step(k, seen.position, seen.velocity)
+        if driven is None:
+            driver.reset()
+            begin()
+            continue
+        inputs, on = driven
         driver.set_torque(bool(on.all()))
-        _write(writer, applied, driver.write(value))
+        _write(writer, applied, driver.write(inputs))
         for _ in range(per_control):
             driver.advance(1 / RATE)
             _write(writer, states, driver.read())
@@ -38,14 +65,15 @@ def record(case: Case, folder: Path) -> Path:
     return folder
 
 
-def _options(case: Case, private: Path) -> DriverOptions:
+def _options(case: Case, number: int, private: Path) -> DriverOptions:
     hidden = private / 'hidden.yaml'
     hidden.write_text(yaml.safe_dump({'effects': write_effects(case.effects)}))
     return DriverOptions(
         robot=case.run.robot,
         state_rate=RATE,
-        seed=case.seed,
+        seed=case.seed + APART * number,
         noise=case.run.noise,
+        start=case.run.scenes[number].start,
         engine=case.engine[0],
         integration_step=case.engine[1],
         private={'hidden': str(hidden)},

@@ -21,30 +21,34 @@ from leo_sim.model import Model
 from leo_sim.robot import load_robot
 
 
-def run_case(seed: int, kind: str) -> dict:
-    """Draw, seal the truth, explain from the bag alone, and only then judge."""
+def run_case(seed: int, kind: str, walker: str | None = None) -> dict:
+    """Draw, seal the truth, explain from the bags alone, and only then judge."""
     with tempfile.TemporaryDirectory() as folder:
-        bag, truth = Path(folder) / 'bag', Path(folder) / 'truth.sealed'
-        robot = _prepare(seed, kind, bag, truth)
-        recording = read_bag(bag, load_robot(robot))
-        answer = explain([recording], Model(robot)).to_json()
+        truth = Path(folder) / 'truth.sealed'
+        robot, bags = _prepare(seed, kind, walker, Path(folder), truth)
+        recordings = [read_bag(bag, load_robot(robot)) for bag in bags]
+        answer = explain(recordings, Model(robot)).to_json()
         return judge(reveal(truth), answer)
 
 
-def _prepare(seed: int, kind: str, bag: Path, truth: Path) -> str:
-    """Record the bag of a case; returns the name of its robot."""
-    case = draw_case(seed, kind)
-    record(case, bag)
+def _prepare(
+    seed: int, kind: str, walker: str | None, folder: Path, truth: Path
+) -> tuple[str, list[Path]]:
+    """Record the bags of a case; returns the name of its robot and the bags."""
+    case = draw_case(seed, kind, walker)
+    bags = record(case, folder)
     hide(case, truth)
-    return case.robot.name
+    return case.robot.name, bags
 
 
-def run(seeds: Sequence[int], kind: str, results: Path, jobs: int) -> list[dict]:
+def run(
+    seeds: Sequence[int], kind: str, results: Path, jobs: int, walker: str | None = None
+) -> list[dict]:
     """All cases of `seeds`; those already in `results` are not run again."""
     lines = [json.loads(line) for line in _lines(results)]
     done = {r['seed']: r for r in lines if r['kind'] == kind}
     todo = [s for s in seeds if s not in done]
-    tasks = (delayed(run_case)(seed, kind) for seed in todo)
+    tasks = (delayed(run_case)(seed, kind, walker) for seed in todo)
     rows = Parallel(n_jobs=jobs, return_as='generator_unordered')(tasks)
     results.parent.mkdir(parents=True, exist_ok=True)
     with results.open('a') as file:

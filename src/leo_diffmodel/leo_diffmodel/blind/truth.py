@@ -28,7 +28,7 @@ def _truth(case: Case) -> dict:
         'robot': case.robot.name,
         'engine': case.engine[0],
         'noise': list(case.run.noise),
-        'ever_free': not case.run.enabled.all(),
+        'ever_free': case.run.ever_free,
         'constants': {p: c.value for p, c in case.run.robot.constants.items() if c != known[p]},
         'effects': [_effect(case, i) for i in range(len(case.effects))],
     }

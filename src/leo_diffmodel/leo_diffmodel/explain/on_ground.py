@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from leo_diffmodel.explain.fit import Fit, fit, moved
+from leo_diffmodel.explain.fit import Fit, fit, moved, settled_as
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import Posed, resettled
 from leo_diffmodel.explain.ranking import gain, gains, ranking, Round
@@ -44,6 +44,8 @@ def knock_out(
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
     fitted = converged if nats * len(train) / count > WORTH_ALL * limit else _footed
     last = [fitted(posed, _with(null, replace(s, theta=f.theta))) for s, _, f in field]
+    null = _from_others(null, last)
+    last = [(at, _from_others(fitted, last)) for at, fitted in last]
     first = [s for s, *_ in field]
     rest = [s for s in scans if not any(s is f for f in first)]
     best = min(last, key=lambda found: float(found[1].loss[posed.problem.train].sum()))
@@ -63,6 +65,13 @@ def _played(
         field = [field[i] for i in order[:left] if saved[i] > 0 or i == order[0]]
         progress(field[0][0].candidate.label)
     return field, max(saved) / spread
+
+
+def _from_others(fitted: Fit, last: Sequence[tuple[Posed, Fit]]) -> Fit:
+    """The fit on the footing of the others in the windows where that suits it better."""
+    for at, other in last:
+        fitted = settled_as(at.problem, fitted, other)
+    return fitted
 
 
 def _with(null: Fit, scan: Scan) -> Fit:

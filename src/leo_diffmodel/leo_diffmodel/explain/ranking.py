@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.explain.contest import contest
-from leo_diffmodel.explain.fit import Fit, settled_as
+from leo_diffmodel.explain.fit import Fit
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import Posed
 from leo_diffmodel.explain.scan import Scan
@@ -88,9 +88,6 @@ def ranking(
     candidates: Sequence[Candidate],
 ) -> Round:
     """The round in which the first of the scans led to the fits `leading`."""
-    if posed.problem.footing:
-        for other in leading:
-            null = settled_as(posed.problem, null, other)
     spread = min(dispersion(f) for f in leading)
     train, most = posed.problem.train, spread if posed.problem.footing else np.inf
     saved = zip(*(gains(null, leading, c, most) for c in (train, ~train)), strict=True)

@@ -17,15 +17,17 @@ EXAMPLES = (
     'leo blind --cases 200 --no-effect 200 -o out/blind',
     'leo blind --pairs 100 --outside 40 --first-seed 5000 -o out/blind',
     'leo blind --cases 20 --jobs 1 -o out/quick',
+    'leo blind --robot leo --cases 20 --pairs 10 -o out/blind_leo',
 )
 OPTIONS = {
     'cases': ('effect', 'bags with one hidden effect'),
     'no_effect': ('none', 'bags without any'),
     'pairs': ('pair', 'bags with two effects, each of 2 noise floors or more'),
+    'triples': ('triple', 'cases with three effects, each of 2 noise floors or more'),
     'outside': ('outside', 'bags with a law that is not in the catalogue'),
 }
 TITLES = {'effect': 'one effect', 'none': 'no effect', 'pair': 'two effects',
-          'outside': 'outside the catalogue'}  # fmt: skip
+          'triple': 'three effects', 'outside': 'outside the catalogue'}  # fmt: skip
 WORDS = {'right': 'right', 'family': 'right family', 'exact': 'exactly these two',
          'lone': 'named alone and sure'}  # fmt: skip
 
@@ -35,11 +37,11 @@ def main(argv: list[str]) -> int:
     from leo_diffmodel.blind.run import run
 
     arguments = _parser().parse_args(argv)
-    counts = _counts(arguments)
+    counts, walker = _counts(arguments), _walker(arguments)
     folder = common.fresh_folder(arguments.output) or Path('out/blind')
     first, results = arguments.first_seed, folder / 'results.jsonl'
     answers = {
-        kind: run(range(first, first + count), kind, results, arguments.jobs)
+        kind: run(range(first, first + count), kind, results, arguments.jobs, walker)
         for kind, count in counts.items()
         if count
     }
@@ -63,10 +65,26 @@ def _counts(arguments: argparse.Namespace) -> dict[str, int]:
     return {OPTIONS[name][0]: value or 0 for name, value in asked.items()}
 
 
+def _walker(arguments: argparse.Namespace) -> str | None:
+    """The robot with contacts that was asked for."""
+    from leo_sim.robot import load_robot
+
+    if arguments.robot is None:
+        return None
+    robot = load_robot(arguments.robot)
+    if not robot.contacts:
+        raise UserError(f'leo blind: --robot takes a walker, and {robot.name} touches no ground; '
+                        'without --robot all robots without contact are drawn')  # fmt: skip
+    if arguments.outside:
+        raise UserError('leo blind: --outside is for robots without contact; leave out --robot')
+    return str(arguments.robot)
+
+
 def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('blind', __doc__ or '', EXAMPLES)
     for name, (_, about) in OPTIONS.items():
         arguments.add_argument(f'--{name.replace("_", "-")}', type=int, metavar='N', help=about)
+    arguments.add_argument('--robot', metavar='R', help='a walker instead, as leo')
     arguments.add_argument('--first-seed', type=int, default=1)
     arguments.add_argument('--jobs', type=int, default=2, help='processes')
     arguments.add_argument('-o', dest='output', metavar='DIR', help='where results are kept')

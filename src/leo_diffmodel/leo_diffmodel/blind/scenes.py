@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What happens in a blind case: one scene after another, each a recording of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from leo_sim.batch import rollout
+from leo_sim.effects import Placed
+from leo_sim.model import Model
+from leo_sim.motions import Falls, MOTIONS
+from leo_sim.robot import Robot
+
+Array = np.ndarray
+Effects = tuple[Placed, ...]
+Step = Callable[[int, Array, Array], tuple[Array, Array] | None]
+"""Inputs and enabled (A,) of a control period from its number and what is measured at its start;
+None: the robot is to be put into its start pose again."""
+
+
+class Path(NamedTuple):
+    """Where a robot comes by, without noise.
+
+    Attributes:
+        q, dq: true angles and rates at the start of each control period, and at the end of the
+            last, shape (N+1, J).
+        inputs, enabled: held over each, shape (N, A).
+        held: the base does not move.
+    """
+
+    q: Array
+    dq: Array
+    inputs: Array
+    enabled: Array
+    held: bool = False
+
+
+@dataclass(frozen=True)
+class Given:
+    """Inputs fixed beforehand, on a robot without contact.
+
+    Attributes:
+        inputs: of each control period [V or N m], shape (N, A).
+        enabled: motors on, shape (N, A).
+    """
+
+    inputs: Array
+    enabled: Array
+    start = 'nominal'
+    held = False
+
+    @property
+    def count(self) -> int:
+        """Control periods."""
+        return len(self.inputs)
+
+    def begin(self) -> Step:
+        """What drives the robot."""
+        return lambda k, q, dq: (self.inputs[k], self.enabled[k])
+
+    def paths(self, robot: Robot, effects: Effects, noise: tuple[float, float]) -> list[Path]:
+        """The run of a robot with effects."""
+        start = Model(robot).start('nominal')
+        q, dq = rollout(Model(robot, effects), start.q[None], start.dq[None], self.inputs[None],
+                        robot.control_period, self.enabled[None])  # fmt: skip
+        return [Path(q[0], dq[0], self.inputs, self.enabled)]
+
+
+@dataclass(frozen=True)
+class Moving:
+    """A scripted motion of a walker, which answers to what it measures.
+
+    Attributes:
+        robot: the robot.
+        motion: of `MOTIONS`.
+        count: control periods.
+        seed: of the motion's figures.
+    """
+
+    robot: Robot
+    motion: str
+    count: int
+    seed: int
+
+    @property
+    def start(self) -> str:
+        """The start pose."""
+        return MOTIONS[self.motion].start
+
+    @property
+    def held(self) -> bool:
+        """Whether the base does not move."""
+        return self.robot.start_poses[self.start].held
+
+    def begin(self) -> Step:
+        """What drives the robot; after a fall it begins anew, in another way."""
+        rng, falls = np.random.default_rng(self.seed), Falls(self.robot)
+        script, first = MOTIONS[self.motion].script(self.robot, rng), 0
+        on = np.ones(len(self.robot.actuators), dtype=bool)
+
+        def step(k: int, q: Array, dq: Array) -> tuple[Array, Array] | None:
+            nonlocal script, first
+            if not self.held and falls.over(q):
+                script, first = MOTIONS[self.motion].script(self.robot, rng), k
+                return None
+            return script((k - first) * self.robot.control_period, q, dq), on
+
+        return step
+
+    def paths(self, robot: Robot, effects: Effects, noise: tuple[float, float]) -> list[Path]:
+        """Each of the ways between two falls of a robot with effects, and measurement noise.
+
+        Raises:
+            UserError: the robot runs away.
+        """
+        model, step = Model(robot, effects, engine='rigid', scheme='search'), self.begin()
+        rng = np.random.default_rng(self.seed)
+        state, way, ways = model.start(self.start, rng), _Way(), []
+        for k in range(self.count):
+            seen = np.stack(model.sense(state))
+            seen = seen + np.array(noise)[:, None] * rng.standard_normal(seen.shape)
+            driven = step(k, *seen)
+            if driven is None:
+                ways.append(way.path(state.q, state.dq, self.held))
+                state, way = model.start(self.start, rng), _Way()
+                continue
+            way.add(state.q, state.dq, *driven)
+            state = model.step(state, driven[0], robot.control_period)
+        return [w for w in (*ways, way.path(state.q, state.dq, self.held)) if len(w.inputs)]
+
+
+class _Way:
+    """A path as it grows."""
+
+    def __init__(self) -> None:
+        self._rows: list[tuple[Array, ...]] = []
+
+    def add(self, *row: Array) -> None:
+        """Angles, rates, inputs and enabled of a control period."""
+        self._rows.append(row)
+
+    def path(self, q: Array, dq: Array, held: bool) -> Path:
+        """All of it, with the state at its end."""
+        if not self._rows:
+            return Path(q[None], dq[None], np.zeros((0, 0)), np.zeros((0, 0)), held)
+        qs, dqs, inputs, enabled = (np.array(column) for column in zip(*self._rows, strict=True))
+        return Path(np.vstack([qs, q]), np.vstack([dqs, dq]), inputs, enabled, held)
+
+
+Scene = Given | Moving
