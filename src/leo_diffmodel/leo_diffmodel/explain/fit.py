@@ -21,6 +21,8 @@ OUT_OF_LINE = 2.0
 """Times the median loss: a window on the ground that is worse does not move the parameters."""
 LOUDEST, LOUD = 0.9, 2.0
 """Share of the windows on the ground, and times the strongest answer of these, for the rest."""
+RIDGE, RIDGE_ON_GROUND = 1e-9, 1e-3
+"""Of the scaled normal equations; rollouts on the ground are dear, and far steps seldom pay."""
 PATIENCE = 3
 """Up to this many times the iterations, as long as the last step saved FAR_NATS or more."""
 
@@ -192,7 +194,7 @@ def moved(problem: Problem, fitted: Fit, scale: float) -> Fit:
     step = _sound_step(problem, point)
     theta = fitted.hypothesis.bounded(fitted.theta + scale * step.theta)
     start = fitted.start + step.start + step.gain @ (theta - fitted.theta)
-    return replace(fitted, theta=theta, start=start)
+    return replace(fitted, theta=theta, start=np.where(np.isfinite(start), start, fitted.start))
 
 
 def _in_line(problem: Problem, loss: Array) -> float:
@@ -250,18 +252,19 @@ def _step(problem: Problem, point: _Point, chosen: Array | None = None) -> _Step
         calm = _calm(problem, by_theta[chosen])
         columns = by_theta[chosen] * calm
         slope = np.einsum('wnp,wn->p', columns, residual[chosen] * calm[..., 0])
-        step = _bounded_step(_gram(columns), slope, point)
+        ridge = RIDGE_ON_GROUND if problem.footing else RIDGE
+        step = _bounded_step(_gram(columns), slope, point, ridge)
     return _Step(step, -start, -gain)
 
 
-def _bounded_step(matrix: Array, slope: Array, point: _Point) -> Array:
+def _bounded_step(matrix: Array, slope: Array, point: _Point, ridge: float) -> Array:
     """The Gauss-Newton step with parameters that push against a bound held there."""
     low, high = point.hypothesis.least(point.theta), point.hypothesis.high
     free = np.ones(len(slope), dtype=bool)
     step = np.zeros(len(slope))
     for _ in range(len(slope)):
         step[:] = 0.0
-        step[free] = -_solve(matrix[np.ix_(free, free)], slope[free])
+        step[free] = -_solve(matrix[np.ix_(free, free)], slope[free], ridge)
         blocked = ((point.theta <= low) & (step < 0)) | ((point.theta >= high) & (step > 0))
         if not blocked.any():
             break
@@ -329,11 +332,10 @@ def _gram(columns: Array) -> Array:
     return flat.T @ flat
 
 
-def _solve(matrix: Array, vector: Array) -> Array:
+def _solve(matrix: Array, vector: Array, ridge: float) -> Array:
     scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     scaled = matrix / np.outer(scale, scale)
-    ridge = 1e-9 * np.eye(len(vector))
-    return np.linalg.solve(scaled + ridge, vector / scale) / scale
+    return np.linalg.solve(scaled + ridge * np.eye(len(vector)), vector / scale) / scale
 
 
 def _covariance(information: Array) -> Array:

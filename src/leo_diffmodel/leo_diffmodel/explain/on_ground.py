@@ -18,7 +18,7 @@ from leo_diffmodel.explain.scored import dispersion
 MOST_CONTENDERS, WORTH, WORTH_ALL = 8, 0.2, 0.5
 """How many are tried, and the share of the threshold that a scan, and then a fit in some windows,
 must promise."""
-KNOCK_OUT, KNOCK_OUT_WINDOWS = (4, 2), 40
+KNOCK_OUT, KNOCK_OUT_WINDOWS = (4, 3), 40
 """How many go on after each step, and in how many windows."""
 STRIDES = (1.0, 0.3)
 MOST_STEPS, ENOUGH_NATS = 6, 2.0
