@@ -10,14 +10,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import Posed
-from leo_diffmodel.explain.ranking import Round
-from leo_diffmodel.explain.scored import unexplained
+from leo_diffmodel.explain.ranking import gain, Round
+from leo_diffmodel.explain.scan import amplitude_indices
+from leo_diffmodel.explain.scored import MARGIN_NATS, unexplained
 from leo_diffmodel.explain.verdict import UNEXPLAINED_RATIO
 
 MOST_SWAPS = 4
+NEUTRAL_SIGMAS, FADED = 3.0, 0.05
 Explore = Callable[[Posed, Fit, Fit | None], Round]
 
 
@@ -47,7 +51,8 @@ def review(
     An effect gives way only to what leaves nothing, be that one effect in its place or all the
     others without it: on a robot with much that no effect explains, each trifle fits best in its
     own way, and the order in which effects explain most is worth more. There the effect found
-    last goes before one that it has made worthless.
+    last goes before one that it has made worthless. Two effects that do together what one does
+    give way to the one.
 
     Args:
         posed: the problem.
@@ -68,11 +73,47 @@ def review(
             given_way = index == last or _completes(found.null)
             final = found.null if given_way else without(posed.problem, final, last)
             members, changed = {}, changed or given_way
+        elif swaps < MOST_SWAPS and (fewer := _fewer(posed.problem, final, found)) is not None:
+            final, members, changed = fewer, {}, True
+            swaps += 1
         elif best.candidate == stale[0] or swaps == MOST_SWAPS or not _completes(best.fit):
             members[stale[0]] = found
         else:
             final, members, changed = best.fit, {best.candidate: found}, True
             swaps += 1
+
+
+def _fewer(problem: Problem, final: Fit, found: Round) -> Fit | None:
+    """The set less one effect, where a rival that is as good has no need of that one."""
+    best = found.scored[0]
+    for rival in found.scored:
+        full = rival.fit
+        if full is None or best.score - rival.score > MARGIN_NATS:
+            continue
+        for index, other in enumerate(full.hypothesis.candidates):
+            if other != rival.candidate and _fades(final, full, other):
+                fewer = without(problem, full, index)
+                lost = gain(fewer, full, problem.train) / best.dispersion
+                if lost < MARGIN_NATS and _completes(fewer):
+                    return fewer
+    return None
+
+
+def _fades(before: Fit, after: Fit, candidate: Candidate) -> bool:
+    """Whether little is left of an effect in another set, or nothing that is sure."""
+    was, now = _away(before, candidate), _away(after, candidate)
+    sure = np.sqrt(np.diagonal(after.covariance))[_scaling(after, candidate)]
+    return bool(np.all(now < np.maximum(FADED * was, NEUTRAL_SIGMAS * sure)))
+
+
+def _away(fitted: Fit, candidate: Candidate) -> np.ndarray:
+    """How far from neutral all is that scales an effect."""
+    return np.abs(fitted.theta - fitted.hypothesis.neutral)[_scaling(fitted, candidate)]
+
+
+def _scaling(fitted: Fit, candidate: Candidate) -> list[int]:
+    first = fitted.hypothesis.offset(fitted.hypothesis.candidates.index(candidate))
+    return [first + i for i in amplitude_indices(candidate.parameters)]
 
 
 def _completes(swapped: Fit) -> bool:

@@ -78,7 +78,7 @@ EXPERIMENTS = {
     ),
     'table6': Experiment(
         'From the ideal to the real LEO: thesis Figure 16 and Table 6', TRANSFER,
-        _transfers('thesis', 'network', 2, 4),
+        _transfers('thesis', 'network', 2, 4) + _transfers('thesis', 'effects', 1, 4),
     ),
     'table3': Experiment(
         'Thesis Table 3: DDPG and SARSA on leo_ode', WALKING,
