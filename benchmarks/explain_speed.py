@@ -48,7 +48,7 @@ def main() -> None:
         search, report = [], []
         for case in islice(cases(robot, arguments.first_seed), arguments.cases):
             with tempfile.TemporaryDirectory() as folder:
-                bag = record(case, Path(folder) / 'bag')
+                (bag,) = record(case, Path(folder))
                 search.append(seconds(bag, robot))
                 report.append(seconds(bag, robot, '-o', f'{folder}/out'))
             name = case.effects[0].effect.name

@@ -34,6 +34,7 @@ from leo_diffmodel.blind.case import Case, draw_case, ROBOTS
 from leo_diffmodel.blind.excitation import excitation
 from leo_diffmodel.blind.judge import judge
 from leo_diffmodel.blind.record import record
+from leo_diffmodel.blind.scenes import Given
 from leo_diffmodel.blind.table import rate
 from leo_diffmodel.blind.truth import hide, reveal
 from leo_diffmodel.explain.explanation import explain
@@ -65,9 +66,10 @@ def run_seed(seed: int) -> dict:
         if found.best:
             run, shape = found.best.run, found.best.run.inputs.shape
             row |= {'run': run.name, 'nats': found.best.worth[0]}
-            runs['proposed'] = run.inputs, np.broadcast_to(run.enabled[:, None], shape)
-        for kind, (inputs, enabled) in runs.items():
-            driven = replace(case.run, inputs=inputs, enabled=enabled)
+            enabled = np.broadcast_to(run.enabled[:, None], shape)
+            runs['proposed'] = Given(run.inputs, enabled)
+        for kind, scene in runs.items():
+            driven = replace(case.run, scenes=(scene,))
             again = replace(case, seed=seed + OTHER_NOISE, run=driven)
             both = [first, recorded(again, folder / kind)]
             row[kind] = outcome(explain(both, model).to_json(), folder / 'truth.sealed')
@@ -81,23 +83,26 @@ def outcome(answer: dict, truth: Path) -> dict:
     return {'named': bool(named), **{k: judged[k] for k in ('verdict', 'set', 'right')}}
 
 
-def random_run(robot: Robot, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Inputs and motors on, drawn as those of the first bag were; each of shape (N, A)."""
+def random_run(robot: Robot, seed: int) -> Given:
+    """Inputs drawn as those of the first bag were."""
     inputs, enabled = excitation(robot, np.random.default_rng([seed, 7]))
     count = round(NEXT_SECONDS / robot.control_period)
-    return inputs[:count], enabled[:count]
+    return Given(inputs[:count], enabled[:count])
 
 
 def shortened(case: Case, seconds: float) -> Case:
     """The case with only the first seconds of its inputs."""
     count = round(seconds / case.robot.control_period)
-    run = replace(case.run, inputs=case.run.inputs[:count], enabled=case.run.enabled[:count])
-    return replace(case, run=run)
+    (whole,) = case.run.scenes
+    assert isinstance(whole, Given)
+    first = Given(whole.inputs[:count], whole.enabled[:count])
+    return replace(case, run=replace(case.run, scenes=(first,)))
 
 
 def recorded(case: Case, folder: Path) -> Recording:
     """The bag of a case, read back."""
-    return read_bag(record(case, folder), case.robot)
+    (bag,) = record(case, folder)
+    return read_bag(bag, case.robot)
 
 
 def is_open(row: dict) -> bool:

@@ -14,6 +14,7 @@ from leo_diffmodel.blind.judge import judge
 from leo_diffmodel.blind.open_loop import OpenLoop, Run, sized
 from leo_diffmodel.blind.parameters import parameter_errors
 from leo_diffmodel.blind.record import record
+from leo_diffmodel.blind.scenes import Given
 from leo_diffmodel.blind.table import confusion, lower_bound, summary, upper_bound
 from leo_diffmodel.blind.truth import hide, reveal
 from leo_sim.effects import place
@@ -34,8 +35,9 @@ def test_every_robot_comes_from_both_engines():
 
 def test_a_servo_is_free_at_times_and_not_quite_what_its_data_sheet_says():
     case = draw_case(SERVO, 'none')
-    assert 0.02 < 1 - case.run.enabled.mean() < 0.5
-    assert np.abs(case.run.inputs).max() <= case.robot.actuators[0].limit
+    (scene,) = case.run.scenes
+    assert case.run.ever_free and 0.02 < 1 - scene.enabled.mean() < 0.5
+    assert np.abs(scene.inputs).max() <= case.robot.actuators[0].limit
     for path, constant in case.robot.constants.items():
         built = case.run.robot.constants[path]
         assert (built == constant) == (constant.uncertain is None)
@@ -47,7 +49,7 @@ def test_a_case_is_drawn_again_from_its_seed():
     one, other = (draw_case(PENDULUM, 'effect') for _ in 'ab')
     assert [place_of(p) for p in one.effects] == [place_of(p) for p in other.effects]
     assert one.effects[0].parameters == other.effects[0].parameters
-    assert np.array_equal(one.run.inputs, other.run.inputs)
+    assert np.array_equal(one.run.scenes[0].inputs, other.run.scenes[0].inputs)
     assert 1.0 * np.exp(-0.15) < one.sizes[0] < 30.0 * np.exp(0.15)
 
 
@@ -68,26 +70,57 @@ def test_a_law_outside_the_catalogue_is_hidden_on_every_robot_in_turn():
 def servo_run() -> Run:
     robot = load_robot('servo_pendulum')
     inputs = np.repeat(np.random.default_rng(3).uniform(-5, 5, (40, 1)), 25, axis=0)
-    return Run(robot, inputs, np.ones(inputs.shape, dtype=bool), (1e-3, 0.05))
+    scene = Given(inputs, np.ones(inputs.shape, dtype=bool))
+    return Run(robot, (scene,), (1e-3, 0.05))
 
 
 def test_what_uncertain_constants_explain_is_no_effect():
     run = servo_run()
-    assert sized(run, (), 'armature', 'pivot', 10.0, 1) is None
-    assert sized(run, (), 'encoder_offset', 'pivot', 10.0, 1) is None
-    placed, size = sized(run, (), 'coulomb_friction', 'pivot', 10.0, 1)
+    first = OpenLoop(run, ())
+    assert sized(run, first, (), 'armature', 'pivot', 10.0, 1) is None
+    assert sized(run, first, (), 'encoder_offset', 'pivot', 10.0, 1) is None
+    placed, size = sized(run, first, (), 'coulomb_friction', 'pivot', 10.0, 1)
     assert placed.effect.name == 'coulomb_friction'
     assert size == pytest.approx(10.0, rel=0.2)
 
 
 def test_the_bag_shows_free_motors_and_no_truth(tmp_path):
     case = draw_case(SERVO, 'effect')
-    bag = record(case, tmp_path / 'bag')
+    (bag,) = record(case, tmp_path)
     (episode,) = read_bag(bag, case.robot).episodes
-    assert episode.enabled[:-1].mean() == pytest.approx(case.run.enabled.mean(), abs=0.01)
+    on = case.run.scenes[0].enabled.mean()
+    assert episode.enabled[:-1].mean() == pytest.approx(on, abs=0.01)
     assert np.all(episode.inputs[episode.enabled < 0.5] == 0)
     name = case.effects[0].effect.name.encode()
     assert not any(name in f.read_bytes() for f in bag.iterdir())
+
+
+WALKS = 5
+"""Seed of a case of LEO."""
+
+
+@pytest.fixture(scope='module')
+def walker():
+    return draw_case(WALKS, 'effect', 'leo')
+
+
+def test_a_walker_hangs_stands_and_steps_in_bags_of_their_own(walker, tmp_path):
+    bags = [read_bag(bag, walker.robot) for bag in record(walker, tmp_path)]
+    assert [bag.held for bag in bags] == [True, False, False]
+    seconds = [sum(e.t[-1] - e.t[0] for e in bag.episodes) for bag in bags]
+    assert sum(seconds) == pytest.approx(20.0, abs=1.0)
+    for bag in bags:
+        q = np.concatenate([e.q for e in bag.episodes])
+        assert np.all(np.ptp(q[:, 3:], axis=0) > 0.02) and np.isfinite(q).all()
+    assert len(bags[2].episodes) > 1  # it fell and was put up again
+
+
+def test_an_effect_on_a_walker_has_its_size_along_the_run_it_causes(walker):
+    (placed,), (size,) = walker.effects, walker.sizes
+    assert 1.0 * np.exp(-0.15) < size < 30.0 * np.exp(0.15)
+    loop = OpenLoop(walker.run, walker.effects)
+    assert loop.size(placed)[0] == pytest.approx(size, rel=1e-9)
+    assert walker.engine == ('rigid', 1.3e-5)
 
 
 def test_the_truth_is_sealed_until_it_is_revealed(tmp_path):
@@ -160,6 +193,16 @@ def test_no_effect_must_be_fine():
     assert not verdict(truth_of('none'), 'named', row('viscous_friction', 'pivot'))['right']
 
 
+def test_three_effects_need_a_row_each_in_any_order():
+    third = ('armature', 'pivot', 'drive')
+    truth = truth_of('triple', VISCOUS, SCALE, third)
+    rows = [row(name, where) for name, where, _ in (third, VISCOUS, SCALE)]
+    assert verdict(truth, 'named', *rows)['exact']
+    assert not verdict(truth, 'named', *rows[:2])['right']
+    wrong = row('coulomb_friction', 'pivot')
+    assert not verdict(truth, 'named', *rows[:2], wrong)['right']
+
+
 def test_pairs_need_a_row_each():
     truth = truth_of('pair', VISCOUS, SCALE)
     both = row('viscous_friction', 'pivot'), row('voltage_scale', 'pivot')
@@ -227,7 +270,7 @@ def test_the_table_counts_what_was_taken_for_what():
 def test_a_run_continues_where_it_ended(tmp_path, monkeypatch):
     asked = []
 
-    def fake(seed, kind):
+    def fake(seed, kind, walker):
         asked.append((seed, kind))
         return {'seed': seed, 'kind': kind, 'right': True}
 

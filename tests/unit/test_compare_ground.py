@@ -2,6 +2,7 @@
 """Compare and explain on a robot that stands on the ground: LEO."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,16 +11,19 @@ from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.conditions import conditions
 from leo_diffmodel.compare.phases import phases
+from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.torque import estimate, missing_torque
 from leo_diffmodel.compare.where import where
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.engine import scales_of
+from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.fit import fit, Problem
-from leo_diffmodel.explain.footing import settled
+from leo_diffmodel.explain.footing import refined, settled
 from leo_diffmodel.explain.ground_scan import GroundScanner, is_straight
 from leo_diffmodel.explain.hypothesis import Hypothesis
+from leo_diffmodel.explain.ranking import gains, WINDOW_NATS
 from leo_sim.batch import rollout
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -158,6 +162,49 @@ def test_a_scan_on_settled_windows_finds_effect_joint_and_size(model, braked):
     fitted = fit(problem, null.hypothesis.with_candidate(best.candidate), best.theta, null.start)
     low, high = fitted.ci95(0)
     assert low - 0.003 < 0.05 < high + 0.003
+
+
+def test_what_a_coarse_integration_is_off_by_is_taken_off(model):
+    windows = cut([recorded(start='standing', seconds=0.9)], 0.1)
+    kept, footing = settled(model, windows, SIGMA)
+    windows = windows.take(kept)
+    finer, moved = refined(model, windows, footing)
+    fine = predict(model.changed(scheme='training'), windows, footing.start)
+    coarse = predict(model, windows, footing.start)
+    assert np.abs(fine - coarse).max() > 1e-6
+    np.testing.assert_allclose(finer.measured - coarse, windows.measured - fine, atol=1e-12)
+    again, _ = refined(model, finer, moved)
+    np.testing.assert_allclose(again.measured, finer.measured, atol=1e-12)
+
+
+def test_starts_settle_on_another_model_by_the_answer_of_the_first(model, braked):
+    windows = cut([braked], 0.1)
+    kept, footing = settled(model, windows, SIGMA)
+    right = model.changed(effects=[place(LEO, 'viscous_friction', 'left_knee', b=0.05)])
+    _, again = settled(right, windows.take(kept), SIGMA, footing)
+    expected = 0.5 * windows.measured[0].size
+    assert np.median(footing.loss) > 1.5 * expected > 0.9 * np.median(again.loss)
+
+
+def test_fits_that_save_all_there_is_are_told_apart_by_one_another():
+    def of(loss):
+        return SimpleNamespace(loss=np.array(loss))
+
+    null, good, better = of([50.0] * 4), of([3.0, 4.0, 3.0, 9.0]), of([3.0, 3.0, 3.0, 3.0])
+    everything = np.ones(4, bool)
+    first, second = gains(null, [good, better], everything, 1.0)
+    assert second == 4 * WINDOW_NATS and second - first == 1.0 + 6.0
+    assert gains(null, [good, better], everything, np.inf) == [181.0, 188.0]
+
+
+def test_explain_names_an_effect_on_the_ground():
+    brake = place(LEO, 'coulomb_friction', 'left_knee', c=0.15)
+    bags = [recorded(brake, seconds=3.0), recorded(brake, start='standing', seconds=1.5)]
+    found = explain(bags, Model(LEO, engine='rigid'))
+    (effect,) = found.effects
+    assert (found.verdict, effect['name'], effect['where']) == (
+        'named', 'coulomb_friction', 'left_knee')  # fmt: skip
+    assert effect['parameters']['c']['value'] == pytest.approx(0.15, rel=0.02)
 
 
 def test_straight_effects_are_those_in_proportion_to_their_size(model):

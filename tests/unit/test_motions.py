@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scripted motions of a walker."""
+
+import numpy as np
+import pytest
+
+from leo_sim.model import Model
+from leo_sim.motions import Falls, LYING_SECONDS, MOTIONS
+from leo_sim.robot import load_robot
+
+LEO = load_robot('leo')
+
+
+def moved(name: str, seed: int, seconds: float = 3.0) -> tuple[np.ndarray, np.ndarray]:
+    """Angles and voltages of a motion from its start pose, until it falls."""
+    rng, model = np.random.default_rng(seed), Model(LEO, engine='rigid', scheme='search')
+    state, script = model.start(MOTIONS[name].start, rng), MOTIONS[name].script(LEO, rng)
+    falls, rows = Falls(LEO), []
+    for k in range(round(seconds / LEO.control_period)):
+        if falls.over(state.q):
+            break
+        volts = script(k * LEO.control_period, state.q, state.dq)
+        rows.append((state.q, volts))
+        state = model.step(state, volts, LEO.control_period)
+    q, volts = zip(*rows, strict=True)
+    return np.array(q), np.array(volts)
+
+
+@pytest.mark.parametrize('name', MOTIONS)
+def test_every_joint_moves_and_voltages_stay_in_their_limits(name):
+    q, volts = moved(name, seed=2)
+    assert np.all(np.ptp(q[:, 3:], axis=0) > 0.01)
+    assert np.all(np.abs(volts) <= LEO.limits) and np.all(np.ptp(volts, axis=0) > 0.1)
+
+
+def test_standing_stands():
+    q, _ = moved('standing', seed=4)
+    assert len(q) == 100 and np.abs(q[:, 2]).max() < 0.3
+
+
+@pytest.mark.parametrize('name', MOTIONS)
+def test_the_same_numbers_make_the_same_motion_and_others_another(name):
+    one, same, other = (moved(name, seed, 0.6)[1] for seed in (1, 1, 2))
+    assert np.array_equal(one, same) and not np.array_equal(one, other)
+
+
+def test_a_fall_is_over_when_it_has_lain_for_a_while():
+    falls, q = Falls(LEO), Model(LEO, engine='rigid').start('standing').q.copy()
+    assert not any(falls.over(q) for _ in range(100))
+    q[2] = 1.4
+    count = next(k for k in range(100) if falls.over(q))
+    assert count * LEO.control_period == pytest.approx(LYING_SECONDS, abs=LEO.control_period)
