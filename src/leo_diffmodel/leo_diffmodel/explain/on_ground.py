@@ -15,11 +15,12 @@ from leo_diffmodel.explain.ranking import gain, gains, ranking, Round
 from leo_diffmodel.explain.scan import Scan
 from leo_diffmodel.explain.scored import dispersion
 
-MOST_CONTENDERS, WORTH, WORTH_ALL = 8, 0.2, 0.5
+MOST_CONTENDERS, WORTH, WORTH_ALL = 8, 0.2, 0.8
 """How many are tried, and the share of the threshold that a scan, and then a fit in some windows,
 must promise."""
-KNOCK_OUT, KNOCK_OUT_WINDOWS = (4, 3), 40
-"""How many go on after each step, and in how many windows."""
+KNOCK_OUT, KNOCK_OUT_WINDOWS = ((4, np.inf), (3, 60.0)), 40
+"""How many go on after each step, and by how many nats (for a dispersion of 1) behind the best at
+most; in how many windows."""
 STRIDES = (1.0, 0.3)
 MOST_STEPS, ENOUGH_NATS = 6, 2.0
 
@@ -57,12 +58,12 @@ def _played(
 ) -> tuple[list[tuple[Scan, Posed, Fit]], float]:
     """The last contenders, best first, and what the best of them gains [nats]."""
     field = [(s, *_footed(posed, _with(null, s))) for s in scans]
-    for left in KNOCK_OUT:
+    for left, behind in KNOCK_OUT:
         field = [(s, *_advanced(at, fitted)[:2]) for s, at, fitted in field]
         spread = min(dispersion(fitted) for _, _, fitted in field)
         saved = gains(null, [fitted for *_, fitted in field], posed.problem.train, spread)
-        order = np.argsort(saved)[::-1]
-        field = [field[i] for i in order[:left] if saved[i] > 0 or i == order[0]]
+        order, least = np.argsort(saved)[::-1], max(0.0, max(saved) - behind * spread)
+        field = [field[i] for i in order[:left] if saved[i] > least or i == order[0]]
         progress(field[0][0].candidate.label)
     return field, max(saved) / spread
 
