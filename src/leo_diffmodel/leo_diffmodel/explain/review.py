@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.explain.fit import Fit, fit, Problem
-from leo_diffmodel.explain.hypothesis import Candidate
+from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.pose import Posed
 from leo_diffmodel.explain.ranking import gain, Round
 from leo_diffmodel.explain.scan import amplitude_indices
@@ -73,7 +73,9 @@ def review(
             given_way = index == last or _completes(found.null)
             final = found.null if given_way else without(posed.problem, final, last)
             members, changed = {}, changed or given_way
-        elif swaps < MOST_SWAPS and (fewer := _fewer(posed.problem, final, found)) is not None:
+        elif swaps < MOST_SWAPS and (
+            fewer := _fewer(posed.problem, final, stale[0], found)
+        ):
             final, members, changed = fewer, {}, True
             swaps += 1
         elif best.candidate == stale[0] or swaps == MOST_SWAPS or not _completes(best.fit):
@@ -83,19 +85,22 @@ def review(
             swaps += 1
 
 
-def _fewer(problem: Problem, final: Fit, found: Round) -> Fit | None:
-    """The set less one effect, where a rival that is as good has no need of that one."""
-    best = found.scored[0]
+def _fewer(problem: Problem, final: Fit, member: Candidate, found: Round) -> Fit | None:
+    """The set less one effect, where what is as good in a member's place has no need of it."""
+    best, constants = found.scored[0], final.hypothesis.constants
     for rival in found.scored:
         full = rival.fit
         if full is None or best.score - rival.score > MARGIN_NATS:
             continue
-        for index, other in enumerate(full.hypothesis.candidates):
+        taken = [rival.candidate if c == member else c for c in final.hypothesis.candidates]
+        for other in taken:
             if other != rival.candidate and _fades(final, full, other):
-                fewer = without(problem, full, index)
-                lost = gain(fewer, full, problem.train) / best.dispersion
-                if lost < MARGIN_NATS and _completes(fewer):
-                    return fewer
+                fewer = Hypothesis(tuple(c for c in taken if c != other), constants)
+                theta = fewer.carried(full.hypothesis, full.theta)
+                fitted = fit(problem, fewer, theta, full.start)
+                lost = gain(fitted, full, problem.train) / best.dispersion
+                if lost < MARGIN_NATS and _completes(fitted):
+                    return fitted
     return None
 
 
