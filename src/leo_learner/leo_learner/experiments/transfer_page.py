@@ -39,6 +39,7 @@ def figure(title: str, cases: Sequence[Case], rows: Sequence[Row], path: Path) -
     groups = grouped(cases, rows)
     for name, lines in groups.items():
         _rounds(upper, ' '.join(name), lines)
+    _trained_there(upper, [line for lines in groups.values() for line in lines])
     upper.set(xlabel='update of the difference model', ylabel='distance in 20 s [m]', title=title)
     upper.set_xticks(range(1 + max(case.updates for case in cases)))
     first = next(iter(groups.values()))[0]
@@ -50,6 +51,14 @@ def figure(title: str, cases: Sequence[Case], rows: Sequence[Row], path: Path) -
         axes.legend(frameon=False)
         axes.spines[['top', 'right']].set_visible(False)
     drawing.savefig(path, dpi=DPI)
+
+
+def _trained_there(axes: Any, lines: Sequence[Row]) -> None:
+    """Mean distance of the policies trained on the real robot, each seed once."""
+    of_seed = {line['seed']: line['reference'] for line in lines if 'reference' in line}
+    if of_seed:
+        mean = float(np.mean(_nominal(of_seed.values(), 'distance')))
+        axes.axhline(mean, color='0.5', linestyle='--', label='trained on the real robot')
 
 
 def grouped(cases: Sequence[Case], rows: Sequence[Row]) -> dict[tuple[str, str], list[Row]]:
