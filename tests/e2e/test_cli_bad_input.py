@@ -95,6 +95,8 @@ OTHERS = [
     (['blind', '--cases', 'x'], ['leo blind', '--cases', "'x'"]),
     (['blind', '--cases', '-1'], ['--cases', '-1']),
     (['blind', '--jobs', '0'], ['--jobs', '0']),
+    (['blind', '--robot', 'pendulum'], ['--robot takes a walker', 'pendulum']),
+    (['blind', '--robot', 'leo', '--outside', '1'], ['--outside', 'leave out --robot']),
     (['blind', '-o', 'notes.txt'], ['notes.txt is a file']),
     (['check', 'good'], ['leo check', '--model']),
     (['check', 'good', *P, '-o', 'notes.txt'], ['notes.txt is a file']),

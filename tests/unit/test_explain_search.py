@@ -122,6 +122,21 @@ def test_where_much_stays_unexplained_what_was_found_first_stays():
     assert later.final.hypothesis == hypothesis and not later.changed
 
 
+def test_two_effects_give_way_to_one_that_does_what_both_do():
+    data = record(PENDULUM, place(PENDULUM, 'back_emf_scale', 'pivot', k=1.3), seconds=10)
+    first = first_search([data], Model(PENDULUM))
+    of = {s.candidate.effect.name: s.candidate for s in first.rounds[0].scored}
+    names = ('voltage_scale', 'torque_scale', 'back_emf_scale')
+    tried = Trial([of[n] for n in names], scales_of(Model(PENDULUM), first.problem.windows),
+                  noise.short_windows([data]))  # fmt: skip
+    both = first.null.hypothesis.with_candidate(of['voltage_scale'])
+    both = both.with_candidate(of['torque_scale'])
+    full = fit(first.problem, both, np.array([1 / 1.3, 1.3]))
+    found = review(first.posed, full, {}, tried)
+    assert found.changed and found.final.hypothesis.candidates == (of['back_emf_scale'],)
+    assert found.final.theta == pytest.approx([1.3], rel=0.05)
+
+
 def test_a_constant_at_its_bound_hides_no_effect():
     robot = load_robot('servo_pendulum')
     low = robot.constants['sensors.pivot.offset'].uncertain[0]

@@ -60,6 +60,8 @@ class Case:
 def draw_case(seed: int, kind: str, walker: str | None = None) -> Case:
     """The case of a seed; every second one comes from another integrator and time step.
 
+    No other integrator knows the ground: a walker has another time step alone.
+
     Args:
         seed: of everything drawn.
         kind: of `KINDS`.

@@ -24,7 +24,7 @@ ENOUGH_NATS = 0.3
 MOST_BEND = 0.3
 DRAWS = 2
 FEWEST = 12
-FINER = 'training'
+COARSE, FINER = 'search', 'training'
 OUT_OF_LINE = 1.5
 """Times the median loss: such a window is asked for its answer to the starts again."""
 
@@ -101,12 +101,12 @@ def settled(
 
 
 def refined(model: Model, windows: Windows, footing: Footing) -> tuple[Windows, Footing]:
-    """The windows less what a finer integration of the model adds, from the settled starts.
+    """The windows less what a finer integration than the coarsest adds, from the settled starts.
 
     What a coarse one is off by hardly depends on the parameters, so this brings the fit with the
     coarse one to where the finer one has its best.
     """
-    if model.scheme == FINER:
+    if model.scheme != COARSE:
         return windows, footing
     fine = predict(model.changed(scheme=FINER), windows, footing.start)
     finer = fine - predict(model, windows, footing.start)
