@@ -25,6 +25,8 @@ ROUNDS = 8
 ON_GROUND_WINDOWS = 60
 ON_GROUND_SHARE = 0.25
 """Of the short windows of a robot on the ground, the calm ones tell the noise."""
+SMOOTH, SURELY = 3, 0.8
+"""Degree of the polynomial that a calm stretch follows; such noise counts where it is so much less."""
 ROUNDED = 0.5
 """Values are taken for rounded where fewer than this share of them are distinct."""
 
@@ -66,7 +68,23 @@ def _estimate(model: Model, windows: Windows) -> Array:
         start = nearer(windows, predicted, columns, sigma[None, None])
         predicted, columns = respond(model, windows, start, pushes)
         sigma = np.minimum(_read(windows.measured - predicted, columns, calm), sigma)
+        smooth = _about_curves(windows, calm)
+        sigma = np.where(smooth < SURELY * sigma, smooth, sigma)
     return np.maximum(sigma, _finest(windows))
+
+
+def _about_curves(windows: Windows, calm: float) -> Array:
+    """Noise of each channel about a curve through each window, without a model, shape (2J,).
+
+    A wrong height of the ground, or of the sensor above it, is in every window with contact, and
+    no start state takes it up.
+    """
+    curves = np.polynomial.legendre.legvander(np.linspace(-1, 1, windows.steps + 1), SMOOTH)
+    basis = np.linalg.qr(curves)[0]
+    rest = windows.measured - basis @ (basis.T @ windows.measured)
+    degrees = windows.steps - SMOOTH
+    square = np.quantile((rest**2).sum(axis=1), calm, axis=0)
+    return np.sqrt(square / _chi2(calm, np.array(degrees)))
 
 
 def spread_out(windows: Windows, most: int) -> Windows:

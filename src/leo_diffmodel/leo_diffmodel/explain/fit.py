@@ -19,8 +19,9 @@ FAR_NATS = 100.0
 FOOTED_NATS, FOOTED_SCALES = 0.5, (1.0, 0.3, 0.1)
 OUT_OF_LINE = 2.0
 """Times the median loss: a window on the ground that is worse does not move the parameters."""
-LOUDEST, LOUD = 0.9, 2.0
-"""Share of the windows on the ground, and times the strongest answer of these, for the rest."""
+ANSWERS, LOUD = 0.05, 1.5
+"""Windows on the ground answer with this share of what nine in ten stay below; one that answers so
+many times as strongly as the median of them has its answer cut to that."""
 RIDGE, RIDGE_ON_GROUND = 1e-9, 1e-3
 """Of the scaled normal equations; rollouts on the ground are dear, and far steps seldom pay."""
 PATIENCE = 3
@@ -323,7 +324,8 @@ def _calm(problem: Problem, by_theta: Array) -> Array:
     if not problem.footing or not by_theta.size:
         return np.ones((len(by_theta), 1, 1))
     size = np.sqrt((by_theta**2).sum(axis=1))
-    most = LOUD * np.quantile(size, LOUDEST, axis=0)
+    answers = size >= ANSWERS * np.quantile(size, 0.9, axis=0)
+    most = LOUD * np.array([np.median(s[a]) for s, a in zip(size.T, answers.T, strict=True)])
     return np.minimum(1.0, most / np.maximum(size, 1e-12)).min(axis=1)[:, None, None]
 
 

@@ -71,7 +71,8 @@ def settled(
     none = np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
     start = (before.start if before else windows.measured[:, 0]).copy()
     if before:
-        predicted, columns = predict(model, windows, start), before.by_start.copy()
+        start, predicted = _nearest(model, windows, sigma, start)
+        columns = before.by_start.copy()
     else:
         predicted, columns = respond(model, windows, start, none)
     loss = _loss(windows, predicted, sigma)
@@ -98,6 +99,15 @@ def settled(
     kept = _sure(model, windows, start, columns, sigma)
     nothing = np.zeros_like(windows.measured[kept])
     return kept, Footing(start[kept], columns[kept], loss[kept], nothing)
+
+
+def _nearest(model: Model, windows: Windows, sigma: Array, start: Array) -> tuple[Array, Array]:
+    """Of these starts and the measured ones the better in each window, and what they lead to."""
+    starts = np.stack([start, windows.measured[:, 0]])
+    predicted = predict(model, windows, starts)
+    best = np.argmin([_loss(windows, p, sigma) for p in predicted], axis=0)
+    every = np.arange(windows.count)
+    return starts[best, every], predicted[best, every]
 
 
 def refined(model: Model, windows: Windows, footing: Footing) -> tuple[Windows, Footing]:

@@ -34,6 +34,8 @@ RIDGE = 1e-6
 BETWEEN = 2.2
 """An amplitude that was tried stands for those up to so many times as large and as small."""
 MOST_SHAPES = 10
+TWO_ANGLES, ANGLES = (0.0, np.pi / 2), 24
+"""A law is run at two angles that shape it; how it answers to so many follows."""
 FACTORS = (0.25, 0.5, 2.0, 4.0)
 FRICTIONS = (0.1, 0.2, 0.4, 0.6, 0.9)
 
@@ -68,9 +70,10 @@ class GroundScanner(Scanner):
         self._kept[candidate] = trace
         change = self._project(trace.change)
         found = self._solved if is_straight(candidate) else self._picked
-        theta, gain, unit, nats = found(candidate, trace.points, change)
+        theta, gain = found(candidate, *_turned(candidate, trace.points, change))
         full = np.concatenate([self._null.theta[: self._split], theta, self._tail])
-        nats = nats / self._share
+        length2 = np.maximum((change**2).sum(-1), 1e-12)
+        unit, nats = change / np.sqrt(length2)[:, None], 0.5 * length2 / self._share
         return Scan(
             candidate, full, gain / self._share, unit, float(nats.max()), trace.points, nats
         )
@@ -97,7 +100,7 @@ class GroundScanner(Scanner):
         shapes: list[list[float]] = [[]]
         for i, p in enumerate(parameters):
             if i not in amplitude:
-                values = (0.0, np.pi / 2) if p.unit == 'rad' else self._shape(p)
+                values = TWO_ANGLES if p.unit == 'rad' else self._shape(p)
                 shapes = [[*s, v] for s in shapes for v in values]
         points = []
         for shape in shapes:
@@ -128,7 +131,7 @@ class GroundScanner(Scanner):
 
     def _solved(
         self, candidate: Candidate, points: Array, change: Array
-    ) -> tuple[Array, float, Array, Array]:
+    ) -> tuple[Array, float]:
         """Least squares over the parameters that scale the effect, for the best of its shapes."""
         amplitude = amplitude_indices(candidate.parameters)
         groups = change.reshape(-1, len(amplitude), change.shape[-1])
@@ -152,11 +155,11 @@ class GroundScanner(Scanner):
             if gain > best:
                 best, theta = gain, base
                 theta[list(amplitude)] = moved
-        return theta, best, *_units(change)
+        return theta, best
 
     def _picked(
         self, candidate: Candidate, points: Array, change: Array
-    ) -> tuple[Array, float, Array, Array]:
+    ) -> tuple[Array, float]:
         """The best point of a grid; along each ray the closed form picks the amplitude."""
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         along = change @ self.residual
@@ -165,8 +168,7 @@ class GroundScanner(Scanner):
         gains = self._saved(stretch[:, None] * change)
         best = int(np.argmax(gains))
         theta = self._stretched(candidate, points[best], float(stretch[best]))
-        return theta, float(gains[best]), *_units(change)
-
+        return theta, float(gains[best])
 
     def _saved(self, change: Array) -> Array:
         """Nats saved by changes (..., M) of the residual, in no window more than it is worth."""
@@ -191,6 +193,24 @@ def is_straight(candidate: Candidate) -> bool:
                                      and not effect.late)  # fmt: skip
 
 
+def _turned(candidate: Candidate, points: Array, change: Array) -> tuple[Array, Array]:
+    """What an effect does at many angles, from what it does at two of them; see `Parameter`."""
+    names = candidate.parameters
+    turned = [i for i, p in enumerate(names) if i not in amplitude_indices(names)
+              and p.unit == 'rad']  # fmt: skip
+    if not turned or not is_straight(candidate):
+        return points, change
+    column, angles = turned[0], np.linspace(-np.pi, np.pi, ANGLES, endpoint=False)
+    second = angles / TWO_ANGLES[1]
+    weights = np.stack([1 - second, second])
+    if names[column].phase:
+        weights = np.stack([np.cos(angles), np.sin(angles)])
+    mixed = np.einsum('pa,gpm->gam', weights, change.reshape(-1, 2, change.shape[-1]))
+    at = np.repeat(points[::2], ANGLES, axis=0)
+    at[:, column] = np.tile(angles, len(points) // 2)
+    return at, mixed.reshape(len(at), -1)
+
+
 def _grounds(candidate: Candidate) -> Array:
     """Other grounds: softer, harder, more or less damped; so slippery that feet slide."""
     neutral = np.array([p.neutral for p in candidate.parameters])
@@ -199,9 +219,3 @@ def _grounds(candidate: Candidate) -> Array:
     one = [[k * neutral[0], neutral[1]] for k in FACTORS]
     other = [[neutral[0], d * neutral[1]] for d in FACTORS]
     return np.array(one + other)
-
-
-def _units(change: Array) -> tuple[Array, Array]:
-    """Unit signatures and their evidence [nats]."""
-    length2 = np.maximum((change**2).sum(-1), 1e-12)
-    return change / np.sqrt(length2)[:, None], 0.5 * length2

@@ -22,7 +22,7 @@ KNOCK_OUT, KNOCK_OUT_WINDOWS = ((4, np.inf), (3, 60.0)), 40
 """How many go on after each step, and by how many nats (for a dispersion of 1) behind the best at
 most; in how many windows."""
 STRIDES = (1.0, 0.3)
-MOST_STEPS, ENOUGH_NATS = 6, 2.0
+MOST_STEPS, ENOUGH_NATS = 10, 2.0
 
 
 def knock_out(

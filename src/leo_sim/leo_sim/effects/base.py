@@ -20,7 +20,8 @@ HOOKS = ('command', 'torque', 'drive', 'body', 'ground', 'sensor')
 class Parameter:
     """One number of an effect: its unit, the value that changes nothing, its physical bounds.
 
-    A search keeps it at or above the parameter of the same effect that `above` names.
+    A search keeps it at or above the parameter of the same effect that `above` names. The law is
+    a sine with a `phase`, and a straight line in any other angle that shapes it.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Parameter:
     low: float = float('-inf')
     high: float = float('inf')
     above: str = ''
+    phase: bool = False
 
 
 class Drive(NamedTuple):

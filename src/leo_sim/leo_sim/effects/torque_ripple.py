@@ -17,7 +17,7 @@ class TorqueRipple(Effect):
     parameters = (
         Parameter('a', 'N m', low=0.0),
         Parameter('n', '1/turn', low=0.0),
-        Parameter('phase', 'rad'),
+        Parameter('phase', 'rad', phase=True),
     )
     looks_like = 'A missing torque that repeats n times per turn, whatever the speed.'
     confused_with = 'link_mass and external_force for n = 1; encoder_scale.'
