@@ -9,7 +9,7 @@ from scipy.stats import binom
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.blind import outside, run
-from leo_diffmodel.blind.case import draw_case, LEAST_OF_PAIR, place_of
+from leo_diffmodel.blind.case import draw_case, KINDS, LEAST_OF_PAIR, place_of
 from leo_diffmodel.blind.judge import judge
 from leo_diffmodel.blind.open_loop import OpenLoop, Run, sized
 from leo_diffmodel.blind.parameters import parameter_errors
@@ -17,6 +17,7 @@ from leo_diffmodel.blind.record import record
 from leo_diffmodel.blind.scenes import Given
 from leo_diffmodel.blind.table import confusion, lower_bound, summary, upper_bound
 from leo_diffmodel.blind.truth import hide, reveal
+from leo_diffmodel.verbs.blind import TITLES, WORDS
 from leo_sim.effects import place
 from leo_sim.robot import load_robot
 
@@ -265,6 +266,26 @@ def test_the_table_counts_what_was_taken_for_what():
     rates = summary('effect', rows)
     assert (rates['right']['hits'], rates['family']['hits'], rates['cases']) == (1, 2, 3)
     assert rates['intervals']['rate'] == 1.0
+
+
+@pytest.mark.parametrize('kind', KINDS)
+def test_every_kind_is_counted_and_has_its_words(kind):
+    count = {'none': 0, 'effect': 1, 'pair': 2, 'triple': 3, 'outside': 1}[kind]
+    hidden = [VISCOUS, SCALE, ('armature', 'pivot', 'drive')][:count]
+    rates = summary(kind, [verdict(truth_of(kind, *hidden), 'unknown')])
+    shares = {share for share, told in rates.items() if isinstance(told, dict)}
+    assert 'right' in shares
+    assert shares <= WORDS.keys() and kind in TITLES
+
+
+def test_three_effects_of_which_one_more_was_named_are_right_and_not_exact():
+    hidden = VISCOUS, SCALE, ('armature', 'pivot', 'drive')
+    rows = [row(name, where) for name, where, _ in hidden]
+    truth = truth_of('triple', *hidden)
+    judged = [verdict(truth, 'named', *rows),
+              verdict(truth, 'named', *rows, row('coulomb_friction', 'pivot'))]
+    rates = summary('triple', judged)
+    assert (rates['right']['hits'], rates['exact']['hits'], rates['cases']) == (2, 1, 2)
 
 
 def test_a_run_continues_where_it_ended(tmp_path, monkeypatch):

@@ -23,12 +23,12 @@ OPTIONS = {
     'cases': ('effect', 'bags with one hidden effect'),
     'no_effect': ('none', 'bags without any'),
     'pairs': ('pair', 'bags with two effects, each of 2 noise floors or more'),
-    'triples': ('triple', 'cases with three effects, each of 2 noise floors or more'),
+    'triples': ('triple', 'bags with three effects, each of 2 noise floors or more'),
     'outside': ('outside', 'bags with a law that is not in the catalogue'),
 }
 TITLES = {'effect': 'one effect', 'none': 'no effect', 'pair': 'two effects',
           'triple': 'three effects', 'outside': 'outside the catalogue'}  # fmt: skip
-WORDS = {'right': 'right', 'family': 'right family', 'exact': 'exactly these two',
+WORDS = {'right': 'right', 'family': 'right family', 'exact': 'exactly these',
          'lone': 'named alone and sure'}  # fmt: skip
 
 
