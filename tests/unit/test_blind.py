@@ -17,7 +17,7 @@ from leo_diffmodel.blind.record import record
 from leo_diffmodel.blind.scenes import Given
 from leo_diffmodel.blind.table import confusion, lower_bound, summary, upper_bound
 from leo_diffmodel.blind.truth import hide, reveal
-from leo_diffmodel.verbs.blind import TITLES, WORDS
+from leo_diffmodel.verbs.blind import main, TITLES, WORDS
 from leo_sim.effects import place
 from leo_sim.robot import load_robot
 
@@ -155,7 +155,7 @@ def row(name, where, *near, inclusion=1.0):
 def verdict(truth, said, *rows, unknown=None):
     answer = {'verdict': said, 'effects': list(rows), 'errors': {}, 'seconds': 2.0,
               'unknown': unknown}  # fmt: skip
-    return judge(truth, answer)
+    return judge(truth, answer, load_robot(truth['robot']))
 
 
 VISCOUS = ('viscous_friction', 'pivot', 'friction')
@@ -302,3 +302,19 @@ def test_a_run_continues_where_it_ended(tmp_path, monkeypatch):
     run.run(range(1), 'pair', results, 1)
     assert asked == [(0, 'none'), (1, 'none'), (2, 'none'), (3, 'none'), (0, 'pair')]
     assert len([json.loads(line) for line in results.read_text().splitlines()]) == 5
+
+
+def test_a_walker_has_a_file_of_its_own(tmp_path, monkeypatch, capsys):
+    asked = []
+
+    def fake(seed, kind, walker):
+        asked.append(walker and walker.name)
+        return verdict(truth_of(kind), 'fine') | {'seed': seed}
+
+    monkeypatch.setattr(run, 'run_case', fake)
+    for words in ([], ['--robot', 'leo'], ['--robot', 'leo_ode'], ['--robot', 'leo']):
+        assert main(['--no-effect', '1', '-o', str(tmp_path), '--jobs', '1', *words]) == 0
+    assert asked == [None, 'leo', 'leo_ode']
+    assert 'results_leo.jsonl; the same command again' in ' '.join(capsys.readouterr().out.split())
+    assert {f.name: len(f.read_text().splitlines()) for f in tmp_path.iterdir()} == {
+        'results.jsonl': 1, 'results_leo.jsonl': 1, 'results_leo_ode.jsonl': 1}  # fmt: skip
