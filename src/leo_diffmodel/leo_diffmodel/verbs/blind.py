@@ -67,6 +67,7 @@ def _counts(arguments: argparse.Namespace) -> dict[str, int]:
 
 def _walker(arguments: argparse.Namespace) -> Path | None:
     """The folder of the robot with contacts that was asked for."""
+    from leo_sim.motions import check_walker
     from leo_sim.robot import load_robot
 
     if arguments.robot is None:
@@ -77,6 +78,7 @@ def _walker(arguments: argparse.Namespace) -> Path | None:
                         'without --robot all robots without contact are drawn')  # fmt: skip
     if arguments.outside:
         raise UserError('leo blind: --outside is for robots without contact; leave out --robot')
+    check_walker(robot)
     return robot.folder.resolve()
 
 
