@@ -72,13 +72,14 @@ def run_seed(seed: int) -> dict:
             driven = replace(case.run, scenes=(scene,))
             again = replace(case, seed=seed + OTHER_NOISE, run=driven)
             both = [first, recorded(again, folder / kind)]
-            row[kind] = outcome(explain(both, model).to_json(), folder / 'truth.sealed')
+            answer = explain(both, model).to_json()
+            row[kind] = outcome(answer, folder / 'truth.sealed', case.robot)
         return row
 
 
-def outcome(answer: dict, truth: Path) -> dict:
+def outcome(answer: dict, truth: Path, robot: Robot) -> dict:
     """Whether the hidden effect is named, and what was."""
-    judged = judge(reveal(truth), answer)
+    judged = judge(reveal(truth), answer, robot)
     named = answer['verdict'] == 'named' and judged['right']
     return {'named': bool(named), **{k: judged[k] for k in ('verdict', 'set', 'right')}}
 

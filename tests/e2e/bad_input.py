@@ -3,6 +3,7 @@
 
 import json
 from pathlib import Path
+import shutil
 
 import numpy as np
 import yaml
@@ -12,6 +13,7 @@ from leo_diffmodel.bags.writer import BagWriter
 from leo_sim.model import Model
 from leo_sim.model_file import save_model
 from leo_sim.robot import load_robot
+from leo_sim.robots import LEO
 from leo_sim.sealing import seal
 
 FRICTION = {
@@ -122,6 +124,10 @@ def _models(folder: Path) -> None:
     (folder / 'binary.yaml').write_bytes(b'\xff\xfe\x00')
     (folder / 'half_robot').mkdir()
     (folder / 'half_robot' / 'robot.yaml').write_text('name: half\n')
+    leo = yaml.safe_load((LEO / 'robot.yaml').read_text())
+    del leo['start_poses']['standing']
+    shutil.copytree(LEO, folder / 'no_pose', ignore=shutil.ignore_patterns('robot.yaml'))
+    (folder / 'no_pose' / 'robot.yaml').write_text(yaml.safe_dump(leo))
     (folder / 'taken').mkdir()
     (folder / 'taken' / 'model.yaml').write_text('robot: pendulum\n')
 

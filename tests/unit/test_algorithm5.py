@@ -96,4 +96,16 @@ def test_a_run_goes_on_with_the_phase_it_was_in(loop):
         algorithm.run()
     again = loop([-200.0, -250.0, -260.0])
     assert (again.done.tests, again.done.phase) == ([-300.0], 'test')
+    before = again.done.seconds
     assert again.run() and again.done.tests == [-300.0, -200.0, -250.0, -260.0]
+    assert 0 < before < again.done.seconds
+
+
+def test_a_training_that_is_stopped_goes_on_and_its_time_counts(loop):
+    algorithm = loop([-300.0, -200.0, -250.0, -260.0])
+    algorithm._alive = lambda: False
+    assert not algorithm.run()
+    again = loop([-300.0, -200.0, -250.0, -260.0])
+    assert (again.done.phase, again.done.update) == ('train', 0)
+    assert again.done.seconds == algorithm.done.seconds > 0
+    assert again.run() and len(again.done.tests) == 4

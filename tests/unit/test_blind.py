@@ -9,7 +9,7 @@ from scipy.stats import binom
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.blind import outside, run
-from leo_diffmodel.blind.case import draw_case, LEAST_OF_PAIR, place_of
+from leo_diffmodel.blind.case import draw_case, KINDS, LEAST_OF_PAIR, place_of
 from leo_diffmodel.blind.judge import judge
 from leo_diffmodel.blind.open_loop import OpenLoop, Run, sized
 from leo_diffmodel.blind.parameters import parameter_errors
@@ -17,6 +17,7 @@ from leo_diffmodel.blind.record import record
 from leo_diffmodel.blind.scenes import Given
 from leo_diffmodel.blind.table import confusion, lower_bound, summary, upper_bound
 from leo_diffmodel.blind.truth import hide, reveal
+from leo_diffmodel.verbs.blind import main, TITLES, WORDS
 from leo_sim.effects import place
 from leo_sim.robot import load_robot
 
@@ -154,7 +155,7 @@ def row(name, where, *near, inclusion=1.0):
 def verdict(truth, said, *rows, unknown=None):
     answer = {'verdict': said, 'effects': list(rows), 'errors': {}, 'seconds': 2.0,
               'unknown': unknown}  # fmt: skip
-    return judge(truth, answer)
+    return judge(truth, answer, load_robot(truth['robot']))
 
 
 VISCOUS = ('viscous_friction', 'pivot', 'friction')
@@ -267,6 +268,26 @@ def test_the_table_counts_what_was_taken_for_what():
     assert rates['intervals']['rate'] == 1.0
 
 
+@pytest.mark.parametrize('kind', KINDS)
+def test_every_kind_is_counted_and_has_its_words(kind):
+    count = {'none': 0, 'effect': 1, 'pair': 2, 'triple': 3, 'outside': 1}[kind]
+    hidden = [VISCOUS, SCALE, ('armature', 'pivot', 'drive')][:count]
+    rates = summary(kind, [verdict(truth_of(kind, *hidden), 'unknown')])
+    shares = {share for share, told in rates.items() if isinstance(told, dict)}
+    assert 'right' in shares
+    assert shares <= WORDS.keys() and kind in TITLES
+
+
+def test_three_effects_of_which_one_more_was_named_are_right_and_not_exact():
+    hidden = VISCOUS, SCALE, ('armature', 'pivot', 'drive')
+    rows = [row(name, where) for name, where, _ in hidden]
+    truth = truth_of('triple', *hidden)
+    judged = [verdict(truth, 'named', *rows),
+              verdict(truth, 'named', *rows, row('coulomb_friction', 'pivot'))]
+    rates = summary('triple', judged)
+    assert (rates['right']['hits'], rates['exact']['hits'], rates['cases']) == (2, 1, 2)
+
+
 def test_a_run_continues_where_it_ended(tmp_path, monkeypatch):
     asked = []
 
@@ -281,3 +302,19 @@ def test_a_run_continues_where_it_ended(tmp_path, monkeypatch):
     run.run(range(1), 'pair', results, 1)
     assert asked == [(0, 'none'), (1, 'none'), (2, 'none'), (3, 'none'), (0, 'pair')]
     assert len([json.loads(line) for line in results.read_text().splitlines()]) == 5
+
+
+def test_a_walker_has_a_file_of_its_own(tmp_path, monkeypatch, capsys):
+    asked = []
+
+    def fake(seed, kind, walker):
+        asked.append(walker and walker.name)
+        return verdict(truth_of(kind), 'fine') | {'seed': seed}
+
+    monkeypatch.setattr(run, 'run_case', fake)
+    for words in ([], ['--robot', 'leo'], ['--robot', 'leo_ode'], ['--robot', 'leo']):
+        assert main(['--no-effect', '1', '-o', str(tmp_path), '--jobs', '1', *words]) == 0
+    assert asked == [None, 'leo', 'leo_ode']
+    assert 'results_leo.jsonl; the same command again' in ' '.join(capsys.readouterr().out.split())
+    assert {f.name: len(f.read_text().splitlines()) for f in tmp_path.iterdir()} == {
+        'results.jsonl': 1, 'results_leo.jsonl': 1, 'results_leo_ode.jsonl': 1}  # fmt: skip

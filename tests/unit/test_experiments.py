@@ -3,9 +3,11 @@
 
 from dataclasses import asdict, dataclass, replace
 import json
+import time
 
 import numpy as np
 import pytest
+from torch.utils.tensorboard import SummaryWriter
 
 from leo_learner.configs import ABLATION, RECOMMENDED_WALKING
 from leo_learner.env import ModelEnv
@@ -66,6 +68,22 @@ def test_the_time_left_follows_the_lines_that_are_there(tmp_path):
     assert hours(cases, path, 1, lambda case: case.size) == pytest.approx(1.5)
     assert len(list(run_cases(cases[:1], square, path))) == 1
     assert hours(cases, path, 2, lambda case: case.size) == pytest.approx(2 * 1800 * 2 / 2 / 3600)
+
+
+def test_lines_of_cases_that_were_there_already_say_nothing_of_the_time_left(tmp_path):
+    path = tmp_path / 'lines.jsonl'
+    cases = [Small(1800.0, seed) for seed in range(7)]
+    rows = [square(case) | {'seconds': 0.4} for case in cases[:4]] + [square(cases[4])]
+    path.write_text(''.join(json.dumps(row) + '\n' for row in rows))
+    assert hours(cases, path, 1, lambda case: case.size) == pytest.approx(2 * 1800 * 2 / 3600)
+
+
+def test_the_time_of_every_part_of_a_run_is_spent(tmp_path):
+    assert walking.spent(tmp_path) == 0.0
+    for number, seconds in enumerate((100.0, 50.0)):
+        with SummaryWriter(str(tmp_path), filename_suffix=f'.{number}') as events:
+            events.add_scalar('charts/test_return', 1.0, 10, walltime=time.time() + seconds)
+    assert walking.spent(tmp_path) == pytest.approx(150.0, abs=5.0)
 
 
 def test_a_knee_that_ends_and_the_real_robot():
@@ -130,6 +148,8 @@ def test_a_case_is_trained_judged_and_taken_up_again(tmp_path, monkeypatch):
     assert walking.share(case, tmp_path) == 1.0
     again = walking.run_case(case, tmp_path)
     assert again['nominal'] == row['nominal'] and again['curve'] == row['curve']
+    assert row['seconds'] > 0
+    assert again['seconds'] >= row['seconds']
 
 
 def test_an_error_ahead_is_none_for_the_robot_itself_and_grows_for_another():

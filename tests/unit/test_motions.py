@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scripted motions of a walker."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
-from leo_sim.motions import Falls, LYING_SECONDS, MOTIONS
+from leo_sim.motions import check_walker, Falls, LYING_SECONDS, MOTIONS
 from leo_sim.robot import load_robot
 
 LEO = load_robot('leo')
@@ -50,3 +53,22 @@ def test_a_fall_is_over_when_it_has_lain_for_a_while():
     q[2] = 1.4
     count = next(k for k in range(100) if falls.over(q))
     assert count * LEO.control_period == pytest.approx(LYING_SECONDS, abs=LEO.control_period)
+
+
+@pytest.mark.parametrize('name', ['leo', 'leo_ode'])
+def test_the_walkers_that_are_shipped_can_do_the_motions(name):
+    check_walker(load_robot(name))
+
+
+@pytest.mark.parametrize('pose', sorted({motion.start for motion in MOTIONS.values()}))
+def test_a_walker_without_a_pose_is_told_which(pose):
+    poses = {name: it for name, it in LEO.start_poses.items() if name != pose}
+    with pytest.raises(UserError, match=f'robot.yaml: start_poses: the pose {pose} is missing'):
+        check_walker(replace(LEO, start_poses=poses))
+
+
+def test_a_walker_with_other_motors_or_no_feet_is_told_what_it_needs():
+    with pytest.raises(UserError, match=r'actuators.*left_hip, right_hip.*and no others'):
+        check_walker(replace(LEO, actuators=LEO.actuators[:5]))
+    with pytest.raises(UserError, match='base: planar, and feet'):
+        check_walker(replace(LEO, feet=()))

@@ -3,6 +3,7 @@
 
 from dataclasses import asdict, replace
 import json
+import time
 
 import pytest
 
@@ -66,9 +67,17 @@ def test_a_transfer_from_end_to_end(tmp_path, monkeypatch, repair):
         config = replace(network.CONFIGS[name], hidden=(8,), members=2, epochs=2)
         monkeypatch.setitem(bags.CONFIGS, name, config)
     case = Case('thesis', repair, 1, 120, 80, 0)
+    began = time.monotonic()
     row = json.loads(json.dumps(transfer.run_case(case, tmp_path)))
+    took = time.monotonic() - began
     assert asdict(case).items() <= row.items()
     assert len(row['rounds']) == 2 and len(row['fits']) == 1 and row['samples'] > 120
     assert row['errors']['mse_before_1'] > 0 and len(row['paths'][1]) > 2
     assert (transfer.share(case, tmp_path), row['driver'] in (0, 1)) == (0.5, True)
     assert transfer_page.table([case], [row]).count('\n') == 2
+    trained = [walking.spent(tmp_path / transfer.ideal_case(0, truth).folder)
+               for truth in ('ideal', 'real')]  # fmt: skip
+    assert min(trained) > 0
+    assert 0 < row['seconds'] < took - sum(trained) + 0.1
+    algorithm = json.loads((tmp_path / case.folder / transfer.DONE).read_text())
+    assert transfer.run_case(case, tmp_path)['seconds'] >= algorithm['seconds'] > 0

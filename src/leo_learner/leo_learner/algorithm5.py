@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 import json
 from pathlib import Path
+import time
 from typing import Any, Protocol
 
 import gymnasium
@@ -75,6 +76,7 @@ class Done:
         driver: round whose policy drives the robot: the last whose test was not worse than that
             of the driver before it.
         samples: control steps the robot has made, tests included.
+        seconds: wall time of all phases.
     """
 
     update: int = 0
@@ -83,6 +85,7 @@ class Done:
     tests: list[float] = field(default_factory=list)
     driver: int = 0
     samples: int = 0
+    seconds: float = 0.0
 
 
 class DifferenceSource(Protocol):
@@ -144,9 +147,12 @@ class Algorithm5:
             'collect': self._collect, 'update': self._update,
         }
         while self.done.phase != 'end':
-            if not phases[self.done.phase]():
-                return False
+            began = time.monotonic()
+            ended = phases[self.done.phase]()
+            self.done.seconds += time.monotonic() - began
             self._write()
+            if not ended:
+                return False
         return True
 
     @property
@@ -175,7 +181,8 @@ class Algorithm5:
             training, self._model.robot, steps, self._round(update),
             title=f'round {update}', quiet=self._quiet, alive=self._alive,
         )
-        self.done.phase = 'test'
+        if outcome.finished:
+            self.done.phase = 'test'
         return outcome.finished
 
     def _test(self) -> bool:

@@ -18,8 +18,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from numba import njit
 import numpy as np
+
+from leo_sim.compiled import compiled
 
 PROBES = 256
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
@@ -99,7 +100,7 @@ class TileCoding:
         return tile_keys(np.asarray(observation, float), self._steps, 0, self._tilings)
 
 
-@njit(cache=True)
+@compiled
 def mixed(key: np.uint64) -> np.uint64:
     """All bits of a number spread over all bits (the finaliser of SplitMix64)."""
     key = (key ^ (key >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -107,7 +108,7 @@ def mixed(key: np.uint64) -> np.uint64:
     return key ^ (key >> np.uint64(31))
 
 
-@njit(cache=True)
+@compiled
 def tile_keys(inputs: np.ndarray, steps: np.ndarray, first: int, tilings: int) -> np.ndarray:
     """Hash (T,) of the tile that holds some inputs in each tiling.
 
@@ -128,7 +129,7 @@ def tile_keys(inputs: np.ndarray, steps: np.ndarray, first: int, tilings: int) -
     return keys
 
 
-@njit(cache=True)
+@compiled
 def find(cells: np.ndarray, key: np.uint64) -> np.int64:
     """Cell of a tile; -1 - cell for the free one it would claim."""
     mask = np.uint64(len(cells) - 1)
@@ -142,14 +143,14 @@ def find(cells: np.ndarray, key: np.uint64) -> np.int64:
     return np.int64(key & mask)
 
 
-@njit(cache=True)
+@compiled
 def start(key: np.uint64, salt: np.uint64, initial: np.float32) -> np.float32:
     """Weight of a tile before it learns, U(0, initial)."""
     share = np.float64(mixed(key ^ salt) >> np.uint64(11)) * 2.0**-53
     return np.float32(share * initial)
 
 
-@njit(cache=True)
+@compiled
 def values(
     cells: np.ndarray, weights: np.ndarray, observed: np.ndarray, keys: np.ndarray,
     counts: np.ndarray, groups: np.ndarray, salt: np.uint64, initial: np.float32,
@@ -179,7 +180,7 @@ def values(
     return total / tilings
 
 
-@njit(cache=True)
+@compiled
 def claim(
     cells: np.ndarray, weights: np.ndarray, observed: np.ndarray, own: np.ndarray,
     salt: np.uint64, initial: np.float32,
@@ -206,7 +207,7 @@ def claim(
     return slots
 
 
-@njit(cache=True)
+@compiled
 def add(weights: np.ndarray, traces: np.ndarray, steps: int, change: float, decay: float) -> None:
     """Add `change` to the newest cells, `change` decay^k to those of k steps before.
 

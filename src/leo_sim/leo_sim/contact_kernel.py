@@ -11,8 +11,9 @@ One module, long as it is: numba's cache does not notice a change in a module it
 """
 from typing import Any, NamedTuple
 
-from numba import njit
 import numpy as np
+
+from leo_sim.compiled import compiled, compiled_without_gil
 
 SWEEPS = 60
 SOLVES = 20  # of them with a linear solve behind
@@ -136,7 +137,7 @@ class Work(NamedTuple):
 GIVEN, RATE, FIRST, TIME, DEPTH, LATE = range(6)
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def along(matrix: Any, r: Any, vector: Any, v: Any) -> Any:
     """Scalar product of row r of a matrix with row v of another."""
     total = 0.0
@@ -145,7 +146,7 @@ def along(matrix: Any, r: Any, vector: Any, v: Any) -> Any:
     return total
 
 
-@njit(cache=True, error_model='numpy', nogil=True)
+@compiled_without_gil
 def advance(motion: Any, mass: Any, forces: Any, play: Any, touch: Any, h: Any, count: Any,
             held: Any, impulses: Any) -> Any:
     """Move states in place by `count` substeps of h s.
@@ -181,7 +182,7 @@ def advance(motion: Any, mass: Any, forces: Any, play: Any, touch: Any, h: Any, 
             motion.offset[n, j], motion.speed[n, j] = work.joint[OFFSET, j], work.joint[SPEED, j]
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def run(n: Any, mass: Any, longest: Any, count: Any, held: Any, grip: Any, work: Any, used: Any,
         impulses: Any) -> Any:
     """The substeps of one state, cut where something strikes."""
@@ -202,7 +203,7 @@ def run(n: Any, mass: Any, longest: Any, count: Any, held: Any, grip: Any, work:
         left -= current
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def taken(n: Any, motion: Any, forces: Any, play: Any, touch: Any, work: Any) -> Any:
     """Copy the figures of state n to work."""
     first = copied(n, motion, work.joint, 0)
@@ -217,7 +218,7 @@ def taken(n: Any, motion: Any, forces: Any, play: Any, touch: Any, work: Any) ->
             work.over[p] -= touch.normal[n, p, j] * touch.at[n, j]
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def copied(n: Any, part: Any, out: Any, first: Any) -> Any:
     """Copy row n of each array of a tuple to the rows of out from `first` on; returns the next."""
     for values in part:
@@ -226,7 +227,7 @@ def copied(n: Any, part: Any, out: Any, first: Any) -> Any:
     return first
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def gathered(n: Any, touch: Any, period: Any, held: Any, work: Any) -> Any:
     """List the impulses that may act in the period, none given yet; returns their number."""
     joint, used, size = work.joint, 0, work.joint.shape[1]
@@ -254,7 +255,7 @@ def gathered(n: Any, touch: Any, period: Any, held: Any, work: Any) -> Any:
     return used
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def height(t: Any, work: Any, r: Any) -> Any:
     """Height of the sphere of the normal row r and its rate, t s after the middle."""
     p = work.place[r]
@@ -262,7 +263,7 @@ def height(t: Any, work: Any, r: Any) -> Any:
     return (work.over[p] + over + 0.5 * work.bend[p, 0] * t * t, rate + work.bend[p, 0] * t)
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def next_strike(t: Any, work: Any, used: Any) -> Any:
     """Time to the next impact at the present rates, s; infinite without one.
 
@@ -288,7 +289,7 @@ def next_strike(t: Any, work: Any, used: Any) -> Any:
     return soon
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def factorised(n: Any, mass: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
     """Fill inverse, moves and gram for substeps of h s."""
     size = mass.shape[1]
@@ -303,7 +304,7 @@ def factorised(n: Any, mass: Any, h: Any, held: Any, work: Any, used: Any) -> An
             work.gram[r, k] = work.gram[k, r] = along(work.lever, k, work.moves, r)
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def inverted(matrix: Any, held: Any, out: Any) -> Any:
     """Fill out with the inverse of matrix[0], positive definite; zero for the first `held`.
 
@@ -331,7 +332,7 @@ def inverted(matrix: Any, held: Any, out: Any) -> Any:
             out[i, j] = out[j, i] = total / matrix[1, i, i]
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def substep(t: Any, h: Any, held: Any, grip: Any, work: Any, used: Any) -> Any:
     """Drift, kick and drift by h s, from t s after the middle of the period."""
     joint = work.joint
@@ -357,7 +358,7 @@ def substep(t: Any, h: Any, held: Any, grip: Any, work: Any, used: Any) -> Any:
             joint[OFFSET, j] += h * (joint[SPEED, j] - joint[DQ, j])
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def sunk(t: Any, h: Any, grip: Any, work: Any, used: Any) -> Any:
     """Fill how long the spheres are in the ground in this substep, and how high on average."""
     joint, line = work.joint, work.line
@@ -376,7 +377,7 @@ def sunk(t: Any, h: Any, grip: Any, work: Any, used: Any) -> Any:
             line[LATE, r] = lateness(time * work.damping[j] * answer)
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def lateness(stiffness: Any) -> Any:
     """Weight of the last rate that makes a step of a decaying rate exact: 1/2 to 1."""
     if stiffness < 1e-3:
@@ -384,7 +385,7 @@ def lateness(stiffness: Any) -> Any:
     return 1.0 / (1.0 - np.exp(-stiffness)) - 1.0 / stiffness
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def pushed(t: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
     """Rates after the smooth torques, and those of the rows with the impulses given before."""
     joint, line = work.joint, work.line
@@ -405,13 +406,13 @@ def pushed(t: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
             joint[SPEED, j] += (h * (joint[MOTOR, j] - fall) - line[GIVEN, r]) * share(h, work, j)
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def share(h: Any, work: Any, j: Any) -> Any:
     """Rate of the motor side of joint j that a unit impulse causes."""
     return 1.0 / (work.joint[INERTIA, j] + 0.5 * h * work.joint[MOTOR_DRAG, j])
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def swept(h: Any, grip: Any, work: Any, used: Any) -> Any:
     """Correct every impulse once; returns the largest change of a rate."""
     joint, line, moved = work.joint, work.line, 0.0
@@ -441,7 +442,7 @@ def swept(h: Any, grip: Any, work: Any, used: Any) -> Any:
     return moved
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def changed(work: Any, used: Any, r: Any, total: Any) -> Any:
     """Give row r another impulse; returns the change of its rate."""
     change = total - work.line[GIVEN, r]
@@ -453,7 +454,7 @@ def changed(work: Any, used: Any, r: Any, total: Any) -> Any:
     return abs(change * work.gram[r, r])
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def pressed(grip: Any, work: Any, r: Any) -> Any:
     """Normal and tangential impulse of a sphere: it sticks, slides or leaves the ground."""
     line, up, cross, side = (work.line, work.gram[r, r], work.gram[r, r + 1],
@@ -472,7 +473,7 @@ def pressed(grip: Any, work: Any, r: Any) -> Any:
     return normal, way * grip * normal
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def yielding(work: Any, r: Any) -> Any:
     """Normal impulse of a sphere at the rate 0 after the substep, and its fall with that rate."""
     line, p = work.line, work.place[r]
@@ -481,7 +482,7 @@ def yielding(work: Any, r: Any) -> Any:
             work.damping[p] * line[LATE, r] * line[TIME, r])
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def agreed(h: Any, grip: Any, work: Any, used: Any) -> Any:
     """Solve for all impulses at once, with what holds, sticks and slides as it is now."""
     a, line, count = work.system, work.line, 0
@@ -511,7 +512,7 @@ def agreed(h: Any, grip: Any, work: Any, used: Any) -> Any:
         changed(work, used, r, total)
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def holds(h: Any, grip: Any, work: Any, r: Any) -> Any:
     """Whether the impulse of row r is what it takes, and not at a limit of its own."""
     kind, line = work.kind[r], work.line
@@ -523,13 +524,13 @@ def holds(h: Any, grip: Any, work: Any, r: Any) -> Any:
     return line[GIVEN, r] != 0.0
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def slides(grip: Any, line: Any, r: Any) -> Any:
     """Whether the sphere of the normal row r slides."""
     return abs(line[GIVEN, r + 1]) >= 0.999999 * grip * line[GIVEN, r]
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def complete(h: Any, work: Any, r: Any, i: Any, count: Any) -> Any:
     """Add to equation i what is particular to its row r."""
     a, kind, j, joint = work.system, work.kind[r], work.place[r], work.joint
@@ -550,7 +551,7 @@ def complete(h: Any, work: Any, r: Any, i: Any, count: Any) -> Any:
         a[i, count] += joint[SPEED, j] + motor * given - edge
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def solved(a: Any, size: Any) -> Any:
     """Solve in place by elimination, the solution in column `size`; whether there is one."""
     for i in range(size):
@@ -568,7 +569,7 @@ def solved(a: Any, size: Any) -> Any:
     return True
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def slowed(before: Any, free: Any, reach: Any) -> Any:
     """Rate after dry friction, exact for a constant driving torque; see impulses.py."""
     if before == 0.0:

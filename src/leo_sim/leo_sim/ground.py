@@ -8,9 +8,9 @@ where its centre stands over the ground, so that the spheres of a flat foot slid
 from collections.abc import Sequence
 from typing import Any
 
-from numba import njit
 import numpy as np
 
+from leo_sim.compiled import compiled_without_gil
 from leo_sim.contact_kernel import Touch
 from leo_sim.effects.base import Ground
 from leo_sim.engines.planar import jacobian, POSE, poses, rows, tree_of
@@ -69,7 +69,7 @@ def _each(contacts: Sequence[Contact], name: str, of_ground: Any) -> Any:
     return np.stack(np.broadcast_arrays(*(np.asarray(f, dtype=float) for f in figures)), axis=-1)
 
 
-@njit(cache=True, error_model='numpy', nogil=True)
+@compiled_without_gil
 def _over(tree: Any, links: Any, places: Any, slope: Any, q: Any, dq: Any, height: Any, bend: Any,
           normal: Any, tangent: Any) -> Any:
     """Fill height (N, P), bend (N, P, 2) and Jacobians (N, P, J) for states (N, J)."""

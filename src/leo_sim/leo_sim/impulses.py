@@ -6,9 +6,9 @@ Each is solved exactly for its joint; several are swept until they agree.
 import math
 from typing import Any, NamedTuple, Self
 
-from numba import njit
 import numpy as np
 
+from leo_sim.compiled import compiled
 from leo_sim.engines.planar import rows
 from leo_sim.filled import common
 
@@ -75,7 +75,7 @@ class Factor:
         return self.inverse[..., joint, :]
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def invert(mass: Any, diagonal: Any, inverse: Any) -> None:
     """Gauss-Jordan without pivoting: an inertia is positive definite."""
     size = mass.shape[1]
@@ -98,7 +98,7 @@ def invert(mass: Any, diagonal: Any, inverse: Any) -> None:
                         a[i, j] -= factor * a[k, j]
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def times(matrix: Any, vector: Any, out: Any) -> None:
     """Fill out (N, J) with matrices (N, J, J) times vectors (N, J)."""
     size = out.shape[1]
@@ -135,7 +135,7 @@ def settled(contact: Contact, factor: Factor, dq: Any, motor: Any) -> tuple[Any,
     return rates, None if motor is None else speeds
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def _sweep(dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: Any, high: Any, gap: Any,
            rotor: Any, offset: Any, q: Any, before: Any) -> None:
     """Change rates (N, J) of joints and motors in place; fields are (N, J) or (1, J)."""
@@ -174,7 +174,7 @@ def _sweep(dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: Any, high
                 break
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def _friction(before: float, free: float, most: float, answer: float) -> float:
     """Impulse of dry friction against the motion, exact for a constant driving torque.
 
@@ -193,14 +193,14 @@ def _friction(before: float, free: float, most: float, answer: float) -> float:
     return -most * side
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def _gap(apart: float, offset: float, width: float, h: float) -> float:
     """What a motor side is too fast for its link to keep the play within its width."""
     half = 0.5 * width
     return apart - min(max(apart, (-half - offset) / h), (half - offset) / h)
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def row(values: Any, n: int) -> Any:
     """Row n of rows as `leo_sim.engines.planar.rows` makes them."""
     return values[n if values.shape[0] > 1 else 0]

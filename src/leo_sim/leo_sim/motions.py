@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from leo_msgs_py.errors import UserError
 from leo_sim.gait import Gait
 from leo_sim.robot import Robot
 
@@ -104,6 +105,24 @@ MOTIONS = {
     'standing': Motion('standing', standing),
     'stepping': Motion('random', stepping),
 }
+
+
+def check_walker(robot: Robot) -> None:
+    """Whether a robot can do the motions.
+
+    Raises:
+        UserError: it has other motors, or lacks what they stand on or a pose they begin in.
+    """
+    path = robot.folder / 'robot.yaml'
+    if {actuator.joint for actuator in robot.actuators} != {*JOINTS}:
+        raise UserError(f'{path}: actuators: the scripted motions need {", ".join(JOINTS)} and '
+                        'no others; name the joints so')  # fmt: skip
+    if robot.base != 'planar' or not robot.feet:
+        raise UserError(f'{path}: the scripted motions need base: planar, and feet')
+    for name, motion in MOTIONS.items():
+        if motion.start not in robot.start_poses:
+            raise UserError(f'{path}: start_poses: the pose {motion.start} is missing, in which '
+                            f'the scripted motion {name} begins; add it')  # fmt: skip
 
 
 class Falls:

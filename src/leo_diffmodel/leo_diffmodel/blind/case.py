@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 
@@ -57,7 +58,7 @@ class Case:
     sizes: tuple[float, ...] = ()
 
 
-def draw_case(seed: int, kind: str, walker: str | None = None) -> Case:
+def draw_case(seed: int, kind: str, walker: str | Path | None = None) -> Case:
     """The case of a seed; every second one comes from another integrator and time step.
 
     No other integrator knows the ground: a walker has another time step alone.
@@ -65,7 +66,7 @@ def draw_case(seed: int, kind: str, walker: str | None = None) -> Case:
     Args:
         seed: of everything drawn.
         kind: of `KINDS`.
-        walker: a robot with contacts; None takes the robots without, in turn.
+        walker: a robot with contacts, by name or folder; None takes the robots without, in turn.
     """
     rng = np.random.default_rng([seed, tuple(KINDS).index(kind)])
     robot = load_robot(walker or ROBOTS[seed // 2 % len(ROBOTS)])

@@ -11,7 +11,7 @@ from leo_diffmodel.blind.parameters import parameter_errors
 from leo_diffmodel.explain.classes import Facts, why_same
 from leo_diffmodel.explain.scored import MARGIN_NATS
 from leo_sim.effects import EFFECTS
-from leo_sim.robot import load_robot
+from leo_sim.robot import Robot
 
 LARGEST_SET = 3
 SURE = 0.9
@@ -20,12 +20,13 @@ NEVER_FAR = ('hysteresis', 'winding_drift')
 Thing = tuple[str, str]
 
 
-def judge(truth: dict, answer: dict) -> dict:
+def judge(truth: dict, answer: dict, robot: Robot) -> dict:
     """One line of the results file.
 
     Args:
         truth: of a case, see `truth.reveal`.
         answer: the contents of explain.json.
+        robot: of the case, as everybody knows it.
     """
     named = [_thing(e) for e in answer['effects']]
     return {
@@ -39,15 +40,15 @@ def judge(truth: dict, answer: dict) -> dict:
         'chi2_ratio': answer['errors'].get('chi2_ratio'),
         'seconds': answer['seconds'],
         'errors': _errors(truth, answer['effects']),
-        **_JUDGES[truth['kind']](truth, answer),
+        **_JUDGES[truth['kind']](truth, answer, Facts(robot, truth['ever_free'])),
     }
 
 
-def _nothing(truth: dict, answer: dict) -> dict:
+def _nothing(truth: dict, answer: dict, facts: Facts) -> dict:
     return {'right': answer['verdict'] == 'fine'}
 
 
-def _single(truth: dict, answer: dict) -> dict:
+def _single(truth: dict, answer: dict, facts: Facts) -> dict:
     """Right: the effect and its place first, alone or with what is the same in the data.
 
     An ambiguous set of at most three things that holds it is right as well, where a class of
@@ -58,24 +59,24 @@ def _single(truth: dict, answer: dict) -> dict:
     if first is None or answer['verdict'] not in ('named', 'ambiguous'):
         return {'right': False, 'family': False}
     return {
-        'right': _found(truth, hidden, first),
-        'family': _found(truth, hidden, first) or _family(first['name']) == hidden['family'],
+        'right': _found(facts, hidden, first),
+        'family': _found(facts, hidden, first) or _family(first['name']) == hidden['family'],
         'alone': len(rows) == 1,
     }
 
 
-def _several(truth: dict, answer: dict) -> dict:
+def _several(truth: dict, answer: dict, facts: Facts) -> dict:
     """Right: each of them is found in a row of its own; exact: and there is no other row."""
     hidden = truth['effects']
     rows = answer['effects'] if answer['verdict'] in ('named', 'ambiguous') else []
     right = any(
-        all(_found(truth, one, row) for one, row in zip(hidden, some, strict=True))
+        all(_found(facts, one, row) for one, row in zip(hidden, some, strict=True))
         for some in permutations(rows, len(hidden))
     )
     return {'right': right, 'exact': right and len(rows) == len(hidden)}
 
 
-def _outside(truth: dict, answer: dict) -> dict:
+def _outside(truth: dict, answer: dict, facts: Facts) -> dict:
     """Right: unknown, with the right variable where one variable explains it.
 
     Some have relatives in the catalogue and may end in an ambiguous set of at most three.
@@ -84,7 +85,7 @@ def _outside(truth: dict, answer: dict) -> dict:
     variable = (answer.get('unknown') or {}).get('variable')
     right = verdict == 'unknown' and variable == outside.VARIABLES.get(name, variable)
     if name in NEVER_FAR and verdict == 'ambiguous':
-        right = _distinct(truth, _open(rows[0])) <= LARGEST_SET
+        right = _distinct(facts, _open(rows[0])) <= LARGEST_SET
     lone = verdict == 'named' and len(rows) == 1 and rows[0]['inclusion_probability'] > SURE
     return {'right': right, 'variable': variable, 'lone': lone}
 
@@ -93,12 +94,12 @@ _JUDGES = {'none': _nothing, 'effect': _single, 'pair': _several, 'triple': _sev
            'outside': _outside}  # fmt: skip
 
 
-def _found(truth: dict, hidden: dict, row: dict) -> bool:
+def _found(facts: Facts, hidden: dict, row: dict) -> bool:
     """Whether a row names the hidden effect, or leaves it open among few."""
     thing, rivals = _thing(hidden), _open(row)
-    if len(rivals) == 1 or all(_same(truth, _thing(row), r) for r in rivals):
-        return thing in rivals or _same(truth, thing, _thing(row))
-    return thing in rivals and _distinct(truth, rivals) <= LARGEST_SET
+    if len(rivals) == 1 or all(_same(facts, _thing(row), r) for r in rivals):
+        return thing in rivals or _same(facts, thing, _thing(row))
+    return thing in rivals and _distinct(facts, rivals) <= LARGEST_SET
 
 
 def _thing(row: dict) -> Thing:
@@ -111,16 +112,15 @@ def _open(row: dict) -> set[Thing]:
     return {_thing(row), *map(_thing, near)}
 
 
-def _same(truth: dict, a: Thing, b: Thing) -> bool:
-    facts = Facts(load_robot(truth['robot']), truth['ever_free'])
+def _same(facts: Facts, a: Thing, b: Thing) -> bool:
     return a == b or why_same(a, b, facts) is not None
 
 
-def _distinct(truth: dict, things: Iterable[Thing]) -> int:
+def _distinct(facts: Facts, things: Iterable[Thing]) -> int:
     """How many different things there are, where those that are the same in the data are one."""
     different: list[Thing] = []
     for thing in sorted(things):
-        if not any(_same(truth, thing, other) for other in different):
+        if not any(_same(facts, thing, other) for other in different):
             different.append(thing)
     return len(different)
 

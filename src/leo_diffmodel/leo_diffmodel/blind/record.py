@@ -8,9 +8,11 @@ import tempfile
 
 import yaml
 
+from leo_diffmodel.bags.types import DYNAMIC_JOINT_STATE, JOINT_STATE, UINT32
 from leo_diffmodel.bags.writer import BagWriter
 from leo_diffmodel.blind.case import Case
 from leo_diffmodel.blind.scenes import Scene
+from leo_msgs_py import topics
 from leo_msgs_py.messages import UInt32
 from leo_msgs_py.values import Applied, JointStates
 from leo_msgs_py.wire.types import serialize
@@ -18,9 +20,11 @@ from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
 from leo_sim.model_file import write_effects
 
-STATES = ('/joint_states', 'sensor_msgs/msg/JointState')
-APPLIED = ('/dynamic_joint_states', 'control_msgs/msg/DynamicJointState')
-EPISODE = ('/robot/episode', 'std_msgs/msg/UInt32')
+TOPICS = (
+    (topics.JOINT_STATES, JOINT_STATE),
+    (topics.DYNAMIC_JOINT_STATES, DYNAMIC_JOINT_STATE),
+    (topics.EPISODE, UINT32),
+)
 RATE = 100.0
 APART = 1_000_000
 """Between the seeds of one scene's noise and the next's."""
@@ -38,7 +42,7 @@ def record(case: Case, folder: Path) -> list[Path]:
 
 def _recorded(driver: SimulatedDriver, scene: Scene, case: Case, folder: Path) -> Path:
     writer = BagWriter(folder, {'robot': case.robot.name, 'held': str(scene.held).lower()})
-    states, applied, episode = (writer.add_topic(*t) for t in (STATES, APPLIED, EPISODE))
+    states, applied, episode = (writer.add_topic(f'/{t.name}', type_) for t, type_ in TOPICS)
     per_control, step = round(RATE * case.robot.control_period), scene.begin()
 
     def begin() -> None:

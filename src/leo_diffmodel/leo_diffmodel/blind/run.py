@@ -18,31 +18,31 @@ from leo_diffmodel.blind.record import record
 from leo_diffmodel.blind.truth import hide, reveal
 from leo_diffmodel.explain.explanation import explain
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
+from leo_sim.robot import Robot
 
 
-def run_case(seed: int, kind: str, walker: str | None = None) -> dict:
+def run_case(seed: int, kind: str, walker: str | Path | None = None) -> dict:
     """Draw, seal the truth, explain from the bags alone, and only then judge."""
     with tempfile.TemporaryDirectory() as folder:
         truth = Path(folder) / 'truth.sealed'
         robot, bags = _prepare(seed, kind, walker, Path(folder), truth)
-        recordings = [read_bag(bag, load_robot(robot)) for bag in bags]
+        recordings = [read_bag(bag, robot) for bag in bags]
         answer = explain(recordings, Model(robot)).to_json()
-        return judge(reveal(truth), answer)
+        return judge(reveal(truth), answer, robot)
 
 
 def _prepare(
-    seed: int, kind: str, walker: str | None, folder: Path, truth: Path
-) -> tuple[str, list[Path]]:
-    """Record the bags of a case; returns the name of its robot and the bags."""
+    seed: int, kind: str, walker: str | Path | None, folder: Path, truth: Path
+) -> tuple[Robot, list[Path]]:
+    """Record the bags of a case; returns its robot as everybody knows it, and the bags."""
     case = draw_case(seed, kind, walker)
     bags = record(case, folder)
     hide(case, truth)
-    return case.robot.name, bags
+    return case.robot, bags
 
 
 def run(
-    seeds: Sequence[int], kind: str, results: Path, jobs: int, walker: str | None = None
+    seeds: Sequence[int], kind: str, results: Path, jobs: int, walker: str | Path | None = None
 ) -> list[dict]:
     """All cases of `seeds`; those already in `results` are not run again."""
     lines = [json.loads(line) for line in _lines(results)]

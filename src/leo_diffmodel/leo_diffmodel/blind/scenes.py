@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from leo_sim.batch import rollout
 from leo_sim.effects import Placed
-from leo_sim.model import Model
+from leo_sim.model import Model, State
 from leo_sim.motions import Falls, MOTIONS
 from leo_sim.robot import Robot
 
@@ -20,6 +20,8 @@ Effects = tuple[Placed, ...]
 Step = Callable[[int, Array, Array], tuple[Array, Array] | None]
 """Inputs and enabled (A,) of a control period from its number and what is measured at its start;
 None: the robot is to be put into its start pose again."""
+Rows = list[tuple[Array, Array, Array, Array]]
+"""Angles, rates, inputs and enabled of each control period."""
 
 
 class Path(NamedTuple):
@@ -117,38 +119,29 @@ class Moving:
         Raises:
             UserError: the robot runs away.
         """
-        model, step = Model(robot, effects, engine='rigid', scheme='search'), self.begin()
-        rng = np.random.default_rng(self.seed)
-        state, way, ways = model.start(self.start, rng), _Way(), []
+        ways = self._ways(Model(robot, effects, engine='rigid', scheme='search'), noise)
+        return [_path(rows, end, self.held) for rows, end in ways if rows]
+
+    def _ways(self, model: Model, noise: tuple[float, float]) -> Iterator[tuple[Rows, State]]:
+        """The rows of each way and the state at its end."""
+        step, rng = self.begin(), np.random.default_rng(self.seed)
+        state, rows = model.start(self.start, rng), Rows()
         for k in range(self.count):
             seen = np.stack(model.sense(state))
             seen = seen + np.array(noise)[:, None] * rng.standard_normal(seen.shape)
             driven = step(k, *seen)
             if driven is None:
-                ways.append(way.path(state.q, state.dq, self.held))
-                state, way = model.start(self.start, rng), _Way()
+                yield rows, state
+                state, rows = model.start(self.start, rng), Rows()
                 continue
-            way.add(state.q, state.dq, *driven)
-            state = model.step(state, driven[0], robot.control_period)
-        return [w for w in (*ways, way.path(state.q, state.dq, self.held)) if len(w.inputs)]
+            rows.append((state.q, state.dq, *driven))
+            state = model.step(state, driven[0], model.robot.control_period)
+        yield rows, state
 
 
-class _Way:
-    """A path as it grows."""
-
-    def __init__(self) -> None:
-        self._rows: list[tuple[Array, ...]] = []
-
-    def add(self, *row: Array) -> None:
-        """Angles, rates, inputs and enabled of a control period."""
-        self._rows.append(row)
-
-    def path(self, q: Array, dq: Array, held: bool) -> Path:
-        """All of it, with the state at its end."""
-        if not self._rows:
-            return Path(q[None], dq[None], np.zeros((0, 0)), np.zeros((0, 0)), held)
-        qs, dqs, inputs, enabled = (np.array(column) for column in zip(*self._rows, strict=True))
-        return Path(np.vstack([qs, q]), np.vstack([dqs, dq]), inputs, enabled, held)
+def _path(rows: Rows, end: State, held: bool) -> Path:
+    q, dq, inputs, enabled = (np.array(column) for column in zip(*rows, strict=True))
+    return Path(np.vstack([q, end.q]), np.vstack([dq, end.dq]), inputs, enabled, held)
 
 
 Scene = Given | Moving

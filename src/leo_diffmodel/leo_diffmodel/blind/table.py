@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import beta
 
 SHARES = {'none': ('right',), 'effect': ('right', 'family'), 'pair': ('right', 'exact'),
-          'outside': ('right', 'lone')}  # fmt: skip
+          'triple': ('right', 'exact'), 'outside': ('right', 'lone')}  # fmt: skip
 """What is counted of each kind of case."""
 
 

@@ -68,37 +68,64 @@ def settled(
         sigma: noise of each recording and channel, shape (R, 2J).
         before: the footing with another model, to go on from; its windows are all kept.
     """
-    none = np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
-    start = (before.start if before else windows.measured[:, 0]).copy()
-    if before:
-        start, predicted = _nearest(model, windows, sigma, start)
-        columns = before.by_start.copy()
-    else:
-        predicted, columns = respond(model, windows, start, none)
-    loss = _loss(windows, predicted, sigma)
+    settling = _Settling(model, windows, sigma, before)
     active = np.arange(windows.count)
     for round_ in range(ROUNDS):
-        part, was = windows.take(active), loss[active].copy()
-        step = _step(part, predicted[active], columns[active], sigma)
-        for scale in SCALES:
-            moved = start[active] + scale * step
-            found = _loss(part, predict(model, part, moved), sigma)
-            better = found < loss[active]
-            start[active[better]], loss[active[better]] = moved[better], found[better]
-        going = loss[active] < was - ENOUGH_NATS
+        going = settling.step(active)
         if before and not round_:  # their answer may be too old to have led anywhere
-            going |= (loss > before.loss + ENOUGH_NATS) & (loss > OUT_OF_LINE * np.median(loss))
+            going |= _out_of_line(settling.loss, before.loss)
         active = active[going]
         if not active.size:
             break
-        predicted[active], columns[active] = respond(
-            model, windows.take(active), start[active], none[:, : active.size]
-        )
+        settling.ask(active)
+    start, columns, loss = settling.start, settling.columns, settling.loss
     if before:
         return np.arange(windows.count), replace(before, start=start, by_start=columns, loss=loss)
     kept = _sure(model, windows, start, columns, sigma)
     nothing = np.zeros_like(windows.measured[kept])
     return kept, Footing(start[kept], columns[kept], loss[kept], nothing)
+
+
+class _Settling:
+    """Windows on the way to the start states that fit them best.
+
+    Attributes:
+        start, columns, loss: as `start`, `by_start` and `loss` of a `Footing`.
+    """
+
+    def __init__(
+        self, model: Model, windows: Windows, sigma: Array, before: Footing | None
+    ) -> None:
+        self._model, self._windows, self._sigma = model, windows, sigma
+        if before:
+            self.start, self._predicted = _nearest(model, windows, sigma, before.start)
+            self.columns = before.by_start.copy()
+        else:
+            self.start = windows.measured[:, 0].copy()
+            self._predicted, self.columns = respond(
+                model, windows, self.start, _no_pushes(windows)
+            )
+        self.loss = _loss(windows, self._predicted, sigma)
+
+    def step(self, active: Array) -> Array:
+        """Move the starts of some windows where that is better; which of them gained enough."""
+        part, was = self._windows.take(active), self.loss[active]
+        step = _step(part, self._predicted[active], self.columns[active], self._sigma)
+        for scale in SCALES:
+            moved = self.start[active] + scale * step
+            found = _loss(part, predict(self._model, part, moved), self._sigma)
+            better = found < self.loss[active]
+            self.start[active[better]] = moved[better]
+            self.loss[active[better]] = found[better]
+        gained: Array = self.loss[active] < was - ENOUGH_NATS
+        return gained
+
+    def ask(self, active: Array) -> None:
+        """Ask some windows anew for their answer to the starts."""
+        part = self._windows.take(active)
+        self._predicted[active], self.columns[active] = respond(
+            self._model, part, self.start[active], _no_pushes(part)
+        )
 
 
 def _nearest(model: Model, windows: Windows, sigma: Array, start: Array) -> tuple[Array, Array]:
@@ -108,6 +135,15 @@ def _nearest(model: Model, windows: Windows, sigma: Array, start: Array) -> tupl
     best = np.argmin([_loss(windows, p, sigma) for p in predicted], axis=0)
     every = np.arange(windows.count)
     return starts[best, every], predicted[best, every]
+
+
+def _no_pushes(windows: Windows) -> Array:
+    return np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
+
+
+def _out_of_line(loss: Array, before: Array) -> Array:
+    """Windows that have become worse than before, and are far worse than most."""
+    return (loss > before + ENOUGH_NATS) & (loss > OUT_OF_LINE * np.median(loss))
 
 
 def refined(model: Model, windows: Windows, footing: Footing) -> tuple[Windows, Footing]:

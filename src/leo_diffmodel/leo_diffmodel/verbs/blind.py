@@ -23,12 +23,12 @@ OPTIONS = {
     'cases': ('effect', 'bags with one hidden effect'),
     'no_effect': ('none', 'bags without any'),
     'pairs': ('pair', 'bags with two effects, each of 2 noise floors or more'),
-    'triples': ('triple', 'cases with three effects, each of 2 noise floors or more'),
+    'triples': ('triple', 'bags with three effects, each of 2 noise floors or more'),
     'outside': ('outside', 'bags with a law that is not in the catalogue'),
 }
 TITLES = {'effect': 'one effect', 'none': 'no effect', 'pair': 'two effects',
           'triple': 'three effects', 'outside': 'outside the catalogue'}  # fmt: skip
-WORDS = {'right': 'right', 'family': 'right family', 'exact': 'exactly these two',
+WORDS = {'right': 'right', 'family': 'right family', 'exact': 'exactly these',
          'lone': 'named alone and sure'}  # fmt: skip
 
 
@@ -39,7 +39,7 @@ def main(argv: list[str]) -> int:
     arguments = _parser().parse_args(argv)
     counts, walker = _counts(arguments), _walker(arguments)
     folder = common.fresh_folder(arguments.output) or Path('out/blind')
-    first, results = arguments.first_seed, folder / 'results.jsonl'
+    first, results = arguments.first_seed, folder / _file(walker)
     answers = {
         kind: run(range(first, first + count), kind, results, arguments.jobs, walker)
         for kind, count in counts.items()
@@ -65,8 +65,9 @@ def _counts(arguments: argparse.Namespace) -> dict[str, int]:
     return {OPTIONS[name][0]: value or 0 for name, value in asked.items()}
 
 
-def _walker(arguments: argparse.Namespace) -> str | None:
-    """The robot with contacts that was asked for."""
+def _walker(arguments: argparse.Namespace) -> Path | None:
+    """The folder of the robot with contacts that was asked for."""
+    from leo_sim.motions import check_walker
     from leo_sim.robot import load_robot
 
     if arguments.robot is None:
@@ -77,7 +78,13 @@ def _walker(arguments: argparse.Namespace) -> str | None:
                         'without --robot all robots without contact are drawn')  # fmt: skip
     if arguments.outside:
         raise UserError('leo blind: --outside is for robots without contact; leave out --robot')
-    return str(arguments.robot)
+    check_walker(robot)
+    return robot.folder.resolve()
+
+
+def _file(walker: Path | None) -> str:
+    """Where the lines are kept: a walker's cases have the seeds of the others'."""
+    return f'results_{walker.name}.jsonl' if walker else 'results.jsonl'
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 from typing import Any, TypeVar
 
 from joblib import delayed, Parallel, parallel_config
+import numpy as np
 
 C = TypeVar('C')
 """A case: a frozen dataclass whose fields begin its line in the results file."""
@@ -70,5 +71,18 @@ def hours(cases: Sequence[C], path: Path, jobs: int, weight: Callable[[Any], flo
             the lines that are there say how true that is.
     """
     seconds = sum(weight(case) for case in missing(cases, path))
-    ratios = sorted(row['seconds'] / weight(SimpleNamespace(**row)) for row in read_results(path))
-    return seconds * (ratios[len(ratios) // 2] if ratios else 1.0) / jobs / 3600
+    return seconds * _pace(read_results(path), weight) / jobs / 3600
+
+
+def _pace(rows: Sequence[Row], weight: Callable[[Any], float]) -> float:
+    """How many times the assumed time lines took: the median over all time that was spent.
+
+    A case that found its work done took no time, and so it does not count.
+    """
+    if not rows:
+        return 1.0
+    paces = sorted((row['seconds'] / weight(SimpleNamespace(**row)), row['seconds'])
+                   for row in rows)  # fmt: skip
+    pace, seconds = np.array(paces).T
+    spent = np.cumsum(seconds)
+    return float(pace[np.searchsorted(spent, spent[-1] / 2)])

@@ -76,7 +76,7 @@ class Case:
 
 
 def seconds(case: Case) -> float:
-    """Usual time of a case on one core, its ideal policy apart."""
+    """Usual time of a case on one core, the training runs with lines of their own apart."""
     return case.updates * (240.0 + 4e-3 * case.steps)
 
 
@@ -106,9 +106,8 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
     Raises:
         KeyboardInterrupt: it was stopped; it goes on with the phase it was in.
     """
-    began = time.monotonic()
     own, real = folder / case.folder, real_model(case.gap)
-    start = _trained(ideal_case(case.seed), folder)
+    start, reference = _trained(ideal_case(case.seed), folder), _reference(case, folder, real)
     config, names, network = REPAIRS[case.repair]
     robot = Rollouts(ModelEnv(real))
     source = Bags(own, robot, config, names)
@@ -122,6 +121,7 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
     )
     if not algorithm.run():
         raise KeyboardInterrupt
+    began = time.monotonic() - algorithm.done.seconds  # as if it had not been stopped
     policies = [Policy.load(path) for path in algorithm.policies()]
     driver = policies[algorithm.done.driver]
     return asdict(case) | {
@@ -130,7 +130,7 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
         'fits': source.reports(), 'errors': _errors(algorithm, real),
         'paths': [_path(policy, real) for policy in (policies[0], driver)],
         'left': [asdict(_left(policy, algorithm)) for policy in (policies[0], driver)],
-        **_reference(case, folder, real),
+        **reference,
         'seconds': round(time.monotonic() - began, 1), 'date': str(date.today()),
     }
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
 
 from leo_learner import sarsa
 from leo_learner.checkpoint import PREFIX
@@ -113,7 +114,7 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
         'curve': curve(folder / case.folder),
         'nominal': walks[0],
         'random': walks[1:],
-        'seconds': round(outcome.seconds, 1),
+        'seconds': round(spent(folder / case.folder), 1),
         'date': str(date.today()),
     }
 
@@ -139,6 +140,18 @@ def curve(folder: Path) -> list[tuple[int, float]]:
     """Transitions and return of every test of a run."""
     events = EventAccumulator(str(folder), size_guidance={'scalars': 0}).Reload()
     return [(event.step, round(event.value, 2)) for event in events.Scalars('charts/test_return')]
+
+
+def spent(folder: Path) -> float:
+    """Wall time that a run has taken [s], also before it was stopped and gone on with.
+
+    Every part of a run has a file of TensorBoard's events.
+    """
+    parts = [
+        [event.wall_time for event in EventFileLoader(str(path)).Load()]
+        for path in folder.glob('events.out.tfevents.*')
+    ]
+    return sum(max(times) - min(times) for times in parts if times)
 
 
 def _training(case: Case, model: Model) -> TrainingLoop:

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 import math
 from typing import Any
 
-from numba import njit
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_sim.compiled import compiled
 from leo_sim.engines.planar import dynamics, Planar, rows, tree_of
 from leo_sim.engines.stateless import Stateless
 from leo_sim.filled import common
@@ -42,7 +42,7 @@ class Flat(Stateless, Planar):
         return rates.reshape(*shape, size), Factor.of(inverse.reshape(*shape, size, size))
 
 
-@njit(cache=True)
+@compiled
 def _kick(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, figures: Any,
           gravity: Any, q: Any, dq: Any, diagonal: Any, driving: Any, held: Any, h: Any, mass: Any,
           inverse: Any, rates: Any) -> None:
@@ -60,7 +60,7 @@ def _kick(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any
     _ahead(dq, rates, h, 1.0, rates)
 
 
-@njit(cache=True)
+@compiled
 def _less(torque: Any, bias: Any, out: Any) -> None:
     for n in range(out.shape[0]):
         given = row(torque, n)
@@ -68,7 +68,7 @@ def _less(torque: Any, bias: Any, out: Any) -> None:
             out[n, j] = given[j] - bias[n, j]
 
 
-@njit(cache=True)
+@compiled
 def _ahead(dq: Any, faster: Any, h: Any, share: float, out: Any) -> None:
     for n in range(out.shape[0]):
         step = share * row(h, n)[0]

@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 import math
 from typing import Any, NamedTuple
 
-from numba import njit
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_sim.compiled import compiled, compiled_without_gil
 from leo_sim.effects.base import Body
 from leo_sim.filled import common, filled
 from leo_sim.urdf import Joint
@@ -158,7 +158,7 @@ def rows(values: Any, shape: tuple[int, ...], tail: int | tuple[int, ...], whole
     return np.ascontiguousarray(values).reshape(-1, *tail)
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def poses(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, q: Any, dq: Any,
           pose: Any) -> Any:
     """Fill pose (L, POSE): angle, origin, rate, velocity, acceleration, axis, cosine and sine.
@@ -199,7 +199,7 @@ def poses(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any
         pose[i, 10], pose[i, 11] = np.cos(angle), np.sin(angle)
 
 
-@njit(cache=True, error_model='numpy')
+@compiled
 def jacobian(kind: Any, parent: Any, column: Any, sense: Any, pose: Any, link: Any, px: Any,
              pz: Any, out: Any) -> Any:
     """Fill out (3, J): x, z and angle rates of a point of a link per joint rate."""
@@ -217,7 +217,7 @@ def jacobian(kind: Any, parent: Any, column: Any, sense: Any, pose: Any, link: A
         i = parent[i]
 
 
-@njit(cache=True, error_model='numpy', nogil=True)
+@compiled_without_gil
 def dynamics(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, figures: Any,
               gravity: Any, q: Any, dq: Any, mass: Any, bias: Any) -> Any:
     """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows."""

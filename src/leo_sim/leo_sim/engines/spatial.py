@@ -8,9 +8,9 @@ Jw'(I alpha + w x I w) with the accelerations of the links without joint acceler
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from numba import njit
 import numpy as np
 
+from leo_sim.compiled import compiled
 from leo_sim.effects.base import Body
 from leo_sim.engines.planar import FIXED, HINGE, KINDS, rows, SLIDE
 from leo_sim.engines.stateless import Stateless
@@ -87,55 +87,55 @@ def _figures(bodies: Sequence[Body]) -> Any:
     return np.ascontiguousarray(np.stack(parts, axis=-1).reshape(-1, len(bodies), FIGURES))
 
 
-@njit(cache=True)
+@compiled
 def _vector(rows: Array, i: int) -> Vec:
     return rows[i, 0], rows[i, 1], rows[i, 2]
 
 
-@njit(cache=True)
+@compiled
 def _keep(rows: Array, i: int, a: Vec) -> None:
     rows[i, 0], rows[i, 1], rows[i, 2] = a
 
 
-@njit(cache=True)
+@compiled
 def _plus(a: Vec, b: Vec) -> Vec:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@njit(cache=True)
+@compiled
 def _times(factor: float, a: Vec) -> Vec:
     return factor * a[0], factor * a[1], factor * a[2]
 
 
-@njit(cache=True)
+@compiled
 def _dot(a: Vec, b: Vec) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
+@compiled
 def _cross(a: Vec, b: Vec) -> Vec:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@njit(cache=True)
+@compiled
 def _turned(r: Mat, a: Vec) -> Vec:
     """Matrix (three rows) times vector."""
     return _dot(r[0], a), _dot(r[1], a), _dot(r[2], a)
 
 
-@njit(cache=True)
+@compiled
 def _back(r: Mat, a: Vec) -> Vec:
     """Transposed matrix times vector."""
     return _plus(_plus(_times(a[0], r[0]), _times(a[1], r[1])), _times(a[2], r[2]))
 
 
-@njit(cache=True)
+@compiled
 def _product(r: Mat, s: Mat) -> Mat:
     """Product of two matrices: each row of the first, turned by the second."""
     return _back(s, r[0]), _back(s, r[1]), _back(s, r[2])
 
 
-@njit(cache=True)
+@compiled
 def _about(axis: Vec, angle: float) -> Mat:
     """Rotation matrix by an angle about an axis (Rodrigues)."""
     x, y, z = axis
@@ -146,13 +146,13 @@ def _about(axis: Vec, angle: float) -> Mat:
             (z * x * v - y * s, z * y * v + x * s, c + z * z * v))
 
 
-@njit(cache=True)
+@compiled
 def _carried(turn: Vec, speed: Vec, lever: Vec) -> Vec:
     """Acceleration of a point at a lever: turn x lever + speed x (speed x lever)."""
     return _plus(_cross(turn, lever), _cross(speed, _cross(speed, lever)))
 
 
-@njit(cache=True)
+@compiled
 def _spin(body: Array, r: Mat, a: Vec) -> Vec:
     """Rotational inertia of a link about its CoM, in world axes, times a vector."""
     b = _back(r, a)
@@ -161,7 +161,7 @@ def _spin(body: Array, r: Mat, a: Vec) -> Vec:
                        xz * b[0] + yz * b[1] + zz * b[2]))
 
 
-@njit(cache=True)
+@compiled
 def _add(i: int, chain: int, kind: Array, column: Array, body: Array, r: Mat, com: Vec,
          down: float, push: Vec, speed: Vec, turn: Vec, origin: Array, axis: Array, mass: Array,
          bias: Array, front: Array, swing: Array) -> None:
@@ -187,7 +187,7 @@ def _add(i: int, chain: int, kind: Array, column: Array, body: Array, r: Mat, co
                 mass[c, d] += _dot(a, _vector(swing, d))
 
 
-@njit(cache=True)
+@compiled
 def _dynamics(kind: Array, parent: Array, column: Array, rotation: Array, translation: Array,
               own: Array, chain: Array, figures: Array, gravity: Array, q: Array, dq: Array,
               mass: Array, bias: Array) -> None:
