@@ -26,7 +26,7 @@ ON_GROUND_WINDOWS = 60
 ON_GROUND_SHARE = 0.25
 """Of the short windows of a robot on the ground, the calm ones tell the noise."""
 SMOOTH, SURELY = 3, 0.8
-"""Degree of the polynomial that a calm stretch follows; such noise counts where it is so much less."""
+"""Degree of the curve that a calm stretch follows; noise about it counts if so much less."""
 ROUNDED = 0.5
 """Values are taken for rounded where fewer than this share of them are distinct."""
 

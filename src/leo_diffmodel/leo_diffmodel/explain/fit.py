@@ -326,7 +326,7 @@ def _calm(problem: Problem, by_theta: Array) -> Array:
     size = np.sqrt((by_theta**2).sum(axis=1))
     answers = size >= ANSWERS * np.quantile(size, 0.9, axis=0)
     most = LOUD * np.array([np.median(s[a]) for s, a in zip(size.T, answers.T, strict=True)])
-    return np.minimum(1.0, most / np.maximum(size, 1e-12)).min(axis=1)[:, None, None]
+    return np.where(size > most, most / np.maximum(size, 1e-12), 1.0).min(axis=1)[:, None, None]
 
 
 def _gram(columns: Array) -> Array:
