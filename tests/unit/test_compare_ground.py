@@ -21,7 +21,12 @@ from leo_diffmodel.explain.engine import scales_of
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.fit import fit, Problem
 from leo_diffmodel.explain.footing import refined, settled
-from leo_diffmodel.explain.ground_scan import GroundScanner, is_straight
+from leo_diffmodel.explain.ground_scan import (
+    GroundScanner,
+    is_straight,
+    turned_to_any,
+    TWO_ANGLES,
+)
 from leo_diffmodel.explain.hypothesis import Hypothesis
 from leo_diffmodel.explain.ranking import gains, WINDOW_NATS
 from leo_sim.batch import rollout
@@ -56,6 +61,19 @@ def recorded(*effects, start='hanging', seconds=1.5, seed=1):
     return Recording(Path(start), '0' * 64, tuple(LEO.joint_names),
                      tuple(a.joint for a in LEO.actuators), 'voltage', 0.03, (episode,),
                      {'held': held})  # fmt: skip
+
+
+def scanned(model, bag):
+    """The settled windows of a bag, the model as given fitted to them, and its scanner."""
+    windows = cut([bag], 0.1)
+    kept, footing = settled(model, windows, SIGMA)
+    problem = Problem(model, windows.take(kept), SIGMA, np.ones(len(kept), bool), footing)
+    null = fit(problem, Hypothesis())
+    return problem, null, GroundScanner(problem, null, scales_of(model, windows))
+
+
+def candidate(model, label):
+    return next(c for c in candidates(model) if c.label == label)
 
 
 @pytest.fixture(scope='module')
@@ -96,6 +114,13 @@ def test_noise_is_found_in_the_air_and_on_the_ground(model, start):
     ratio = found / SIGMA[0]
     assert np.median(ratio) == pytest.approx(1.0, abs=0.2)
     assert ratio.max() < 2.0
+
+
+def test_noise_is_found_where_the_measured_height_is_wrong(model):
+    """The ground holds the robot where no start state can make up for the scale of the height."""
+    bag = recorded(place(LEO, 'encoder_scale', 'base_z', k=0.95), start='standing')
+    sigma = noise.estimate(model, noise.short_windows([bag]))[0]
+    assert sigma[1] == pytest.approx(NOISE[0], rel=0.3)
 
 
 def test_the_missing_torque_is_at_the_joint_that_brakes(model, braked):
@@ -149,11 +174,7 @@ def test_the_coarse_scheme_is_taken_where_the_data_cannot_tell(braked):
 
 
 def test_a_scan_on_settled_windows_finds_effect_joint_and_size(model, braked):
-    windows = cut([braked], 0.1)
-    kept, footing = settled(model, windows, SIGMA)
-    problem = Problem(model, windows.take(kept), SIGMA, np.ones(len(kept), bool), footing)
-    null = fit(problem, Hypothesis())
-    scanner = GroundScanner(problem, null, scales_of(model, windows))
+    problem, null, scanner = scanned(model, braked)
     wanted = [c for c in candidates(model)
               if c.effect.name in ('viscous_friction', 'link_mass', 'bias_torque')]  # fmt: skip
     best = max((scanner.scan(c) for c in wanted), key=lambda s: s.gain)
@@ -208,6 +229,29 @@ def test_explain_names_an_effect_on_the_ground():
     assert (found.verdict, effect['name'], effect['where']) == (
         'named', 'coulomb_friction', 'left_knee')  # fmt: skip
     assert effect['parameters']['c']['value'] == pytest.approx(0.15, rel=0.02)
+
+
+@pytest.mark.parametrize('name, shape', [('joint_spring', ()), ('torque_ripple', (6.0,))])
+def test_what_a_law_does_at_two_angles_tells_what_it_does_at_any(model, name, shape):
+    knee, q = candidate(model, f'{name}:left_knee'), np.linspace(-1.0, 2.0, 7)
+
+    def law(point):
+        values = dict(zip([p.name for p in knee.parameters], point, strict=True))
+        return knee.effect.torque(values, q, 0 * q, None, None)
+
+    points = np.array([(0.1, *shape, angle) for angle in TWO_ANGLES])
+    turned, done = turned_to_any(knee, points, np.array([law(p) for p in points]))
+    assert len(turned) > 20 and np.ptp(turned[:, -1]) > 1.8 * np.pi
+    np.testing.assert_allclose(done, [law(p) for p in turned], atol=1e-12)
+
+
+def test_a_parameter_that_does_not_show_yet_silences_no_window(model):
+    """Where c_static is c the width v_s of Stribeck friction changes nothing."""
+    bag = recorded(place(LEO, 'coulomb_friction', 'left_knee', c=0.1))
+    problem, _, _ = scanned(model, bag)
+    hypothesis = Hypothesis((candidate(model, 'stribeck_friction:left_knee'),))
+    started = fit(problem, hypothesis, np.array([0.05, 0.05, 0.1]), iterations=2)
+    assert 0.07 < started.theta[0] < 0.15
 
 
 def test_straight_effects_are_those_in_proportion_to_their_size(model):

@@ -70,7 +70,7 @@ class GroundScanner(Scanner):
         self._kept[candidate] = trace
         change = self._project(trace.change)
         found = self._solved if is_straight(candidate) else self._picked
-        theta, gain = found(candidate, *_turned(candidate, trace.points, change))
+        theta, gain = found(candidate, *turned_to_any(candidate, trace.points, change))
         full = np.concatenate([self._null.theta[: self._split], theta, self._tail])
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         unit, nats = change / np.sqrt(length2)[:, None], 0.5 * length2 / self._share
@@ -193,7 +193,7 @@ def is_straight(candidate: Candidate) -> bool:
                                      and not effect.late)  # fmt: skip
 
 
-def _turned(candidate: Candidate, points: Array, change: Array) -> tuple[Array, Array]:
+def turned_to_any(candidate: Candidate, points: Array, change: Array) -> tuple[Array, Array]:
     """What an effect does at many angles, from what it does at two of them; see `Parameter`."""
     names = candidate.parameters
     turned = [i for i, p in enumerate(names) if i not in amplitude_indices(names)
