@@ -76,6 +76,24 @@ def test_raw_and_by_name(node, peer):
     assert relayed[0] == message
 
 
+def test_a_callback_of_two_arguments_hears_when_it_was_published(node):
+    heard = []
+    for name in ('left', 'right'):
+        node.create_subscription(
+            m.UInt32, name, lambda message, info: heard.append((info, message.data)), 10
+        )
+    publishers = [node.create_publisher(m.UInt32, name, 10) for name in ('left', 'right')]
+    for publisher in publishers:
+        wait_for(node, lambda p=publisher: p.get_subscription_count() == 1)
+    before = time.time_ns()
+    for number in range(10):
+        publishers[number % 2].publish(m.UInt32(data=number))
+    wait_for(node, lambda: len(heard) == 10)
+    heard.sort(key=lambda pair: pair[0]['source_timestamp'])
+    assert [number for _, number in heard] == list(range(10))
+    assert before <= heard[0][0]['source_timestamp'] <= heard[-1][0]['source_timestamp']
+
+
 def test_latched_reaches_late_joiners_and_best_effort_no_reliable_reader(node, peer):
     wait_for(node, lambda: node.count_publishers('/noise') == 1)
     late = subscribe(node, m.Bool, 'enabled', latched())
