@@ -18,14 +18,16 @@ from leo_msgs_py.messages import Float64MultiArray, SetBool
 from leo_msgs_py.node import api
 from leo_msgs_py.qos import latched, reliable
 from leo_msgs_py.values import Applied, JointStates
-from leo_msgs_py.wire.types import serialize
+from leo_msgs_py.wire.types import deserialize, serialize, type_name
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
 from leo_sim.robot import load_robot
 
 pytestmark = pytest.mark.graph
 PATIENCE = 60.0
-CONTROL_PERIOD_NS = round(load_robot('pendulum').control_period * 1e9)
+PENDULUM = load_robot('pendulum')
+CONTROL_PERIOD_NS = round(PENDULUM.control_period * 1e9)
+STATE_PERIOD_NS = round(1e9 / PENDULUM.state_rate)
 LEO = str(Path(sys.executable).with_name('leo'))
 
 
@@ -47,13 +49,8 @@ class Robot:
         self.parameters = {'robot': 'pendulum', **parameters}
         self.states, self.applied = [], []
         self.episodes, self.e_stopped = [], []
-        self.raw = {topics.JOINT_STATES: [], topics.DYNAMIC_JOINT_STATES: []}
-        for topic, seen in self.raw.items():
-            node.create_subscription(
-                topic.type, f'{space}/{topic.name}', seen.append, reliable(1000), raw=True
-            )
-        self._subscribe(topics.JOINT_STATES, self._on_state)
-        self._subscribe(topics.DYNAMIC_JOINT_STATES, self._on_applied)
+        self.state_bytes = self._listen(topics.JOINT_STATES, JointStates, self.states)
+        self.applied_bytes = self._listen(topics.DYNAMIC_JOINT_STATES, Applied, self.applied)
         self._subscribe(topics.EPISODE, lambda m: self.episodes.append(m.data), latched())
         self._subscribe(topics.E_STOPPED, lambda m: self.e_stopped.append(m.data), latched())
         self.commands = node.create_publisher(
@@ -71,16 +68,20 @@ class Robot:
             stderr=subprocess.STDOUT,
         )
 
-    def _subscribe(self, topic, callback, qos=None) -> None:
-        self.node.create_subscription(
-            topic.type, f'{self.space}/{topic.name}', callback, qos or reliable(1000)
-        )
+    def _listen(self, topic, value, heard) -> list[bytes]:
+        """Append what a topic says to `heard` and its bytes to what is returned."""
+        received = []
 
-    def _on_state(self, message) -> None:
-        self.states.append(JointStates.from_message(message))
+        def keep(data: bytes) -> None:
+            received.append(data)
+            heard.append(value.from_message(deserialize(data, type_name(topic.type))))
 
-    def _on_applied(self, message) -> None:
-        self.applied.append(Applied.from_message(message))
+        self._subscribe(topic, keep, reliable(1000), raw=True)
+        return received
+
+    def _subscribe(self, topic, callback, qos, **options) -> None:
+        name = f'{self.space}/{topic.name}'
+        self.node.create_subscription(topic.type, name, callback, qos, **options)
 
     def wait(self, what: Callable[[], object], why: str = '') -> None:
         end = time.monotonic() + PATIENCE
@@ -152,14 +153,10 @@ def swing(robot: Robot, periods: int) -> tuple[list[bytes], list[bytes]]:
     robot.ready()
     for k in range(periods):
         robot.step(2.0 * math.sin(k))
-
-    def all_of_it() -> tuple[list[bytes], list[bytes]]:
-        states, applied = robot.raw.values()
-        return [b for i, b in enumerate(states) if not i or b != states[i - 1]], applied
-
-    wanted = len(robot.fresh()), len(robot.applied)
-    robot.wait(lambda: tuple(len(x) for x in all_of_it()) == wanted)
-    return all_of_it()
+    end = robot.states[-1].stamp_ns
+    robot.wait(lambda: robot.applied[-1].stamp_ns + STATE_PERIOD_NS >= end, 'not all applied')
+    states = robot.state_bytes
+    return [b for i, b in enumerate(states) if not i or b != states[i - 1]], robot.applied_bytes
 
 
 def test_lockstep_repeats_to_the_bit_for_a_seed(robots):
@@ -174,7 +171,8 @@ def test_lockstep_repeats_to_the_bit_for_a_seed(robots):
         swing(robots(space, **{**options, **change}), periods=20)
         for space, change in (('/one', {}), ('/two', {}), ('/three', {'seed': 4}))
     )
-    assert len(first[0]) >= 21 and len(first[1]) >= 20
+    ticks = 20 * CONTROL_PERIOD_NS // STATE_PERIOD_NS
+    assert (len(first[0]), len(first[1])) == (ticks + 1, ticks)
     assert first == again
     assert first[0] != other[0]
 
@@ -257,7 +255,7 @@ def test_realtime_times_out_and_survives_kill_9(robots):
 
 def test_a_replayed_bag_feeds_the_graph_as_the_robot_did(robots, tmp_path):
     bag, sent = BagWriter(tmp_path / 'bag'), []
-    driver = SimulatedDriver(DriverOptions(load_robot('pendulum'), noise=(0.001, 0.05)))
+    driver = SimulatedDriver(DriverOptions(PENDULUM, noise=(0.001, 0.05)))
     channels = [
         bag.add_topic('/joint_states', 'sensor_msgs/msg/JointState'),
         bag.add_topic('/dynamic_joint_states', 'control_msgs/msg/DynamicJointState'),
