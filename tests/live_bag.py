@@ -23,11 +23,6 @@ def counts(bag: Path) -> dict[str, int]:
     return {name: len(log.messages) for name, log in found.topics.items()} if found else {}
 
 
-def states(bag: Path) -> int:
-    """How many joint states are on disk."""
-    return counts(bag).get('/joint_states', 0)
-
-
 def has(bag: Path, *topics: Topic) -> bool:
     """Whether something of each topic is on disk."""
     found = counts(bag)
