@@ -150,3 +150,16 @@ def test_status_says_how_the_nodes_are(domain, tmp_path):
         robot.wait()
     assert found['name'] == '/arm/robot' and found['level'] in ('ok', 'warning')
     assert found['values']['e-stop'] == 'False' and int(found['values']['missed deadlines']) >= 0
+
+
+def test_a_call_of_a_type_waits_for_its_service(domain):
+    words = '/later/home', 'std_srvs/srv/Trigger', '--timeout', str(PATIENCE)
+    call = subprocess.Popen([LEO, 'service', 'call', *words], stdout=subprocess.PIPE, text=True)
+    server = subprocess.Popen([sys.executable, PEER, '--ros-args', '-r', '__ns:=/later'])
+    try:
+        out, _ = call.communicate(timeout=2 * PATIENCE)
+    finally:
+        call.kill()
+        server.terminate()
+        server.wait()
+    assert (call.returncode, out) == (0, 'success: true\nmessage: homed\n')
