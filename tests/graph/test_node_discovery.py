@@ -69,7 +69,7 @@ def test_endpoints_are_those_of_a_real_node(observer, spawn):
     spawn(PEER, '--ros-args', '-r', '__ns:=/probe')
     wanted = expected()
     wait_for(lambda: any(n.full_name == '/probe/talker' and n.writers for n in graph.nodes()))
-    (node,) = [n for n in graph.nodes() if n.name == 'talker']
+    (node,) = [n for n in graph.nodes() if n.full_name == '/probe/talker']
     gid = node.writers[0][:12] + bytes.fromhex('000001c1')
     wait_for(lambda: wanted.keys() <= announced(participant, gid).keys())
     ours = announced(participant, gid)

@@ -88,7 +88,7 @@ def _load_file(
     for record in file.records():
         if isinstance(record, Message):
             if record.channel_id in channels and record.log_time <= _LATEST:
-                channels[record.channel_id].append(_logged(record))
+                channels[record.channel_id].append(logged(record))
             else:
                 file.damaged += 1
         elif isinstance(record, Schema):
@@ -101,7 +101,8 @@ def _load_file(
     return file
 
 
-def _logged(message: Message) -> Logged:
+def logged(message: Message) -> Logged:
+    """Take what counts of a record; its log time where it does not say when it was published."""
     published = message.publish_time if 0 < message.publish_time <= _LATEST else message.log_time
     return Logged(message.log_time, message.data, published)
 
