@@ -83,6 +83,7 @@ OTHERS = [
     (['bag', 'inf', 'good'], ["'inf'", 'info']),
     (['bag', 'play', 'nowhere'], ['no bag at nowhere']),
     (['bag', 'play', 'good', '--rate', '0'], ['--rate 0', 'above 0']),
+    (['bag', 'play', 'good', '--wait', '-1'], ['--wait -1', '0 or more']),
     (['bag', 'record', '--colour'], ['--colour']),
     (['reveal', 'nothing.sealed'], ['nothing.sealed']),
     (['reveal', 'notes.txt'], ['notes.txt is not a sealed file']),

@@ -34,6 +34,13 @@ def test_names_the_secret_and_says_how_good_it_was(tmp_path):
     assert truth['name'] in said and 'noise floor' in said and 'report.html' in said
 
 
+def test_a_process_that_ends_without_its_file_is_said(tmp_path):
+    with Processes(tmp_path) as processes:
+        processes.start('helper', 'play', '--help')
+        with pytest.raises(UserError, match=r'helper ended without .*missing; see .*helper\.log'):
+            processes.wait_for(tmp_path / 'missing', 'helper')
+
+
 def test_a_failing_command_ends_everything(tmp_path):
     processes = Processes(tmp_path)
     with pytest.raises(UserError, match='leo play'):

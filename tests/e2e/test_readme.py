@@ -34,7 +34,8 @@ def test_command_exists_with_its_options(command: str) -> None:
     assert verbs <= {entry.name for entry in entry_points(group='leo.verbs')}
     options = {w for w in words if re.fullmatch(r'--?[a-z][a-z-]*', w)} - {'--ros-args', '-p'}
     if options:
-        shown = subprocess.run([LEO, *verbs, '--help'], capture_output=True, text=True, timeout=60)
+        command = [LEO, *verbs, '--help']
+        shown = subprocess.run(command, capture_output=True, text=True, timeout=300)
         assert options <= set(re.findall(r'--?[a-z][a-z-]*', shown.stdout)), shown.stderr
 
 

@@ -23,7 +23,7 @@ CONFIG = """\
     <ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="localhost"/></Peers>
   </Discovery>
 </Domain></CycloneDDS>"""
-PATIENCE = 60.0
+PATIENCE = 120.0
 
 
 @dataclass

@@ -39,10 +39,10 @@ class Asker:
         self.told |= {status.name: (status.message, status.level) for status in message.status}
 
     def call_update(self):
-        return api.call(self.node, self.update, topics.DIFFERENCE_UPDATE.type.Request(), 120.0)
+        return api.call(self.node, self.update, topics.DIFFERENCE_UPDATE.type.Request(), 300.0)
 
     def until(self, condition) -> None:
-        assert api.spin_until(self.node, condition, 180.0)
+        assert api.spin_until(self.node, condition, 300.0)
 
 
 @pytest.fixture

@@ -55,7 +55,7 @@ class Graph:
         self._processes[name].wait()
         self.start(name)
 
-    def wait_for(self, text: str, times: int = 1, seconds: float = 90.0) -> None:
+    def wait_for(self, text: str, times: int = 1, seconds: float = 600.0) -> None:
         log, until = self._folder / 'learner.log', time.monotonic() + seconds
         while log.read_text().count(text) < times:
             assert time.monotonic() < until, f'no {text!r} in:\n{log.read_text()}'
@@ -88,7 +88,7 @@ def test_named_effects_move_into_the_model_between_updates(spawn, tmp_path):
         spawn, tmp_path, robot=['noise:=[0.001,0.02]'], diffmodel=['repair:=true'],
         learner=['transitions:=1000'],
     )
-    graph.wait_for('done', seconds=180.0)
+    graph.wait_for('done')
     assert 'on top of link_mass at bob' in (tmp_path / 'learner.log').read_text()
     repaired = load_model(tmp_path / 'run' / 'difference-001.yaml')
     [effect] = repaired.effects

@@ -3,10 +3,10 @@
 
 import signal
 import subprocess
-import time
 
 import numpy as np
 import pytest
+from tests import live_bag
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_learner.env import ModelEnv
@@ -24,6 +24,8 @@ ROBOT = 'import sys; from leo_sim.nodes.robot import main; sys.exit(main(sys.arg
 RECORDER = (
     'import sys; from leo_diffmodel.nodes.diffmodel import main; sys.exit(main(sys.argv[1:]))'
 )
+PATIENCE = 120.0
+STATE_PERIOD_NS = round(1e9 / LEO.state_rate)
 VOLTS = np.random.default_rng(0).uniform(-4.0, 4.0, (12, 6))
 
 
@@ -43,9 +45,9 @@ def start(spawn, *parameters: str):
 
 def call(env, service, *request):
     client = env.node.create_client(*service)
-    assert client.wait_for_service(60.0)
+    assert client.wait_for_service(PATIENCE)
     future = client.call_async(service.type.Request(*request))
-    assert api.spin_until(env.node, future.done, 60.0)
+    assert api.spin_until(env.node, future.done, PATIENCE)
     return future.result().success
 
 
@@ -76,17 +78,16 @@ def test_sym_drives_the_robot_as_it_drives_the_model(env, spawn):
 
 def test_a_recording_of_a_held_robot_says_so_and_holds_it(env, spawn, tmp_path):
     start(spawn, 'start:=hanging')
-    recorder = spawn(
-        '-c', RECORDER, '--ros-args', '-p', f'bag:={tmp_path / "bag"}', stderr=subprocess.PIPE
-    )
-    own = env.node.count_subscribers(f'/{topics.EPISODE.name}')
+    bag = tmp_path / 'bag'
+    recorder = spawn('-c', RECORDER, '--ros-args', '-p', f'bag:={bag}', stderr=subprocess.PIPE)
+    logs = topics.JOINT_STATES, topics.DYNAMIC_JOINT_STATES, topics.EPISODE
 
-    def recorded() -> bool:
-        others = env.node.count_subscribers(f'/{topics.EPISODE.name}') - own
-        return others > 0 and env.node.count_subscribers('/dynamic_joint_states') > 0
+    def listens() -> bool:
+        env.reset()
+        env.step(VOLTS[0])
+        return live_bag.has(bag, *logs)
 
-    assert api.spin_until(env.node, recorded, 60.0)
-    time.sleep(1.0)  # the robot hears of the recorder a little later than this node
+    assert api.spin_until(env.node, listens, PATIENCE)
     env.reset()
     for volts in VOLTS:
         env.step(volts)
@@ -96,14 +97,21 @@ def test_a_recording_of_a_held_robot_says_so_and_holds_it(env, spawn, tmp_path):
     assert call(env, topics.TORQUE, False)
     for volts in VOLTS[:3]:
         env.step(volts)
-    time.sleep(4.5)
+    end = env._state.stamp_ns
+
+    def complete() -> bool:
+        state, applied = (live_bag.newest(bag, topic) for topic in logs[:2])
+        return live_bag.says(bag, 'held') and min(state, applied + STATE_PERIOD_NS) >= end
+
+    assert api.spin_until(env.node, complete, PATIENCE)
     recorder.send_signal(signal.SIGINT)
-    assert recorder.wait(60.0) in (0, 130)
-    recording = read_bag(tmp_path / 'bag', LEO)
+    assert recorder.wait(PATIENCE) in (0, 130)
+    recording = read_bag(bag, LEO)
     assert recording.joints == LEO.joint_names
     assert len(recording.actuators) == 6
     assert recording.metadata['held'] == 'true'
     driven, free = recording.episodes[-2:]  # the end of an e-stop begins an episode
+    assert (len(driven.t), len(free.t)) == (1 + 13 * 3, 3 * 3)
     for episode in (driven, free):
         np.testing.assert_array_equal(episode.q[:, :3], np.tile([0, 0.6, 0], (len(episode.t), 1)))
         assert not episode.dq[:, :3].any()

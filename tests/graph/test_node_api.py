@@ -20,7 +20,7 @@ from leo_msgs_py.wire.types import deserialize, message_class, serialize
 
 pytestmark = pytest.mark.graph
 PEER = str(Path(__file__).with_name('peer.py'))
-PATIENCE = 60.0
+PATIENCE = 120.0
 
 
 @pytest.fixture
@@ -74,6 +74,24 @@ def test_raw_and_by_name(node, peer):
     relay.publish(raw[0])
     wait_for(node, lambda: relayed)
     assert relayed[0] == message
+
+
+def test_a_callback_of_two_arguments_hears_when_it_was_published(node):
+    heard = []
+    for name in ('left', 'right'):
+        node.create_subscription(
+            m.UInt32, name, lambda message, info: heard.append((info, message.data)), 10
+        )
+    publishers = [node.create_publisher(m.UInt32, name, 10) for name in ('left', 'right')]
+    for publisher in publishers:
+        wait_for(node, lambda p=publisher: p.get_subscription_count() == 1)
+    before = time.time_ns()
+    for number in range(10):
+        publishers[number % 2].publish(m.UInt32(data=number))
+    wait_for(node, lambda: len(heard) == 10)
+    heard.sort(key=lambda pair: pair[0]['source_timestamp'])
+    assert [number for _, number in heard] == list(range(10))
+    assert before <= heard[0][0]['source_timestamp'] <= heard[-1][0]['source_timestamp']
 
 
 def test_latched_reaches_late_joiners_and_best_effort_no_reliable_reader(node, peer):
@@ -183,10 +201,11 @@ def test_signals_end_a_node_quietly(node, peer, number):
 
 def test_an_idle_node_sleeps(node, peer):
     client = node.create_client(m.Trigger, 'cpu')
+    began = time.monotonic()
     before = float(api.call(node, client, m.Trigger.Request(), PATIENCE).message)
     time.sleep(2.0)
     after = float(api.call(node, client, m.Trigger.Request(), PATIENCE).message)
-    assert after - before < 0.5  # a hundred ticks; a busy loop would take two seconds
+    assert after - before < 0.25 * (time.monotonic() - began)  # a busy loop would take it all
 
 
 def test_timers_keep_their_rate(node):
@@ -195,7 +214,7 @@ def test_timers_keep_their_rate(node):
     start = time.monotonic()
     wait_for(node, lambda: len(calls) >= 50)
     assert time.monotonic() - start >= 50 * 0.02 - 0.01
-    assert np.median(np.diff(calls)) == pytest.approx(0.02, abs=0.004)
+    wait_for(node, lambda: np.median(np.diff(calls[-50:])) == pytest.approx(0.02, abs=0.004))
     timer.cancel()
     count = len(calls)
     api.spin_until(node, lambda: False, 0.1)

@@ -6,13 +6,15 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
 pytestmark = pytest.mark.graph
 PEER = str(Path(__file__).with_name('peer.py'))
 LEO = str(Path(sys.executable).with_name('leo'))
-PATIENCE = 60.0
+PATIENCE = 120.0
+STATES = '/joint_states', 'sensor_msgs/msg/JointState'
 
 
 @pytest.fixture(scope='module')
@@ -25,8 +27,14 @@ def peer(domain):
     child.communicate()
 
 
-def leo(*args, status=0):
-    done = subprocess.run([LEO, *args], capture_output=True, text=True, timeout=PATIENCE)
+def leo(*args, status=0, saying=''):
+    """What a command prints; run again while it has not found the peer in the time it takes."""
+    end = time.monotonic() + PATIENCE
+    while True:
+        done = subprocess.run([LEO, *args], capture_output=True, text=True, timeout=PATIENCE)
+        found = done.returncode == status and saying in done.stdout + done.stderr
+        if found or time.monotonic() > end:
+            break
     assert done.returncode == status, done.stderr
     assert 'Traceback' not in done.stderr
     if status == 2:
@@ -38,37 +46,39 @@ def leo(*args, status=0):
 
 
 def test_node_list_and_info(peer):
-    assert leo('node', 'list') == '/talker\n'
-    info = json.loads(leo('node', 'info', '/talker', '--json'))
+    assert leo('node', 'list', saying='talker') == '/talker\n'
+    info = json.loads(leo('node', 'info', '/talker', '--json', saying='/torque'))
     assert info['Publishers']['/joint_states'] == ['sensor_msgs/msg/JointState']
     assert info['Subscribers'] == {'/commands': ['std_msgs/msg/Float64MultiArray']}
     assert info['Service Servers']['/home'] == ['std_srvs/srv/Trigger']
     assert info['Service Clients'] == {'/torque': ['std_srvs/srv/SetBool']}
-    assert '/talker' in leo('node', 'info', '/tolker', status=2)
+    assert '/talker' in leo('node', 'info', '/tolker', status=2, saying='/talker')
 
 
 def test_topic_list_info_echo_hz(peer):
-    assert '/joint_states [sensor_msgs/msg/JointState]\n' in leo('topic', 'list', '-t')
-    info = leo('topic', 'info', 'enabled', '-v')
+    states = '/joint_states [sensor_msgs/msg/JointState]\n'
+    assert states in leo('topic', 'list', '-t', saying=states)
+    info = leo('topic', 'info', 'enabled', '-v', saying='Publisher count: 1')
     assert 'Publisher count: 1' in info
     assert 'durability: transient local' in info
     assert leo('topic', 'echo', '/enabled', '--once') == 'data: true\n---\n'
     state = json.loads(leo('topic', 'echo', '/joint_states', '--once', '--json'))
     assert (state['name'], state['position'], state['effort']) == (['pivot'], [0.5], [])
     assert leo('topic', 'echo', '/noise', '--once') == 'data: 1\n---\n'
-    assert 'average rate: ' in leo('topic', 'hz', '/joint_states', '--once')
+    assert 'average rate: ' in leo('topic', 'hz', *STATES, '--once')
 
 
 def test_a_missing_topic_lists_those_there_are(peer):
-    error = leo('topic', 'echo', '/joint_state', '--once', status=2)
+    error = leo('topic', 'echo', '/joint_state', '--once', status=2, saying='/joint_states')
     assert 'no topic /joint_state;' in error
     assert '/joint_states' in error
 
 
 def test_pub_is_heard(peer):
     with subprocess.Popen(
-        [LEO, 'topic', 'echo', '/echo', '--once'], stdout=subprocess.PIPE, text=True
-    ) as echo:
+        [LEO, 'topic', 'echo', '/echo', 'std_msgs/msg/Float64MultiArray', '--once'],
+        stdout=subprocess.PIPE, text=True,
+    ) as echo:  # fmt: skip
         values = '{data: [1, 2.5]}'
         while echo.poll() is None:
             leo('topic', 'pub', '--once', '/commands', 'std_msgs/msg/Float64MultiArray', values)
@@ -85,13 +95,14 @@ def test_pub_says_when_nobody_listens(peer):
 
 
 def test_service_list_and_call(peer):
-    assert '/home [std_srvs/srv/Trigger]\n' in leo('service', 'list', '-t')
+    home = '/home [std_srvs/srv/Trigger]\n'
+    assert home in leo('service', 'list', '-t', saying=home)
     assert leo('service', 'call', '/home') == 'success: true\nmessage: homed\n'
     assert json.loads(leo('service', 'call', '/home', 'std_srvs/srv/Trigger', '{}', '--json')) == {
         'success': True,
         'message': 'homed',
     }
-    assert '/home' in leo('service', 'call', '/hom', status=2)
+    assert '/home' in leo('service', 'call', '/hom', status=2, saying='/home')
 
 
 def test_param_list_get_set(peer):
@@ -99,8 +110,8 @@ def test_param_list_get_set(peer):
     assert leo('param', 'get', '/talker', 'gain') == '1.5\n'
     leo('param', 'set', '/talker', 'gain', '3')
     assert leo('param', 'get', '/talker', 'gain') == '3.0\n'
-    assert 'double' in leo('param', 'set', '/talker', 'gain', 'x', status=2)
-    assert 'gain' in leo('param', 'get', '/talker', 'secret', status=2)
+    assert 'double' in leo('param', 'set', '/talker', 'gain', 'x', status=2, saying='double')
+    assert 'fixed' in leo('param', 'get', '/talker', 'secret', status=2, saying='fixed')
 
 
 def test_nobody_there_says_where_it_looked(domain, monkeypatch):
@@ -114,11 +125,11 @@ def test_nobody_there_says_where_it_looked(domain, monkeypatch):
 
 
 def test_a_closed_pipe_and_an_interrupt_are_quiet(peer):
-    command = f'{LEO} topic echo /joint_states | head -1'
+    command = f'{LEO} topic echo {" ".join(STATES)} | head -1'
     done = subprocess.run(command, shell=True, capture_output=True, text=True, timeout=PATIENCE)
     assert (done.stdout, done.stderr) == ('header:\n', '')
     with subprocess.Popen(
-        [LEO, 'topic', 'echo', '/noise'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [LEO, 'topic', 'echo', *STATES], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as echo:
         assert echo.stdout is not None
         echo.stdout.readline()
@@ -139,3 +150,16 @@ def test_status_says_how_the_nodes_are(domain, tmp_path):
         robot.wait()
     assert found['name'] == '/arm/robot' and found['level'] in ('ok', 'warning')
     assert found['values']['e-stop'] == 'False' and int(found['values']['missed deadlines']) >= 0
+
+
+def test_a_call_of_a_type_waits_for_its_service(domain):
+    words = '/later/home', 'std_srvs/srv/Trigger', '--timeout', str(PATIENCE)
+    call = subprocess.Popen([LEO, 'service', 'call', *words], stdout=subprocess.PIPE, text=True)
+    server = subprocess.Popen([sys.executable, PEER, '--ros-args', '-r', '__ns:=/later'])
+    try:
+        out, _ = call.communicate(timeout=2 * PATIENCE)
+    finally:
+        call.kill()
+        server.terminate()
+        server.wait()
+    assert (call.returncode, out) == (0, 'success: true\nmessage: homed\n')

@@ -9,7 +9,7 @@ import pytest
 pytestmark = pytest.mark.graph
 PEER = str(Path(__file__).with_name('peer.py'))
 FOREIGN = str(Path(__file__).with_name('foreign.py'))
-PATIENCE = 60.0
+PATIENCE = 300.0
 
 
 @pytest.mark.parametrize('interface', ['loopback', 'default'])

@@ -10,12 +10,12 @@ from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.run_file import read_run, write_run
 from leo_msgs_py import topics
 from leo_msgs_py.node import api
-from leo_msgs_py.qos import reliable
+from leo_msgs_py.qos import latched, reliable
 from leo_msgs_py.values import Applied
 from leo_sim.robot import load_robot
 
 pytestmark = pytest.mark.graph
-PATIENCE = 60.0
+PATIENCE = 120.0
 ROBOT = 'import sys; from leo_sim.nodes.robot import main; sys.exit(main(sys.argv[1:]))'
 PLAY = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
 PENDULUM = load_robot('pendulum')
@@ -41,7 +41,12 @@ def test_what_the_file_says_is_what_the_robot_applies(listener, spawn, tmp_path)
     listener.create_subscription(
         topic.type, topic.name, lambda m: heard.append(Applied.from_message(m)), reliable(1000)
     )
+    found: list[int] = []  # the robot has found what was subscribed to before
+    listener.create_subscription(
+        topics.EPISODE.type, topics.EPISODE.name, lambda m: found.append(m.data), latched()
+    )
     spawn('-c', ROBOT, '--ros-args', '-p', 'robot:=pendulum', '-p', 'realtime_factor:=0')
+    assert api.spin_until(listener, lambda: bool(found), PATIENCE)
     player = spawn('-c', PLAY, 'play', str(path))
     end = time.monotonic() + PATIENCE
     while player.poll() is None or not periods(heard).size >= run.count:

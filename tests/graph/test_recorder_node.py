@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The recording node and `leo bag record|play`, as processes of a live graph."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import math
 import os
 from pathlib import Path
@@ -29,6 +29,7 @@ PENDULUM = load_robot('pendulum')
 NODE = 'import sys; from leo_diffmodel.nodes.diffmodel import main; sys.exit(main(sys.argv[1:]))'
 LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
 PERIOD = 0.01
+PATIENCE = 120.0
 
 
 class Robot:
@@ -45,21 +46,32 @@ class Robot:
         self._episode.publish(UInt32(data=1))
         self.count = 0
 
-    def wait_for_reader(self) -> None:
-        assert api.spin_until(self.node, lambda: self._states.get_subscription_count() > 0, 60.0)
-        assert api.spin_until(self.node, lambda: self._applied.get_subscription_count() > 0, 60.0)
+    def until(self, condition: Callable[[], bool]) -> None:
+        assert api.spin_until(self.node, condition, PATIENCE)
 
-    def swing(self, seconds: float) -> None:
-        for _ in range(round(seconds / PERIOD)):
-            stamp, t = self.count * 10_000_000, self.count * PERIOD
-            self._states.publish(
-                JointStates(
-                    stamp, ('pivot',), np.array([math.sin(t)]), np.array([math.cos(t)])
-                ).to_message()
-            )
-            self._applied.publish(Applied(stamp, ('pivot',), np.array([t])).to_message())
-            self.count += 1
-            api.spin_once(self.node, PERIOD)
+    def wait_for_reader(self) -> None:
+        self.until(lambda: self._states.get_subscription_count() > 0)
+        self.until(lambda: self._applied.get_subscription_count() > 0)
+
+    def tick(self) -> None:
+        stamp, t = self.count * 10_000_000, self.count * PERIOD
+        self._states.publish(
+            JointStates(
+                stamp, ('pivot',), np.array([math.sin(t)]), np.array([math.cos(t)])
+            ).to_message()
+        )
+        self._applied.publish(Applied(stamp, ('pivot',), np.array([t])).to_message())
+        self.count += 1
+        api.spin_once(self.node, PERIOD)
+
+    def swing(self, bag: Path, count: int) -> None:
+        """Go on until so many states and inputs were published, and all of them are in the bag."""
+        while self.count < count:
+            self.tick()
+            for publisher in (self._states, self._applied):
+                assert publisher.wait_for_all_acked(PATIENCE)
+        self.until(lambda: on_disk(bag) == (count, count))
+        self.until(lambda: live_bag.says(bag, 'robot'))
 
     def restart(self) -> None:
         self.count = 0
@@ -74,17 +86,23 @@ def robot(domain) -> Iterator[Robot]:
     api.shutdown()
 
 
+def on_disk(bag: Path) -> tuple[int, int]:
+    """How many joint states and how many inputs."""
+    found = live_bag.counts(bag)
+    return found.get('/joint_states', 0), found.get('/dynamic_joint_states', 0)
+
+
 def start_recorder(spawn, bag: Path) -> subprocess.Popen:
     return spawn('-c', NODE, '--ros-args', '-p', f'bag:={bag}')
 
 
 def stop(process: subprocess.Popen) -> None:
     process.send_signal(signal.SIGINT)
-    assert process.wait(60.0) in (0, 130)
+    assert process.wait(PATIENCE) in (0, 130)
 
 
-def wait_for(what, seconds: float = 60.0) -> None:
-    end = time.monotonic() + seconds
+def wait_for(what) -> None:
+    end = time.monotonic() + PATIENCE
     while not what():
         assert time.monotonic() < end, 'nothing happened'
         time.sleep(0.05)
@@ -93,10 +111,9 @@ def wait_for(what, seconds: float = 60.0) -> None:
 def test_a_rollout_becomes_a_bag_and_a_restart_the_next(tmp_path, robot, spawn):
     recorder = start_recorder(spawn, tmp_path / 'bag')
     robot.wait_for_reader()
-    robot.swing(2.0)
+    robot.swing(tmp_path / 'bag', 200)
     robot.restart()
-    robot.swing(1.0)
-    wait_for(lambda: live_bag.states(tmp_path / 'bag_1') == 100)
+    robot.swing(tmp_path / 'bag_1', 100)
     stop(recorder)
     first, second = read_bag(tmp_path / 'bag', PENDULUM), read_bag(tmp_path / 'bag_1', PENDULUM)
     assert first.warnings == second.warnings == ()
@@ -113,17 +130,17 @@ def test_a_rollout_becomes_a_bag_and_a_restart_the_next(tmp_path, robot, spawn):
 def test_a_killed_recorder_starts_again_and_its_bag_is_finished(tmp_path, robot, spawn):
     recorder = start_recorder(spawn, tmp_path / 'bag')
     robot.wait_for_reader()
-    robot.swing(1.5)
-    wait_for(lambda: live_bag.states(tmp_path / 'bag') == 150)
+    robot.swing(tmp_path / 'bag', 150)
     os.kill(recorder.pid, signal.SIGKILL)
     recorder.wait()
-    assert live_bag.states(tmp_path / 'bag') == 150
+    assert on_disk(tmp_path / 'bag') == (150, 150)
     recorder = start_recorder(spawn, tmp_path / 'bag')
     wait_for(lambda: (tmp_path / 'bag' / 'metadata.yaml').is_file())
     assert bag_info(tmp_path / 'bag').state == 'finished'
-    end = time.monotonic() + 60.0
-    while live_bag.states(tmp_path / 'bag_1') < 50 and time.monotonic() < end:
-        robot.swing(0.1)
+    end = time.monotonic() + PATIENCE
+    while min(on_disk(tmp_path / 'bag_1')) < 51 and time.monotonic() < end:
+        for _ in range(10):
+            robot.tick()
     stop(recorder)
     again = read_bag(tmp_path / 'bag_1', PENDULUM)
     assert len(again.episodes) == 1 and len(again.episodes[0].t) >= 50
@@ -148,12 +165,13 @@ def test_a_played_bag_is_recorded_as_it_was(tmp_path, domain, spawn):
     )
     watcher = api.create_node('watcher', [])
     assert api.spin_until(
-        watcher, lambda: watcher.count_subscribers('/dynamic_joint_states') > 0, 60.0
+        watcher, lambda: watcher.count_subscribers('/dynamic_joint_states') > 0, PATIENCE
     )
     api.shutdown()
     began = time.monotonic()
-    player = spawn('-c', LEO, 'bag', 'play', str(source), stdout=subprocess.PIPE)
-    out, _ = player.communicate(timeout=60.0)
+    words = 'bag', 'play', str(source), '--wait', str(PATIENCE)
+    player = spawn('-c', LEO, *words, stdout=subprocess.PIPE)
+    out, _ = player.communicate(timeout=2 * PATIENCE)
     assert player.returncode == 0 and 'played' in out and time.monotonic() - began > 1.49
     original = load(source)
     wait_for(lambda: live_bag.counts(tmp_path / 'copy') == live_bag.counts(source))
@@ -162,8 +180,6 @@ def test_a_played_bag_is_recorded_as_it_was(tmp_path, domain, spawn):
     for name, topic in original.topics.items():
         assert [m.data for m in copy.topics[name].messages] == [m.data for m in topic.messages]
         assert copy.topics[name].qos == topic.qos
-    logged = [m.log_ns for m in copy.topics['/joint_states'].messages]
-    assert (logged[-1] - logged[0]) * 1e-9 == pytest.approx(t[-1], rel=0.2)
 
 
 @pytest.mark.parametrize(
@@ -177,6 +193,6 @@ def test_a_played_bag_is_recorded_as_it_was(tmp_path, domain, spawn):
 )
 def test_bad_input_is_one_line_and_status_2(tmp_path, spawn, words, message):
     process = spawn('-c', LEO, 'bag', *words, stderr=subprocess.PIPE, cwd=tmp_path)
-    _, error = process.communicate(timeout=60.0)
+    _, error = process.communicate(timeout=PATIENCE)
     assert process.returncode == 2
     assert error.startswith(f'leo: error: {message}') and error.count('\n') == 1

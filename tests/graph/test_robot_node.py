@@ -18,14 +18,16 @@ from leo_msgs_py.messages import Float64MultiArray, SetBool
 from leo_msgs_py.node import api
 from leo_msgs_py.qos import latched, reliable
 from leo_msgs_py.values import Applied, JointStates
-from leo_msgs_py.wire.types import serialize
+from leo_msgs_py.wire.types import deserialize, serialize, type_name
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
 from leo_sim.robot import load_robot
 
 pytestmark = pytest.mark.graph
-PATIENCE = 60.0
-CONTROL_PERIOD_NS = round(load_robot('pendulum').control_period * 1e9)
+PATIENCE = 120.0
+PENDULUM = load_robot('pendulum')
+CONTROL_PERIOD_NS = round(PENDULUM.control_period * 1e9)
+STATE_PERIOD_NS = round(1e9 / PENDULUM.state_rate)
 LEO = str(Path(sys.executable).with_name('leo'))
 
 
@@ -45,15 +47,10 @@ class Robot:
     def __init__(self, node, folder, space: str, **parameters) -> None:
         self.node, self.space, self.folder = node, space, folder
         self.parameters = {'robot': 'pendulum', **parameters}
-        self.states, self.applied = [], []
+        self.states, self.applied, self.published = [], [], []
         self.episodes, self.e_stopped = [], []
-        self.raw = {topics.JOINT_STATES: [], topics.DYNAMIC_JOINT_STATES: []}
-        for topic, seen in self.raw.items():
-            node.create_subscription(
-                topic.type, f'{space}/{topic.name}', seen.append, reliable(1000), raw=True
-            )
-        self._subscribe(topics.JOINT_STATES, self._on_state)
-        self._subscribe(topics.DYNAMIC_JOINT_STATES, self._on_applied)
+        self.state_bytes = self._listen(topics.JOINT_STATES, JointStates, self.states)
+        self.applied_bytes = self._listen(topics.DYNAMIC_JOINT_STATES, Applied, self.applied)
         self._subscribe(topics.EPISODE, lambda m: self.episodes.append(m.data), latched())
         self._subscribe(topics.E_STOPPED, lambda m: self.e_stopped.append(m.data), latched())
         self.commands = node.create_publisher(
@@ -71,16 +68,22 @@ class Robot:
             stderr=subprocess.STDOUT,
         )
 
-    def _subscribe(self, topic, callback, qos=None) -> None:
-        self.node.create_subscription(
-            topic.type, f'{self.space}/{topic.name}', callback, qos or reliable(1000)
-        )
+    def _listen(self, topic, value, heard) -> list[bytes]:
+        """Append what a topic says to `heard` and its bytes to what is returned."""
+        received = []
 
-    def _on_state(self, message) -> None:
-        self.states.append(JointStates.from_message(message))
+        def keep(data: bytes, info: dict[str, int]) -> None:
+            received.append(data)
+            heard.append(value.from_message(deserialize(data, type_name(topic.type))))
+            if heard is self.states:
+                self.published.append(info['source_timestamp'])
 
-    def _on_applied(self, message) -> None:
-        self.applied.append(Applied.from_message(message))
+        self._subscribe(topic, keep, reliable(1000), raw=True)
+        return received
+
+    def _subscribe(self, topic, callback, qos, **options) -> None:
+        name = f'{self.space}/{topic.name}'
+        self.node.create_subscription(topic.type, name, callback, qos, **options)
 
     def wait(self, what: Callable[[], object], why: str = '') -> None:
         end = time.monotonic() + PATIENCE
@@ -97,14 +100,16 @@ class Robot:
     def send(self, *volts: float) -> None:
         self.commands.publish(Float64MultiArray(data=list(volts)))
 
+    def obeyed(self, volts: float) -> bool:
+        return any(applied.values.tolist() == [volts] for applied in self.applied)
+
     def step(self, *volts: float) -> Applied:
         """One command in lockstep; what was applied, once its control period is over."""
-        due, before = self.states[-1].stamp_ns + CONTROL_PERIOD_NS, len(self.applied)
+        start = self.states[-1].stamp_ns
         self.send(*volts)
-        self.wait(
-            lambda: self.states[-1].stamp_ns >= due and len(self.applied) > before, 'no answer'
-        )
-        return self.applied[before]
+        self.wait(lambda: self.states[-1].stamp_ns >= start + CONTROL_PERIOD_NS, 'no answer')
+        self.wait(lambda: self.applied and self.applied[-1].stamp_ns >= start, 'nothing applied')
+        return next(applied for applied in self.applied if applied.stamp_ns >= start)
 
     def fresh(self) -> list[JointStates]:
         """States without repeats."""
@@ -152,14 +157,10 @@ def swing(robot: Robot, periods: int) -> tuple[list[bytes], list[bytes]]:
     robot.ready()
     for k in range(periods):
         robot.step(2.0 * math.sin(k))
-
-    def all_of_it() -> tuple[list[bytes], list[bytes]]:
-        states, applied = robot.raw.values()
-        return [b for i, b in enumerate(states) if not i or b != states[i - 1]], applied
-
-    wanted = len(robot.fresh()), len(robot.applied)
-    robot.wait(lambda: tuple(len(x) for x in all_of_it()) == wanted)
-    return all_of_it()
+    end = robot.states[-1].stamp_ns
+    robot.wait(lambda: robot.applied[-1].stamp_ns + STATE_PERIOD_NS >= end, 'not all applied')
+    states = robot.state_bytes
+    return [b for i, b in enumerate(states) if not i or b != states[i - 1]], robot.applied_bytes
 
 
 def test_lockstep_repeats_to_the_bit_for_a_seed(robots):
@@ -174,7 +175,8 @@ def test_lockstep_repeats_to_the_bit_for_a_seed(robots):
         swing(robots(space, **{**options, **change}), periods=20)
         for space, change in (('/one', {}), ('/two', {}), ('/three', {'seed': 4}))
     )
-    assert len(first[0]) >= 21 and len(first[1]) >= 20
+    ticks = 20 * CONTROL_PERIOD_NS // STATE_PERIOD_NS
+    assert (len(first[0]), len(first[1])) == (ticks + 1, ticks)
     assert first == again
     assert first[0] != other[0]
 
@@ -215,17 +217,23 @@ def test_safety_and_services_in_lockstep(robots):
     assert 'Traceback' not in robot.said()
 
 
+def keeps_time(robot: Robot) -> bool:
+    """Whether the last second of the robot's time took a second; a busy machine delays some."""
+    stamps = [state.stamp for state in robot.states]
+    start = next(k for k, stamp in enumerate(stamps) if stamp >= stamps[-1] - 1.0)
+    took = (robot.published[-1] - robot.published[start]) * 1e-9
+    passed = stamps[-1] - stamps[start]
+    return passed > 0.95 and took == pytest.approx(passed, abs=0.05)
+
+
 def test_realtime_times_out_and_survives_kill_9(robots):
     robot = robots('/real', command_timeout=0.2, hidden_seed=5).ready()
     robot.send(1.5)
-    robot.wait(lambda: robot.applied and robot.applied[-1].values.tolist() == [1.5])
+    robot.wait(lambda: robot.obeyed(1.5), 'no command')
     robot.wait(lambda: robot.applied[-1].values.tolist() == [0.0])
     held = [a.stamp for a in robot.applied if a.values.tolist() == [1.5]]
     assert 0.1 <= held[-1] - held[0] <= 0.3
-
-    began, stamp = time.monotonic(), robot.states[-1].stamp
-    robot.wait(lambda: time.monotonic() > began + 1.0)
-    assert robot.states[-1].stamp - stamp == pytest.approx(time.monotonic() - began, abs=0.3)
+    robot.wait(lambda: keeps_time(robot), 'no second of its time was one on the wall')
 
     parameters = subprocess.run(
         [LEO, 'param', 'list', '/real/robot'],
@@ -241,8 +249,7 @@ def test_realtime_times_out_and_survives_kill_9(robots):
     robot.states.clear()
     robot.process = robot.start()
     robot.wait(lambda: robot.episodes[-1] == episode + 1 and robot.states, 'no restart')
-    robot.send(0.5)
-    robot.wait(lambda: robot.applied[-1].values.tolist() == [0.5], 'no command after restart')
+    robot.wait(lambda: robot.send(0.5) or robot.obeyed(0.5), 'no command after restart')
     assert robot.stop() in (0, 130)
     assert 'Traceback' not in robot.said()
     revealed = subprocess.run(
@@ -257,12 +264,12 @@ def test_realtime_times_out_and_survives_kill_9(robots):
 
 def test_a_replayed_bag_feeds_the_graph_as_the_robot_did(robots, tmp_path):
     bag, sent = BagWriter(tmp_path / 'bag'), []
-    driver = SimulatedDriver(DriverOptions(load_robot('pendulum'), noise=(0.001, 0.05)))
+    driver = SimulatedDriver(DriverOptions(PENDULUM, noise=(0.001, 0.05)))
     channels = [
         bag.add_topic('/joint_states', 'sensor_msgs/msg/JointState'),
         bag.add_topic('/dynamic_joint_states', 'control_msgs/msg/DynamicJointState'),
     ]
-    for k in range(150):
+    for k in range(400):
         rows = driver.read().to_message(), driver.write(np.array([math.sin(k)])).to_message()
         sent.append(tuple(serialize(row) for row in rows))
         for channel, data in zip(channels, sent[-1], strict=True):
@@ -270,17 +277,18 @@ def test_a_replayed_bag_feeds_the_graph_as_the_robot_did(robots, tmp_path):
         driver.advance(0.01)
     bag.close()
     robot = robots('/replay', driver='replay', bag=tmp_path / 'bag')
-    robot.wait(lambda: len(robot.applied) >= 100 and robot.process.poll() is None)
-    robot.send(3.0)
     end = time.monotonic() + PATIENCE
-    while robot.process.poll() is None and time.monotonic() < end:
+    while robot.process.poll() is None or (
+        [*robot.state_bytes[-1:], *robot.applied_bytes[-1:]] != [*sent[-1]]
+    ):
+        assert time.monotonic() < end, robot.said()
+        robot.send(3.0)
         api.spin_once(robot.node, 0.05)
-    assert robot.process.returncode == 0 and 'has ended after 150 states' in robot.said()
-    got = [
-        (serialize(state.to_message()), serialize(applied.to_message()))
-        for state, applied in zip(robot.states, robot.applied, strict=True)
-    ]
-    assert len(got) >= 100 and got == sent[-len(got) :]
+    assert robot.process.returncode == 0 and 'has ended after 400 states' in robot.said()
+    count = min(len(robot.states), len(robot.applied))
+    assert count >= 100
+    assert robot.state_bytes[-count:] == [state for state, _ in sent[-count:]]
+    assert robot.applied_bytes[-count:] == [applied for _, applied in sent[-count:]]
 
 
 @pytest.mark.parametrize(

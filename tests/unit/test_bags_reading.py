@@ -5,10 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 import time
 
+from mcap.records import Message
 import numpy as np
 import pytest
 
 from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.bags.contents import Logged, logged
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py import messages as m
@@ -73,6 +75,14 @@ def test_twenty_seconds_at_100_hz_take_less_than_half_a_second(tmp_path):
     began = time.process_time()
     read_bag(bag, PENDULUM)
     assert time.process_time() - began < 0.5
+
+
+@pytest.mark.parametrize(('publish_time', 'told'), [(3, 3), (0, 7), (2**64 - 1, 7)])
+def test_without_a_publish_time_a_message_counts_from_when_it_was_logged(publish_time, told):
+    message = Message(
+        channel_id=1, log_time=7, data=b'x', publish_time=publish_time, sequence=0
+    )
+    assert logged(message) == Logged(7, b'x', told)
 
 
 def test_motor_off_is_not_0_volts(tmp_path):

@@ -124,6 +124,17 @@ def test_a_restarted_robot_gets_the_next_bag_with_what_was_latched(tmp_path):
     assert recorder.messages == 201
 
 
+def test_episodes_begin_where_they_were_published_however_late_they_were_recorded(tmp_path):
+    recorder = Recorder(tmp_path / 'bag')
+    numbers = [(EPISODE, serialize(UInt32(data=k)), 1 + 400 * k) for k in range(3)]
+    states = [(STATES, state(k * 10**7, 0.001 * k), 10 * k + 5) for k in range(100)]
+    for message in [*states, *numbers]:
+        recorder.record(*message)
+    recorder.close()
+    episodes = read_bag(tmp_path / 'bag', PENDULUM).episodes
+    assert [len(episode.t) for episode in episodes] == [40, 40, 20]
+
+
 def test_two_publishers_a_little_apart_stay_in_one_bag(tmp_path):
     recorder = Recorder(tmp_path / 'bag')
     for k in range(50):

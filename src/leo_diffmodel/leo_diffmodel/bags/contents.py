@@ -16,10 +16,11 @@ _LATEST = 2**63 - 1
 
 
 class Logged(NamedTuple):
-    """One message: when it was logged [ns] and its CDR bytes."""
+    """One message: when it was logged [ns], its CDR bytes, when it was published [ns]."""
 
     log_ns: int
     data: bytes
+    published_ns: int
 
 
 @dataclass
@@ -87,7 +88,7 @@ def _load_file(
     for record in file.records():
         if isinstance(record, Message):
             if record.channel_id in channels and record.log_time <= _LATEST:
-                channels[record.channel_id].append(Logged(record.log_time, record.data))
+                channels[record.channel_id].append(logged(record))
             else:
                 file.damaged += 1
         elif isinstance(record, Schema):
@@ -98,6 +99,12 @@ def _load_file(
         elif isinstance(record, Metadata):
             metadata[record.name] = record.metadata
     return file
+
+
+def logged(message: Message) -> Logged:
+    """Take what counts of a record; its log time where it does not say when it was published."""
+    published = message.publish_time if 0 < message.publish_time <= _LATEST else message.log_time
+    return Logged(message.log_time, message.data, published)
 
 
 def _topic(channel: Channel, schemas: Mapping[int, str]) -> TopicLog:

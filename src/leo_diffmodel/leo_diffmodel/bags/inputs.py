@@ -90,12 +90,12 @@ def _interface_rows(
     """Return (log, stamp, values, enabled) of the messages with `interface` on all actuators."""
     wanted = [str(topic_map.joint(name).name) for name in actuated]
     rows = []
-    for log_ns, message in deserialize(topic, DYNAMIC_JOINT_STATE):
+    for logged, message in deserialize(topic, DYNAMIC_JOINT_STATE):
         joints = dict(zip(message.joint_names, message.interface_values, strict=False))
         if all(name in joints and interface in joints[name].interface_names for name in wanted):
             values = [_interface(joints[name], interface) for name in wanted]
             enabled = [_interface(joints[name], 'enabled', 1.0) for name in wanted]
-            rows.append((log_ns, stamp_of(message), values, enabled))
+            rows.append((logged.log_ns, stamp_of(message), values, enabled))
     return rows
 
 
@@ -118,7 +118,7 @@ def _commanded(
     if missing:
         raise UserError(f'command_order in the topic map lacks {", ".join(missing)}')
     picks = [order.index(a.joint) for a in robot.actuators]
-    rows = [(log, m.data) for log, m in deserialize(topic, FLOAT64_ARRAY)]
+    rows = [(logged.log_ns, m.data) for logged, m in deserialize(topic, FLOAT64_ARRAY)]
     fitting = [(log, data[picks]) for log, data in rows if len(data) == len(order)]
     if not fitting:
         raise UserError(

@@ -7,9 +7,11 @@ from pathlib import Path
 import time
 from typing import Any
 
+from leo_diffmodel.nodes.graph_recorder import reading
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.messages import load as load_type
 from leo_msgs_py.node import api
+from leo_msgs_py.qos import DurabilityPolicy, QoSProfile
 
 from .contents import load, TopicLog
 from .qos_text import from_yaml
@@ -18,7 +20,9 @@ DISCOVERY_SECONDS = 1.0
 ACKNOWLEDGE_SECONDS = 2.0
 
 
-def play(bag: Path, rate: float, loop: bool, ros_args: list[str]) -> int:
+def play(
+    bag: Path, rate: float, loop: bool, ros_args: list[str], wait: float = DISCOVERY_SECONDS,
+) -> int:
     """Publish a bag and return the exit status.
 
     Args:
@@ -26,12 +30,16 @@ def play(bag: Path, rate: float, loop: bool, ros_args: list[str]) -> int:
         rate: speed; 1 = as logged.
         loop: again and again until SIGINT.
         ros_args: `--ros-args ...`, remaps for instance.
+        wait: so long for a reader of every topic before the first message [s].
 
     Raises:
-        UserError: no bag there, nothing in it that can be published, or a rate of 0 or less.
+        UserError: no bag there, nothing in it that can be published, a rate of 0 or less, or a
+            wait below 0.
     """
     if not rate > 0.0:
         raise UserError(f'--rate {rate:g} is not a speed; give a number above 0')
+    if not wait >= 0.0:
+        raise UserError(f'--wait {wait:g} is no time; give 0 or more seconds')
     contents = load(bag)
     node = api.create_node('player', ros_args)
     try:
@@ -39,6 +47,7 @@ def play(bag: Path, rate: float, loop: bool, ros_args: list[str]) -> int:
         if not publishers:
             raise UserError(f'{bag} has no messages of a type known here')
         player = _Player(node, publishers, rate)
+        player.wait_for_readers(wait)
         player.play_once()
         while loop and api.ok():
             player.play_once()
@@ -59,9 +68,18 @@ def _publishers(node: Any, topics: list[TopicLog]) -> list[tuple[Any, TopicLog]]
             node.get_logger().warning(f'{topic.name} is not played: {error}')
             continue
         if topic.messages:
-            publisher = node.create_publisher(message_type, topic.name, from_yaml(topic.qos))
+            publisher = node.create_publisher(message_type, topic.name, _offered(topic.qos))
             found.append((publisher, topic))
     return found
+
+
+def _offered(text: str) -> QoSProfile:
+    """Return the QoS recorded, but deep enough that a slow reader loses nothing.
+
+    What is latched keeps its depth: it is what a late reader gets.
+    """
+    qos = from_yaml(text)
+    return qos if qos.durability == DurabilityPolicy.TRANSIENT_LOCAL else reading(qos)
 
 
 class _Player:
@@ -79,7 +97,10 @@ class _Player:
             key=lambda entry: entry[0],
         )
         self.played = 0
-        api.spin_until(node, self._has_reader, DISCOVERY_SECONDS)
+
+    def wait_for_readers(self, seconds: float) -> None:
+        """Wait until every topic has a reader, at most so long."""
+        api.spin_until(self._node, self._all_have_readers, seconds)
 
     def play_once(self) -> None:
         """Publish everything once, or until the process shall end."""
@@ -100,5 +121,5 @@ class _Player:
             if api.ok():
                 publisher.wait_for_all_acked(ACKNOWLEDGE_SECONDS)
 
-    def _has_reader(self) -> bool:
-        return any(publisher.get_subscription_count() for publisher in self._publishers)
+    def _all_have_readers(self) -> bool:
+        return all(publisher.get_subscription_count() for publisher in self._publishers)

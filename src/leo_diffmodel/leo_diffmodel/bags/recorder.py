@@ -46,19 +46,26 @@ class Recorder:
         self._writer: BagWriter | None = None
         self._channels: dict[str, int] = {}
         self._last_stamp: dict[str, int] = {}
-        self._latched: dict[str, tuple[RecordedTopic, bytes]] = {}
+        self._latched: dict[str, tuple[RecordedTopic, bytes, int]] = {}
         self._metadata: dict[str, str] = {}
         self.folder: Path | None = None
         self.messages = 0
 
-    def record(self, topic: RecordedTopic, data: bytes) -> None:
-        """Write one CDR message, logged now."""
+    def record(self, topic: RecordedTopic, data: bytes, published_ns: int = 0) -> None:
+        """Write one CDR message, logged now.
+
+        Args:
+            topic: where it came from.
+            data: encapsulation header first.
+            published_ns: by the publisher's clock, which orders what one node published on
+                several topics; 0 where unknown.
+        """
         if self._writer is None or self._jumps_back(topic, data):
             self._next_bag()
-        self._write(topic, data)
+        self._write(topic, data, published_ns)
         self.messages += 1
         if topic.latched:
-            self._latched[topic.name] = (topic, data)
+            self._latched[topic.name] = (topic, data, published_ns)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Set the `leo` record of this bag and those that follow."""
@@ -89,14 +96,14 @@ class Recorder:
         self._writer = BagWriter(self.folder, self._metadata)
         self._channels.clear()
         self._last_stamp.clear()
-        for topic, data in self._latched.values():
-            self._write(topic, data)
+        for latched in self._latched.values():
+            self._write(*latched)
 
-    def _write(self, topic: RecordedTopic, data: bytes) -> None:
+    def _write(self, topic: RecordedTopic, data: bytes, published_ns: int) -> None:
         assert self._writer is not None
         if topic.name not in self._channels:
             self._channels[topic.name] = self._writer.add_topic(topic.name, topic.type, topic.qos)
-        self._writer.write(self._channels[topic.name], data, time.time_ns())
+        self._writer.write(self._channels[topic.name], data, time.time_ns(), published_ns)
 
     def _jumps_back(self, topic: RecordedTopic, data: bytes) -> bool:
         if topic.type not in _STAMPED:

@@ -114,15 +114,19 @@ def _episode_cuts(
 ) -> NDArray[np.bool_]:
     """Return the steps, shape (T - 1,), in which the episode number changes.
 
-    The number has no stamp and arrives on its own topic, so it may come a few samples before or
-    after the first state of its episode; where it came between two states without a break, the
-    worst jump nearby is the true place.
+    The number has no stamp and comes on its own topic, but when it was published says between
+    which states. A bag without publish times has only when it arrived, a few samples before or
+    after; where it came between two states without a break, the worst jump nearby is the true
+    place.
     """
     logged = list(deserialize(episodes, UINT32))
     numbers = [message.data for _, message in logged]
-    starts = [log for k, (log, _) in enumerate(logged) if k and numbers[k] != numbers[k - 1]]
+    starts = [
+        message.published_ns
+        for k, (message, _) in enumerate(logged) if k and numbers[k] != numbers[k - 1]
+    ]
     cuts = np.zeros(max(len(states.q) - 1, 0), dtype=bool)
-    for place in np.searchsorted(states.log_ns, starts) - 1:
+    for place in np.searchsorted(states.published_ns, starts) - 1:
         if 0 <= place < cuts.size:
             low = max(place - _NEAR, 0)
             near = mismatch[low : place + _NEAR + 1]

@@ -14,7 +14,7 @@ from rosbags.serde import SerdeError
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.wire.definitions import typestore
 
-from .contents import TopicLog
+from .contents import Logged, TopicLog
 from .topic_map import TopicMap
 from .types import JOINT_STATE
 
@@ -28,6 +28,7 @@ class StateLog:
 
     Attributes:
         log_ns: when recorded, shape (T,).
+        published_ns: when published by the publisher's clock, shape (T,).
         stamp_ns: when measured, shape (T,); repeats of a state are gone.
         q, dq, effort: shape (T, J); dq or effort is None where the bag has none.
         dropped: samples left out for a NaN.
@@ -35,6 +36,7 @@ class StateLog:
     """
 
     log_ns: Stamps
+    published_ns: Stamps
     stamp_ns: Stamps
     q: Floats
     dq: Floats | None
@@ -52,7 +54,9 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
     rows = list(_rows(topic, joints, topic_map))
     if not rows:
         raise UserError(f'no readable messages on {topic.name}; was the robot running?')
-    log = np.array([row[0] for row in rows], dtype=np.int64)
+    logged = [row[0] for row in rows]
+    log = np.array([message.log_ns for message in logged], dtype=np.int64)
+    published = np.array([message.published_ns for message in logged], dtype=np.int64)
     stamp = np.array([row[1] for row in rows], dtype=np.int64)
     columns = [_column([row[k] for row in rows], len(joints)) for k in (2, 3, 4)]
     signs = np.array([float(topic_map.joint(name).sign) for name in joints])
@@ -61,11 +65,12 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
     if q is None:
         raise UserError(f'the messages on {topic.name} have no positions')
     stamped = bool(stamp.any())
-    return _clean(topic, log, stamp if stamped else log, q + offsets, dq, effort, stamped)
+    stamp = stamp if stamped else log
+    return _clean(topic, log, published, stamp, q + offsets, dq, effort, stamped)
 
 
-def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[int, Any]]:
-    """Yield (log time [ns], message) of a topic; what cannot be decoded is counted and left out.
+def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[Logged, Any]]:
+    """Yield (logged, message) of a topic; what cannot be decoded is counted and left out.
 
     Args:
         topic: with the messages; its `broken` is set.
@@ -79,7 +84,7 @@ def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[int, Any]]:
         except SerdeError:
             topic.broken += 1
         else:
-            yield message.log_ns, decoded
+            yield message, decoded
 
 
 def stamp_of(message: Any) -> int:
@@ -91,10 +96,10 @@ def stamp_of(message: Any) -> int:
 def _rows(
     topic: TopicLog, joints: Sequence[str], topic_map: TopicMap,
 ) -> Iterator[tuple[Any, ...]]:
-    """Yield (log, stamp, position, velocity, effort) of the messages that have all joints."""
+    """Yield (logged, stamp, position, velocity, effort) of messages that have all joints."""
     wanted = [topic_map.joint(name).name for name in joints]
     orders: dict[tuple[str, ...], list[int] | None] = {}
-    for log_ns, message in deserialize(topic, JOINT_STATE):
+    for logged, message in deserialize(topic, JOINT_STATE):
         names = tuple(message.name)
         if names not in orders:
             complete = set(wanted) <= set(names)
@@ -103,7 +108,7 @@ def _rows(
         if order is not None:
             fields = (message.position, message.velocity, message.effort)
             picked = [f[order] if len(f) == len(names) else None for f in fields]
-            yield log_ns, stamp_of(message), *picked
+            yield logged, stamp_of(message), *picked
     if orders and not any(orders.values()):
         there = sorted({name for names in orders for name in names})
         raise UserError(
@@ -127,8 +132,8 @@ def _never_filled(q: Floats, dq: Floats) -> bool:
 
 
 def _clean(
-    topic: TopicLog, log: Stamps, stamp: Stamps, q: Floats, dq: Floats | None,
-    effort: Floats | None, stamped: bool,
+    topic: TopicLog, log: Stamps, published: Stamps, stamp: Stamps, q: Floats,
+    dq: Floats | None, effort: Floats | None, stamped: bool,
 ) -> StateLog:
     """Drop repeats of a state (stamp and values) and samples with NaN."""
     dq = None if dq is None or _never_filled(q, dq) else dq
@@ -142,4 +147,6 @@ def _clean(
     dq = None if dq is None else dq[keep]
     effort = None if effort is None else effort[keep]
     dropped = int(np.sum(fresh & ~whole))
-    return StateLog(log[keep], stamp[keep], q[keep], dq, effort, dropped, stamped)
+    return StateLog(
+        log[keep], published[keep], stamp[keep], q[keep], dq, effort, dropped, stamped
+    )

@@ -77,9 +77,16 @@ class BagWriter:
         self._writer.add_metadata('leo', dict(metadata))
         self.flush()
 
-    def write(self, channel: int, data: bytes, log_ns: int) -> None:
-        """Write one CDR message (4-byte header included) logged at `log_ns`."""
-        self._writer.add_message(channel, log_ns, data, log_ns)
+    def write(self, channel: int, data: bytes, log_ns: int, published_ns: int = 0) -> None:
+        """Write one CDR message (4-byte header included).
+
+        Args:
+            channel: from `add_topic`.
+            data: encapsulation header first.
+            log_ns: when it was recorded.
+            published_ns: when it was published; 0 where unknown.
+        """
+        self._writer.add_message(channel, log_ns, data, published_ns or log_ns)
         if time.monotonic() - self._flushed >= FLUSH_SECONDS:
             self.flush()
 

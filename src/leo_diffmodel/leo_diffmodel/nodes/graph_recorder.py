@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -90,8 +91,11 @@ class GraphRecorder:
         type_text = _type_text(message_type)
         recorded = RecordedTopic(name, type_text, to_yaml(qos), latched)
         self._node.create_subscription(
-            message_type, name, partial(self._recorder.record, recorded), reading(qos), raw=True
+            message_type, name, partial(self._record, recorded), reading(qos), raw=True
         )
+
+    def _record(self, topic: RecordedTopic, data: bytes, info: Mapping[str, Any]) -> None:
+        self._recorder.record(topic, data, info['source_timestamp'])
 
     def _flush(self) -> None:
         self._recorder.flush()

@@ -49,12 +49,14 @@ def _play(argv: list[str]) -> int:
     parser.add_argument('bag', type=Path, metavar='BAG')
     parser.add_argument('--rate', type=float, default=1.0, metavar='R', help='1 = as recorded')
     parser.add_argument('--loop', action='store_true', help='again and again until Ctrl-C')
+    parser.add_argument('--wait', type=float, default=1.0, metavar='S',
+                        help='before the start, so long for a reader of every topic (1 s)')
     words, ros_args = _apart(argv)
     options = parser.parse_args(words)
 
     from leo_diffmodel.bags.play import play
 
-    return play(options.bag, options.rate, options.loop, ros_args)
+    return play(options.bag, options.rate, options.loop, ros_args, options.wait)
 
 
 def _info(argv: list[str]) -> int:

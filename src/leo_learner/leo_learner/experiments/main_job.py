@@ -119,6 +119,7 @@ class MainJob:
             'diffmodel', 'leo_diffmodel', 'diffmodel', model='pendulum',
             bag=self._path('rollout'),
         )
+        self._processes.wait_for(self._folder / 'rollout', 'diffmodel')
         self._processes.ask(
             'play', self._policy('ideal'), '--collect', str(self._plan.transitions)
         )
@@ -146,9 +147,11 @@ class MainJob:
             'diffmodel', 'leo_diffmodel', 'diffmodel', model=self._path('repair/model.yaml'),
             bag=self._path('rollout'), record='false',
         )
-        self._processes.ask('service', 'call', '/difference_model/update', 'std_srvs/srv/Trigger')
-        while not weights.exists():
-            time.sleep(0.2)
+        self._processes.ask(
+            'service', 'call', '/difference_model/update', 'std_srvs/srv/Trigger',
+            '--timeout', '60',
+        )
+        self._processes.wait_for(weights, 'diffmodel')
         self._processes.stop('diffmodel')
         model = load_model(self._path('repair', 'model.yaml'))
         path = self._folder / 'repair' / 'with_difference.yaml'

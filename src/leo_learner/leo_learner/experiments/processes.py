@@ -15,6 +15,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import time
 from types import TracebackType
 from typing import Any
 
@@ -23,6 +24,8 @@ from leo_msgs_py.errors import UserError
 LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
 GRACE = 10.0
 """How long a process may take to end after SIGINT [s]."""
+POLL = 0.1
+"""How often a file is looked for [s]."""
 
 
 @contextmanager
@@ -89,6 +92,17 @@ class Processes(AbstractContextManager['Processes']):
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
+
+    def wait_for(self, path: Path, name: str) -> None:
+        """Wait until a background process has made a file or a folder.
+
+        Raises:
+            UserError: it has ended without.
+        """
+        while not path.exists():
+            if self._running[name].poll() is not None and not path.exists():
+                raise UserError(f'{name} ended without {path}; see {self._logs / name}.log')
+            time.sleep(POLL)
 
     def wait(self, name: str) -> int:
         """Exit status of a background process, once it has ended."""

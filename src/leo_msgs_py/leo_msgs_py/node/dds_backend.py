@@ -94,12 +94,15 @@ class DdsNode(GraphQueries):
         self,
         msg_type: Any,
         topic: str,
-        callback: Callable[[Any], None],
+        callback: Callable[..., None],
         qos_profile: QoSProfile | int,
         *,
         raw: bool = False,
     ) -> Subscription:
-        """Subscription to a message class or type name; `raw` calls back with CDR bytes."""
+        """Subscription to a message class or type name; `raw` calls back with CDR bytes.
+
+        A callback of two arguments gets the message and `{'source_timestamp': ns}`.
+        """
         name, full = _type(msg_type), self.resolve_topic_name(topic)
         reader = self._context.participant.reader(
             names.topic_to_dds(full), name, _profile(qos_profile)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from inspect import signature
 import time
 from typing import Any
 
@@ -49,7 +50,10 @@ class Publisher:
 
 
 class Subscription:
-    """Calls back with each message of a topic, or with its CDR bytes (`raw`)."""
+    """Calls back with each message of a topic, or with its CDR bytes (`raw`).
+
+    As in rclpy a callback of two arguments also gets `{'source_timestamp': when published [ns]}`.
+    """
 
     def __init__(
         self, reader: Reader, msg_type: str, topic_name: str, callback: Any, raw: bool
@@ -57,7 +61,8 @@ class Subscription:
         self.reader = reader
         self.msg_type = msg_type
         self.topic_name = topic_name
-        self._callback: Callable[[Any], None] = callback
+        self._callback: Callable[..., None] = callback
+        self._takes_info = _takes_info(callback)
         self._raw = raw
 
     def get_publisher_count(self) -> int:
@@ -67,7 +72,11 @@ class Subscription:
     def run(self) -> None:
         """Call back for what arrived."""
         for sample in self.reader.take():
-            self._callback(sample.data if self._raw else deserialize(sample.data, self.msg_type))
+            message = sample.data if self._raw else deserialize(sample.data, self.msg_type)
+            if self._takes_info:
+                self._callback(message, {'source_timestamp': sample.sample_info.source_timestamp})
+            else:
+                self._callback(message)
 
 
 class Future:
@@ -212,3 +221,11 @@ class Service:
                 self.writer.entity.get_matched_subscription_data, self.writer.matched()
             )
         )
+
+
+def _takes_info(callback: Callable[..., None]) -> bool:
+    try:
+        signature(callback).bind(None)
+    except TypeError:
+        return True
+    return False

@@ -57,7 +57,7 @@ class RosNode(Node):
         self,
         msg_type: Any,
         topic: str,
-        callback: Callable[[Any], None],
+        callback: Callable[..., None],
         qos_profile: Any,
         **options: Any,
     ) -> Any:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.messages import load
 from leo_msgs_py.verbs import common
@@ -49,11 +51,8 @@ def _call(argv: list[str]) -> int:
     from leo_msgs_py.node import api
 
     with common.probe() as node:
-        common.settle(node)
         service = common.absolute(options.service)
-        known = node.get_service_names_and_types()
-        kind = common.one_type(service, known, 'service')
-        srv_type = load(options.type or kind)
+        srv_type = load(options.type or _found_type(node, service))
         request = fill(srv_type.Request(), common.from_yaml(options.values))
         client = node.create_client(srv_type, service)
         try:
@@ -63,3 +62,8 @@ def _call(argv: list[str]) -> int:
     data = to_plain(response)
     common.show(options, data, [common.as_yaml(data).rstrip()])
     return 0
+
+
+def _found_type(node: Any, service: str) -> str:
+    common.settle(node)
+    return common.one_type(service, node.get_service_names_and_types(), 'service')

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A bag is played at its own distances in time, whatever the wall's clock does meanwhile."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.bags import play as player
+from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.bags.contents import load
+
+
+class World:
+    """A node API and a clock that moves only while somebody waits."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self.published: dict[str, list[tuple[float, bytes]]] = {}
+        self.depths: dict[str, int] = {}
+
+    def monotonic(self) -> float:
+        return self.now
+
+    def spin_once(self, node, seconds: float) -> None:
+        self.now += seconds
+
+    def spin_until(self, node, condition, seconds: float) -> bool:
+        return condition()
+
+    def ok(self) -> bool:
+        return True
+
+    def shutdown(self) -> None:
+        pass
+
+    def destroy_node(self) -> None:
+        pass
+
+    def create_node(self, name, args) -> 'World':
+        return self
+
+    def create_publisher(self, kind, name, qos):
+        said = self.published.setdefault(name, [])
+        self.depths[name] = qos.depth
+        return SimpleNamespace(
+            publish=lambda data: said.append((self.now, data)),
+            get_subscription_count=lambda: 1,
+            wait_for_all_acked=lambda seconds: True,
+        )
+
+
+@pytest.mark.parametrize('rate', [1.0, 4.0])
+def test_messages_come_as_they_were_logged(tmp_path, monkeypatch, rate, capsys):
+    t = np.cumsum(np.random.default_rng(0).uniform(0.005, 0.05, 40))
+    bag = write_runs(tmp_path / 'bag', [Run(t, ['pivot'], np.sin(t)[:, None])], {})
+    world = World()
+    monkeypatch.setattr(player, 'api', world)
+    monkeypatch.setattr(player, 'time', world)
+    assert player.play(bag, rate, False, []) == 0
+    logged = load(bag).topics
+    assert world.published.keys() == logged.keys()
+    times, data = zip(*world.published['/joint_states'], strict=True)
+    assert list(data) == [message.data for message in logged['/joint_states'].messages]
+    np.testing.assert_allclose(np.diff(times), np.diff(t) / rate, atol=1e-6)
+    assert world.depths['/joint_states'] >= 1000 and world.depths['/robot/episode'] == 1
+    assert 'played' in capsys.readouterr().out
