@@ -97,7 +97,6 @@ OTHERS = [
     (['blind', '--cases', '-1'], ['--cases', '-1']),
     (['blind', '--jobs', '0'], ['--jobs', '0']),
     (['blind', '--robot', 'pendulum'], ['--robot takes a walker', 'pendulum']),
-    (['blind', '--robot', 'leo', '--outside', '1'], ['--outside', 'leave out --robot']),
     (['blind', '--robot', 'no_pose'], ['no_pose/robot.yaml', 'start_poses', 'standing']),
     (['blind', '-o', 'notes.txt'], ['notes.txt is a file']),
     (['check', 'good'], ['leo check', '--model']),

@@ -110,8 +110,7 @@ def explain(
     step = errors.step_seconds(recordings, step)
     found = search(recordings, hold_out, model, extra, progress, posed)
     progress('what no known effect explains')
-    on_ground = found.problem.footing is not None  # where no law is looked for yet
-    outside = None if on_ground else find([*recordings, *hold_out], found)
+    outside = find([*recordings, *hold_out], found)
     if outside:
         members = tuple(found.members[i] for i in outside.kept)
         found = replace(found, final=outside.beside, members=members)

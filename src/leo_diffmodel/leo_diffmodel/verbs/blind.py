@@ -76,8 +76,6 @@ def _walker(arguments: argparse.Namespace) -> Path | None:
     if not robot.contacts:
         raise UserError(f'leo blind: --robot takes a walker, and {robot.name} touches no ground; '
                         'without --robot all robots without contact are drawn')  # fmt: skip
-    if arguments.outside:
-        raise UserError('leo blind: --outside is for robots without contact; leave out --robot')
     check_walker(robot)
     return robot.folder.resolve()
 

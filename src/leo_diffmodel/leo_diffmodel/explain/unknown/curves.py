@@ -67,7 +67,8 @@ def curves(left: Influence, blocks: Array, paths: dict[float, Array]) -> list[Cu
         paths: for each reach [rad], how far each joint is along its hysteresis, (W, G, J).
     """
     found = []
-    for joint in range(left.q.shape[-1]):
+    robot = left.model.robot
+    for joint in range(len(robot.base_joints), len(robot.joint_names)):
         regression = Regression(left, blocks, joint)
         found += list(_at_joint(left, regression, joint))
         found += [_along(left, regression, joint, r, z[..., joint]) for r, z in paths.items()]
