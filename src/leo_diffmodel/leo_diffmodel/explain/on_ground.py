@@ -44,11 +44,14 @@ def knock_out(
     some = train[np.linspace(0, len(train) - 1, count).astype(int)]
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
     fitted = converged if nats * len(train) / count > WORTH_ALL * limit else _footed
-    last = [fitted(posed, _with(null, replace(s, theta=f.theta))) for s, _, f in field]
+    first = [replace(s, theta=f.theta) for s, _, f in field]
+    other = [s for s in scans if all(s.candidate != f.candidate for f in first)]
+    first += [part for s in first for part in _parts(null, s, other)]
+    last = [fitted(posed, _with(null, s)) for s in first]
     null = _from_others(null, last)
     last = [(at, _from_others(fitted, last)) for at, fitted in last]
-    first = [s for s, *_ in field]
-    rest = [s for s in scans if not any(s is f for f in first)]
+    tried = [s.candidate for s in first]
+    rest = [s for s in scans if s.candidate not in tried]
     best = min(last, key=lambda found: float(found[1].loss[posed.problem.train].sum()))
     return ranking(best[0], null, [*first, *rest], [f for _, f in last], limit, candidates)
 
@@ -73,6 +76,22 @@ def _from_others(fitted: Fit, last: Sequence[tuple[Posed, Fit]]) -> Fit:
     for at, other in last:
         fitted = settled_as(at.problem, fitted, other)
     return fitted
+
+
+def _parts(null: Fit, scan: Scan, scans: Sequence[Scan]) -> list[Scan]:
+    """Effects that the candidate holds, as Stribeck friction does Coulomb's, at its values."""
+    hypothesis = null.hypothesis.with_candidate(scan.candidate)
+    index = len(hypothesis.candidates) - 1
+    first, values = hypothesis.offset(index), hypothesis.values(scan.theta, index)
+    rest = scan.theta[first + len(values) :]
+    return [
+        replace(s, theta=np.concatenate([
+            scan.theta[:first], [values[p.name] for p in s.candidate.parameters], rest
+        ]))
+        for s in scans
+        if s.candidate.where == scan.candidate.where
+        and set(s.candidate.parameters) < set(scan.candidate.parameters)
+    ]  # fmt: skip
 
 
 def _with(null: Fit, scan: Scan) -> Fit:
