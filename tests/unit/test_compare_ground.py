@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.blind import kinds
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.conditions import conditions
 from leo_diffmodel.compare.phases import phases
@@ -29,8 +30,10 @@ from leo_diffmodel.explain.ground_scan import (
 )
 from leo_diffmodel.explain.hypothesis import Hypothesis
 from leo_diffmodel.explain.ranking import gains, WINDOW_NATS
+from leo_diffmodel.explain.unknown.curves import curves
+from leo_diffmodel.explain.unknown.influence import influence
 from leo_sim.batch import rollout
-from leo_sim.effects import place
+from leo_sim.effects import get_effect, place
 from leo_sim.model import Model
 from leo_sim.robot import load_robot
 
@@ -252,6 +255,16 @@ def test_a_parameter_that_does_not_show_yet_silences_no_window(model):
     hypothesis = Hypothesis((candidate(model, 'stribeck_friction:left_knee'),))
     started = fit(problem, hypothesis, np.array([0.05, 0.05, 0.1]), iterations=2)
     assert 0.07 < started.theta[0] < 0.15
+
+
+def test_a_law_outside_the_catalogue_shows_at_its_joint(model):
+    """Sector friction: dry friction at some angles alone."""
+    law = get_effect(str(Path(kinds.__file__).with_name('sector_friction.py')))
+    bag = recorded(place(LEO, law, 'left_knee', c=0.2, centre=-0.6, width=0.3), seconds=3.0)
+    problem, null, _ = scanned(model, bag)
+    blocks = np.arange(len(null.start)) * 4 // len(null.start)
+    best = curves(influence(problem, null), blocks, {})[0]
+    assert (best.joint, best.variable.name, best.carrier) == (KNEE, 'angle', 'friction')
 
 
 def test_straight_effects_are_those_in_proportion_to_their_size(model):
