@@ -11,7 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from leo_msgs_py.errors import UserError
 from leo_sim.gait import Gait
+from leo_sim.names import nearest
 from leo_sim.robot import Robot
 
 Array = np.ndarray
@@ -24,6 +26,8 @@ SHAKEN = 0.85
 """How much of a random voltage stays after a control period."""
 FALLEN_PITCH, FALLEN_HEIGHT = 1.0, 0.15  # rad; of a hip over the feet, m
 LYING_SECONDS = 0.3
+PUT_UP = 1
+"""Control periods that being put up takes."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +108,56 @@ MOTIONS = {
     'standing': Motion('standing', standing),
     'stepping': Motion('random', stepping),
 }
+
+
+class Routine:
+    """A motion as it is performed: after a fall it begins anew, in another way.
+
+    Args:
+        robot: a walker.
+        motion: of `MOTIONS`.
+        seed: of the motion's figures.
+
+    Attributes:
+        start: the pose to begin in, and to be put into after a fall.
+        held: the base does not move there.
+
+    Raises:
+        UserError: an unknown motion, or a robot that lacks its joints, feet or start pose.
+    """
+
+    def __init__(self, robot: Robot, motion: str, seed: int) -> None:
+        check_motion(robot, motion)
+        self.start = MOTIONS[motion].start
+        self.held = robot.start_poses[self.start].held
+        self._robot, self._make = robot, MOTIONS[motion].script
+        self._rng, self._falls = np.random.default_rng(seed), Falls(robot)
+        self._begin(0)
+
+    def volts(self, q: Array, dq: Array) -> Array | None:
+        """Voltages (A,) of the next control period, from what is measured at its start.
+
+        None: the robot fell, and is to be put into the start pose before the next call.
+        """
+        if not self.held and self._falls.over(q):
+            self._begin(PUT_UP)
+            return None
+        self._periods += 1
+        return self._script((self._periods - 1) * self._robot.control_period, q, dq)
+
+    def _begin(self, periods: int) -> None:
+        self._script, self._periods = self._make(self._robot, self._rng), periods
+
+
+def check_motion(robot: Robot, motion: str) -> None:
+    """Raise a UserError that says what a robot lacks for a motion."""
+    if motion not in MOTIONS:
+        raise UserError(f'there is no motion {motion!r}{nearest(motion, MOTIONS)}')
+    missing = [joint for joint in JOINTS if joint not in {a.joint for a in robot.actuators}]
+    if missing or len(robot.feet) != 2 or MOTIONS[motion].start not in robot.start_poses:
+        lacks = f'motors {", ".join(missing)}' if missing else \
+            f'two feet or a start pose {MOTIONS[motion].start!r}'
+        raise UserError(f'{robot.name} cannot do the motion {motion}: it has no {lacks}')
 
 
 class Falls:
