@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
@@ -12,21 +14,23 @@ Array = np.ndarray
 LOUD = 0.2
 
 
-def noise_level(recording: Recording, sigma: Array) -> list[Finding]:
-    """One finding per joint.
+def noise_level(
+    recordings: Sequence[Recording], sigma: Array, joints: Sequence[str]
+) -> list[Finding]:
+    """One finding per joint: the loudest of its bags against what it moves in all of them.
 
     Args:
-        recording: the bag.
-        sigma: noise of angles [rad], then rates [rad/s], shape (2J,).
+        recordings: of one robot.
+        sigma: noise of angles [rad], then rates [rad/s], shape (R, 2J).
+        joints: which to judge.
     """
-    q, dq = (np.concatenate([getattr(e, n) for e in recording.episodes]) for n in ('q', 'dq'))
-    joints = len(recording.joints)
+    episodes = [e for r in recordings for e in r.episodes]
+    q, dq = (np.concatenate([getattr(e, n) for e in episodes]) for n in ('q', 'dq'))
+    every, loudest = recordings[0].joints, sigma.max(axis=0)
     swing = np.concatenate([q.std(axis=0), dq.std(axis=0)])
-    share = sigma / np.maximum(swing, 1e-12)
-    return [
-        _finding(name, sigma[[j, joints + j]], float(share[[j, joints + j]].max()))
-        for j, name in enumerate(recording.joints)
-    ]
+    share = loudest / np.maximum(swing, 1e-12)
+    both = [(name, [every.index(name), len(every) + every.index(name)]) for name in joints]
+    return [_finding(name, loudest[at], float(share[at].max())) for name, at in both]
 
 
 def _finding(joint: str, sigma: Array, share: float) -> Finding:

@@ -69,7 +69,8 @@ def _check(options: Any) -> None:
     if options.episodes < 1 or (options.collect is not None and options.collect < 1):
         raise UserError('leo play: --episodes and --collect take 1 or more')
     if options.seconds is not None and not (motion and 0 < options.seconds <= LONGEST):
-        raise UserError(f'leo play: --seconds is the length of a motion, above 0 and up to {LONGEST:g} s')
+        raise UserError('leo play: --seconds is the length of a motion, above 0 and up to '
+                        f'{LONGEST:g} s')  # fmt: skip
     if options.bag and run and options.model:
         raise UserError('leo play: --bag records a run file on the robot, not on a model')
     if options.bag and options.bag.exists():
