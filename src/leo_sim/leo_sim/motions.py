@@ -36,10 +36,12 @@ class Motion:
 
     Attributes:
         start: a start pose of the robot.
+        about: what the robot does, in words.
         script: makes the voltages, given a robot and random numbers.
     """
 
     start: str
+    about: str
     script: Callable[[Robot, np.random.Generator], Script]
 
 
@@ -104,9 +106,9 @@ def _followed(
 
 
 MOTIONS = {
-    'swinging': Motion('hanging', swinging),
-    'standing': Motion('standing', standing),
-    'stepping': Motion('random', stepping),
+    'swinging': Motion('hanging', 'each joint swings by itself, in sines or steps', swinging),
+    'standing': Motion('standing', 'rocks a little on both feet', standing),
+    'stepping': Motion('random', 'marches in place until it falls, again and again', stepping),
 }
 
 

@@ -16,7 +16,7 @@ def hidden(
     rows: Sequence[Reach], seconds: float, recordings: Sequence[Recording], model: Model
 ) -> Finding:
     """Effects that would not show, or not be named, and what to do about it."""
-    blind = [r.label for r in rows if r.detectable is None and r.label not in _nowhere(model)]
+    blind = [r.label for r in rows if r.detectable is None and r.label not in nowhere(model)]
     twins = [r.label for r in rows if r.detectable is not None and r.nameable is None]
     if blind:
         what = f'effects that would not show, however large: {", ".join(blind)}'
@@ -37,6 +37,6 @@ def _instead(recordings: Sequence[Recording], model: Model) -> str:
         if refitted else todo
 
 
-def _nowhere(model: Model) -> tuple[str, ...]:
+def nowhere(model: Model) -> tuple[str, ...]:
     """What no data can show: where along the floor a robot is makes no difference to it."""
     return tuple(f'encoder_offset:{joint}' for joint in model.robot.base_joints[:1])

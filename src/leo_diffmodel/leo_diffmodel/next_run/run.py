@@ -29,6 +29,11 @@ class Run:
     start: str = ''
 
     @property
+    def times(self) -> float:
+        """How many times as long it is as what is simulated of it."""
+        return 1.0
+
+    @property
     def count(self) -> int:
         """Number of control periods."""
         return len(self.inputs)

@@ -23,16 +23,18 @@ if TYPE_CHECKING:
 EXAMPLES = (
     'leo next bags/run1 --model pendulum                      # explains the bag first',
     'leo next bags/run1 --model pendulum --explain out/explain -o next.csv',
-    'leo play next.csv                                        # on the robot, while recording',
+    'leo play next.csv --bag bags/run2                        # on the robot',
 )
-PAIRS_SHOWN = 3
+PAIRS_SHOWN, OPTIONS_SHOWN = 3, 10
 LONGEST = 600.0
 NEEDED = {'effects', 'not_testable', 'provenance'}
 
 
 def main(argv: list[str]) -> int:
     """Run `leo next`; exit status 0, or 1 where no run of the menu helps."""
+    from leo_diffmodel.next_run.motions import MotionRun
     from leo_diffmodel.next_run.proposal import propose
+    from leo_diffmodel.next_run.run import Run
     from leo_diffmodel.next_run.run_file import write_run
 
     arguments = _parser().parse_args(argv)
@@ -46,12 +48,15 @@ def main(argv: list[str]) -> int:
     answer = _answer(arguments, recordings, model, own)
     with common.progress('choosing a run') as told:
         found = propose(recordings, model, answer, own, arguments.seconds, told)
-    if found.best:
-        write_run(target, found.best.run, model.robot)
+    run = found.best and found.best.run
+    file = write_run(target, run, model.robot) if isinstance(run, Run) else None
+    play = f'play {file}' if file else run.command if isinstance(run, MotionRun) else None
     if arguments.json:
-        print(json.dumps(found.to_json() | {'file': str(target) if found.best else None}))
+        told = {'file': str(file) if file else None, 'play': play}
+        print(json.dumps(found.to_json() | told))
     else:
-        _show(found, answer, target, arguments.seconds)
+        _show(found, answer, arguments.seconds)
+        _point_on(file, play)
     return 0 if found.best or found.aim == 'nothing' else 1
 
 
@@ -119,7 +124,7 @@ def _check(path: Path, answer: Any, recordings: list[Recording]) -> None:
             raise UserError(f'{path} is not about {recording.path}; give the bags it explained')
 
 
-def _show(found: Proposal, answer: dict[str, Any], target: Path, seconds: float) -> None:
+def _show(found: Proposal, answer: dict[str, Any], seconds: float) -> None:
     console = Console()
     console.print(f'[bold]{answer["verdict"]}[/bold]: {answer["sentence"]}', highlight=False)
     if found.aim == 'nothing':
@@ -130,11 +135,16 @@ def _show(found: Proposal, answer: dict[str, Any], target: Path, seconds: float)
         console.print(_table(found))
     if found.hopeless:
         console.print(f'no run of the menu helps with: {"; ".join(found.hopeless)}')
-    if found.best is None:
-        return None
-    console.print(_sentence(found, found.best, seconds), highlight=False)
-    print(f'wrote {target}\nnext: leo play {target}    (on the robot, while it is recorded)')
+    if found.best is not None:
+        console.print(_sentence(found, found.best, seconds), highlight=False)
     return None
+
+
+def _point_on(file: Path | None, play: str | None) -> None:
+    if file:
+        print(f'wrote {file}')
+    if play:
+        print(f'next: leo {play} --bag BAG    (on the robot; BAG is to be written)')
 
 
 def _say_nothing(answer: dict[str, Any], console: Console) -> None:
@@ -170,10 +180,12 @@ def _table(found: Proposal) -> Table:
     for point in found.points[:PAIRS_SHOWN]:
         table.add_column(point, justify='right')
     table.add_column('what it does')
-    for option in found.options:
+    for option in found.options[:OPTIONS_SHOWN]:
         nats = [_number(n) for n in option.nats[:PAIRS_SHOWN]]
         about = f'left out: {option.unsafe}' if option.unsafe else option.run.about
         table.add_row(option.run.name, _number(min(option.nats)), *nats, about)
+    if len(found.options) > OPTIONS_SHOWN:
+        table.caption = f'and {len(found.options) - OPTIONS_SHOWN} more (--json lists them)'
     return table
 
 
