@@ -4,8 +4,9 @@
 import numpy as np
 import pytest
 
+from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
-from leo_sim.motions import Falls, LYING_SECONDS, MOTIONS
+from leo_sim.motions import Falls, LYING_SECONDS, MOTIONS, Routine
 from leo_sim.robot import load_robot
 
 LEO = load_robot('leo')
@@ -50,3 +51,28 @@ def test_a_fall_is_over_when_it_has_lain_for_a_while():
     q[2] = 1.4
     count = next(k for k in range(100) if falls.over(q))
     assert count * LEO.control_period == pytest.approx(LYING_SECONDS, abs=LEO.control_period)
+
+
+def test_after_a_fall_a_routine_begins_anew_in_another_way():
+    routine, q = Routine(LEO, 'stepping', 3), Model(LEO, engine='rigid').start('standing').q.copy()
+    first, lying = routine.volts(q, 0.0 * q), q.copy()
+    lying[2] = 1.4
+    while routine.volts(lying, 0.0 * q) is not None:
+        pass
+    again = routine.volts(q, 0.0 * q)
+    assert again is not None and not np.allclose(first, again)
+
+
+def test_a_hanging_robot_does_not_fall():
+    routine, q = Routine(LEO, 'swinging', 3), np.zeros(9)
+    q[2] = 1.4
+    assert all(routine.volts(q, np.zeros(9)) is not None for _ in range(50))
+
+
+@pytest.mark.parametrize(
+    ('robot', 'motion', 'said'),
+    [('leo', 'steping', 'did you mean stepping'), ('pendulum', 'stepping', 'no motors left_hip')],
+)
+def test_a_wrong_motion_or_robot_is_said(robot, motion, said):
+    with pytest.raises(UserError, match=said):
+        Routine(load_robot(robot), motion, 0)

@@ -147,8 +147,8 @@ def of_all(
     recordings: Sequence[Recording], model: Model, sigma: Array, ranges: Sequence[Excitation]
 ) -> list[Finding]:
     """How noisy the joints are, and how much they move, in all bags together."""
-    moving = [row.joint for row in ranges]
-    return [*noise_level(recordings, sigma, moving), *judge(ranges, model.robot.base_joints)]
+    base = model.robot.base_joints
+    return [*noise_level(recordings, sigma, base), *judge(ranges, base)]
 
 
 def _on_time(bag: Bag, held: Sequence[Finding], late: Lag | None) -> Recording:

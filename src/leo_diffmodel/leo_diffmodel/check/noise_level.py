@@ -15,22 +15,30 @@ LOUD = 0.2
 
 
 def noise_level(
-    recordings: Sequence[Recording], sigma: Array, joints: Sequence[str]
+    recordings: Sequence[Recording], sigma: Array, base: Sequence[str] = ()
 ) -> list[Finding]:
     """One finding per joint: the loudest of its bags against what it moves in all of them.
 
     Args:
         recordings: of one robot.
         sigma: noise of angles [rad], then rates [rad/s], shape (R, 2J).
-        joints: which to judge.
+        base: the joints of its base, which count where it is not held.
     """
+    out = []
+    for j, name in enumerate(recordings[0].joints):
+        used = [i for i, r in enumerate(recordings) if not (r.held and name in base)]
+        if used:
+            loudest = sigma[used][:, [j, len(recordings[0].joints) + j]].max(axis=0)
+            swing = _swing([recordings[i] for i in used], j)
+            out.append(_finding(name, loudest, float((loudest / swing).max())))
+    return out
+
+
+def _swing(recordings: Sequence[Recording], j: int) -> Array:
+    """How far a joint's angle and rate stray from their means, shape (2,)."""
     episodes = [e for r in recordings for e in r.episodes]
-    q, dq = (np.concatenate([getattr(e, n) for e in episodes]) for n in ('q', 'dq'))
-    every, loudest = recordings[0].joints, sigma.max(axis=0)
-    swing = np.concatenate([q.std(axis=0), dq.std(axis=0)])
-    share = loudest / np.maximum(swing, 1e-12)
-    both = [(name, [every.index(name), len(every) + every.index(name)]) for name in joints]
-    return [_finding(name, loudest[at], float(share[at].max())) for name, at in both]
+    spread = [np.concatenate([getattr(e, n)[:, j] for e in episodes]).std() for n in ('q', 'dq')]
+    return np.maximum(spread, 1e-12)
 
 
 def _finding(joint: str, sigma: Array, share: float) -> Finding:

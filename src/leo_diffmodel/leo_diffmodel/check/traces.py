@@ -123,4 +123,5 @@ def size_of(candidate: Candidate, points: Array) -> Array:
 
 def _trace(scan: Scan, factor: float) -> Trace:
     sizes = size_of(scan.candidate, scan.points)
-    return Trace(scan.candidate, sizes, factor * scan.nats, scan.signatures)
+    kept = sizes > 0 if (sizes > 0).any() else np.full(len(sizes), True)
+    return Trace(scan.candidate, sizes[kept], factor * scan.nats[kept], scan.signatures[kept])

@@ -62,7 +62,7 @@ def show(result: Explanation) -> None:
     if result.hypotheses:
         table = Table(title='hypotheses, best first')
         for column in ('effect', 'parameters', 'gain train / held out [nats]'):
-            table.add_column(column)
+            table.add_column(column, overflow='fold')
         for row in result.hypotheses[:SHOWN]:
             table.add_row(f'{row["name"]}:{row["where"]}', _values(row), _gains(row))
         console.print(table)

@@ -12,6 +12,8 @@ from leo_diffmodel.report import palette
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import percent, quantity
 
+MOST_ACROSS = 6
+"""States that a table shows side by side."""
 NOISE_ALONE = 1.2
 """Rms errors up to this many times the noise floor are put down to chance."""
 
@@ -96,5 +98,6 @@ def _section(
         'parts': parts,
         'ladder': ladder,
         'states': states,
+        'tall': len(states) > MOST_ACROSS,
     }
     return Section('budget.html', values)

@@ -23,7 +23,8 @@ WORST = 6
 MOST_JOINTS = 6
 WINDOWS = 3
 MOST_EVENTS = 4
-ORDER = ('speed', 'direction', 'load', 'angle', 'position', 'turned', 'input', 'motor', 'time')
+ORDER = ('phase', 'speed', 'direction', 'load', 'angle', 'position', 'turned', 'input', 'motor',
+         'time')  # fmt: skip
 MODELS = (
     ('as given', Stroke(palette.BEFORE, 'solid')),
     ('repaired', Stroke(palette.AFTER, 'solid')),
