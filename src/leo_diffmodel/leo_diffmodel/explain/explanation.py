@@ -26,7 +26,7 @@ from leo_sim.effects import Effect
 from leo_sim.model import Model
 
 MOST_TOLD, FEW_TOLD = 6, 3
-"""States in a sentence; where there are more, those that changed most against their noise."""
+"""States in a sentence; where there are more, those furthest off against their noise."""
 NEXT = (
     'leo next with the same bags and model simulates a menu of safe runs with every answer that '
     'is still open, picks the one that tells them apart best, and writes it for leo play'
@@ -236,7 +236,7 @@ def _change(context: rows.Context, after: errors.Prediction) -> str:
         strict=True,
     )
     listed = list(states)
-    told = sorted(listed, key=lambda row: -abs(row[1] - row[2]) / max(row[3], 1e-12))
+    told = sorted(listed, key=lambda row: -max(row[1:3]) / max(row[3], 1e-12))
     told = listed if len(listed) <= MOST_TOLD else told[:FEW_TOLD]
     parts = [
         f'{s["name"]} {b:.2g} -> {a:.2g} {s["unit"]} (noise {f:.2g})' for s, b, a, f in told

@@ -52,8 +52,8 @@ def main(argv: list[str]) -> int:
     file = write_run(target, run, model.robot) if isinstance(run, Run) else None
     play = f'play {file}' if file else run.command if isinstance(run, MotionRun) else None
     if arguments.json:
-        told = {'file': str(file) if file else None, 'play': play}
-        print(json.dumps(found.to_json() | told))
+        chosen = {'file': str(file) if file else None, 'play': play}
+        print(json.dumps(found.to_json() | chosen))
     else:
         _show(found, answer, arguments.seconds)
         _point_on(file, play)
