@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 import json
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
@@ -25,7 +26,7 @@ EXAMPLES = (
     'leo next bags/run1 --model pendulum --explain out/explain -o next.csv',
     'leo play next.csv --bag bags/run2                        # on the robot',
 )
-PAIRS_SHOWN, OPTIONS_SHOWN = 3, 10
+PAIRS_SHOWN, OPTIONS_SHOWN, POINTS_SHOWN = 3, 8, 12
 LONGEST = 600.0
 NEEDED = {'effects', 'not_testable', 'provenance'}
 
@@ -130,11 +131,11 @@ def _show(found: Proposal, answer: dict[str, Any], seconds: float) -> None:
     if found.aim == 'nothing':
         return _say_nothing(answer, console)
     about = {'separate': 'nothing here tells these apart', 'show': 'these could not be tested'}
-    console.print(f'{about[found.aim]}: {"; ".join([*found.points, *found.hopeless])}')
+    console.print(f'{about[found.aim]}: {_listed([*found.points, *found.hopeless])}')
     if found.points:
         console.print(_table(found))
     if found.hopeless:
-        console.print(f'no run of the menu helps with: {"; ".join(found.hopeless)}')
+        console.print(f'no run of the menu helps with: {_listed(found.hopeless)}')
     if found.best is not None:
         console.print(_sentence(found, found.best, seconds), highlight=False)
     return None
@@ -172,7 +173,14 @@ def _sentence(found: Proposal, best: Option, seconds: float) -> str:
     return f'{told}; more are needed to be sure: record {longer:.0f} s of it (--seconds)'
 
 
+def _listed(points: Sequence[str]) -> str:
+    more = f' and {len(points) - POINTS_SHOWN} more (--json)' if len(points) > POINTS_SHOWN else ''
+    return '; '.join(points[:POINTS_SHOWN]) + more
+
+
 def _table(found: Proposal) -> Table:
+    if found.aim == 'show' and len(found.points) > PAIRS_SHOWN:
+        return _counts(found)
     kind = 'nats apart' if found.aim == 'separate' else 'nats of evidence'
     table = Table(title=f'menu, best first; predicted {kind}')
     table.add_column('run')
@@ -182,8 +190,28 @@ def _table(found: Proposal) -> Table:
     table.add_column('what it does')
     for option in found.options[:OPTIONS_SHOWN]:
         nats = [_number(n) for n in option.nats[:PAIRS_SHOWN]]
-        about = f'left out: {option.unsafe}' if option.unsafe else option.run.about
-        table.add_row(option.run.name, _number(min(option.nats)), *nats, about)
+        table.add_row(option.run.name, _number(min(option.nats)), *nats, _about(option))
+    return _cut(table, found)
+
+
+def _counts(found: Proposal) -> Table:
+    from leo_diffmodel.next_run.show import is_shown
+
+    table = Table(title='menu, best first')
+    table.add_column('run')
+    table.add_column(f'would show, of {len(found.points)}', justify='right')
+    table.add_column('what it does')
+    for option in found.options[:OPTIONS_SHOWN]:
+        shown = sum(bool(is_shown(n)) for n in option.nats)
+        table.add_row(option.run.name, str(shown), _about(option))
+    return _cut(table, found)
+
+
+def _about(option: Option) -> str:
+    return f'left out: {option.unsafe}' if option.unsafe else option.run.about
+
+
+def _cut(table: Table, found: Proposal) -> Table:
     if len(found.options) > OPTIONS_SHOWN:
         table.caption = f'and {len(found.options) - OPTIONS_SHOWN} more (--json lists them)'
     return table
