@@ -20,6 +20,7 @@ COLOURS = {'ok': 'green', 'warning': 'yellow', 'error': 'red'}
 PAIRS_SHOWN = 8
 ROWS_SHOWN = 40
 JOINTS_SHOWN = 3
+WORDS = ('joint', 'effect', 'unit', 'most like', 'hardest to name')
 TOGETHER = {
     'rate': 'the speed is the derivative of the angle',
     'noise': 'little noise against what they move',
@@ -68,8 +69,7 @@ def _lines(result: Check) -> Iterator[tuple[str, str, str, str]]:
 
 def _excitation_table(result: Check) -> Table:
     table = Table(title='what each joint was put through')
-    for column in ('joint', 'angle [rad]', 'speed [rad/s]', 'input', 'moving', 'motor off'):
-        table.add_column(column, justify='left' if column == 'joint' else 'right')
+    _columns(table, 'joint', 'angle [rad]', 'speed [rad/s]', 'input', 'moving', 'motor off')
     for row in result.excitation:
         table.add_row(
             row.joint, _span(row.angle), _span(row.rate),
@@ -79,6 +79,11 @@ def _excitation_table(result: Check) -> Table:
     return table
 
 
+def _columns(table: Table, *names: str) -> None:
+    for name in names:
+        table.add_column(name, justify='left' if name in WORDS else 'right')
+
+
 def _effects_table(result: Check) -> Table:
     table = Table(
         title=f'what these {result.seconds:.0f} s can say about each effect (sizes are changes '
@@ -86,9 +91,7 @@ def _effects_table(result: Check) -> Table:
         caption='found, named: smallest size that is, in 19 runs of 20; seconds: data like these '
         'that it takes to name the effect at the size in the column before',
     )
-    for column in ('effect', 'found from', 'named from', 'unit', 'size', 'seconds', 'most like'):
-        table.add_column(column, justify='left' if column in ('effect', 'unit', 'most like')
-                         else 'right')  # fmt: skip
+    _columns(table, 'effect', 'found from', 'named from', 'unit', 'size', 'seconds', 'most like')
     for row in sorted(result.reaches, key=lambda r: r.seconds_to_name or 1e9):
         table.add_row(
             row.label, _number(row.detectable), _number(row.nameable), row.unit,
@@ -105,9 +108,7 @@ def _by_name(result: Check) -> Table:
         caption='found, named: smallest size that is, in 19 runs of 20, at the best and the worst '
         'of its places (- none); --json lists all',
     )
-    for column in ('effect', 'places', 'found from', 'named from', 'unit', 'hardest to name'):
-        table.add_column(column, justify='left' if column in ('effect', 'unit', 'hardest to name')
-                         else 'right', no_wrap=column == 'effect')  # fmt: skip
+    _columns(table, 'effect', 'places', 'found from', 'named from', 'unit', 'hardest to name')
     names = dict.fromkeys(row.name for row in result.reaches)
     for rows in ([r for r in result.reaches if r.name == name] for name in names):
         worst = max(rows, key=lambda r: r.seconds_to_name or 1e9)
