@@ -27,6 +27,7 @@ def explained(errors: Mapping[str, Any]) -> Section:
     *models, noise = errors['ladder']
     square = np.array([row['rmse'] for row in models]) ** 2
     whole = np.maximum(square[0], np.array(noise['rmse']) ** 2)
+    whole = whole * (square[0] / whole).mean()
     share = (square / whole).mean(axis=1)
     gained = np.maximum(share[:-1] - share[1:], 0.0)
     floor = float((np.minimum(np.array(noise['rmse']) ** 2, square[-1]) / whole).mean())
