@@ -84,13 +84,16 @@ def _columns(table: Table, *names: str) -> None:
         table.add_column(name, justify='left' if name in WORDS else 'right')
 
 
+def _titled(result: Check, caption: str) -> Table:
+    title = f'what these {result.seconds:.0f} s can say about each effect'
+    return Table(title=f'{title} (sizes are changes from the model)', caption=caption)
+
+
 def _effects_table(result: Check) -> Table:
-    table = Table(
-        title=f'what these {result.seconds:.0f} s can say about each effect (sizes are changes '
-        'from the model)',
-        caption='found, named: smallest size that is, in 19 runs of 20; seconds: data like these '
+    table = _titled(
+        result, 'found, named: smallest size that is, in 19 runs of 20; seconds: data like these '
         'that it takes to name the effect at the size in the column before',
-    )
+    )  # fmt: skip
     _columns(table, 'effect', 'found from', 'named from', 'unit', 'size', 'seconds', 'most like')
     for row in sorted(result.reaches, key=lambda r: r.seconds_to_name or 1e9):
         table.add_row(
@@ -102,12 +105,10 @@ def _effects_table(result: Check) -> Table:
 
 def _by_name(result: Check) -> Table:
     """One row per effect where there are many places for each."""
-    table = Table(
-        title=f'what these {result.seconds:.0f} s can say about each effect (sizes are changes '
-        'from the model)',
-        caption='found, named: smallest size that is, in 19 runs of 20, at the best and the worst '
+    table = _titled(
+        result, 'found, named: smallest size that is, in 19 runs of 20, at the best and the worst '
         'of its places (- none); --json lists all',
-    )
+    )  # fmt: skip
     _columns(table, 'effect', 'places', 'found from', 'named from', 'unit', 'hardest to name')
     names = dict.fromkeys(row.name for row in result.reaches)
     for rows in ([r for r in result.reaches if r.name == name] for name in names):
