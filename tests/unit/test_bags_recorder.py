@@ -135,6 +135,21 @@ def test_episodes_begin_where_they_were_published_however_late_they_were_recorde
     assert [len(episode.t) for episode in episodes] == [40, 40, 20]
 
 
+def test_what_was_sent_before_a_restart_and_comes_after_it_is_left_out(tmp_path):
+    recorder, other = Recorder(tmp_path / 'bag'), RecordedTopic('/others', STATES.type)
+    for stamp in range(0, 10**9, 10**7):
+        recorder.record(STATES, state(stamp))
+        recorder.record(other, state(stamp))
+    recorder.record(STATES, state(0))
+    recorder.record(other, state(10**9))
+    for stamp in (0, 2 * 10**9):
+        recorder.record(other, state(stamp))
+    recorder.close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'bag_1']
+    topics = load(tmp_path / 'bag_1').topics
+    assert [len(topics[n].messages) for n in ('/joint_states', '/others')] == [1, 2]
+
+
 def test_two_publishers_a_little_apart_stay_in_one_bag(tmp_path):
     recorder = Recorder(tmp_path / 'bag')
     for k in range(50):

@@ -202,3 +202,16 @@ def test_info_says_what_the_node_needs():
     assert shown['joints'] == shown['actuators'] == ('pivot',)
     assert (info.interface, info.state_rate, info.control_period) == ('voltage', 200.0, 0.05)
     assert info.limits.tolist() == [3.0] and info.own_clock and '<robot' in info.urdf
+
+
+def test_another_start_pose_is_taken_up_at_once_as_after_a_restart():
+    driver = SimulatedDriver(options(start='nominal'))
+    swing(driver, 10)
+    with pytest.raises(UserError, match='no start pose'):
+        driver.start_in('upsidedown')
+    assert driver.starts == 0 and driver.read().stamp_ns == 100_000_000
+    driver.start_in('random')
+    first = driver.read()
+    driver.reset()
+    assert driver.starts == 2 and first.stamp_ns == 0
+    assert driver.read().position.tolist() != first.position.tolist()

@@ -8,7 +8,7 @@ import pytest
 
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
-from leo_sim.motions import check_walker, Falls, LYING_SECONDS, MOTIONS
+from leo_sim.motions import check_motion, Falls, LYING_SECONDS, MOTIONS, Routine
 from leo_sim.robot import load_robot
 
 LEO = load_robot('leo')
@@ -57,18 +57,45 @@ def test_a_fall_is_over_when_it_has_lain_for_a_while():
 
 @pytest.mark.parametrize('name', ['leo', 'leo_ode'])
 def test_the_walkers_that_are_shipped_can_do_the_motions(name):
-    check_walker(load_robot(name))
+    for motion in MOTIONS:
+        check_motion(load_robot(name), motion)
 
 
-@pytest.mark.parametrize('pose', sorted({motion.start for motion in MOTIONS.values()}))
-def test_a_walker_without_a_pose_is_told_which(pose):
+@pytest.mark.parametrize('motion', sorted(MOTIONS))
+def test_a_walker_without_a_pose_is_told_which(motion):
+    pose = MOTIONS[motion].start
     poses = {name: it for name, it in LEO.start_poses.items() if name != pose}
     with pytest.raises(UserError, match=f'robot.yaml: start_poses: the pose {pose} is missing'):
-        check_walker(replace(LEO, start_poses=poses))
+        check_motion(replace(LEO, start_poses=poses), motion)
 
 
 def test_a_walker_with_other_motors_or_no_feet_is_told_what_it_needs():
     with pytest.raises(UserError, match=r'actuators.*left_hip, right_hip.*and no others'):
-        check_walker(replace(LEO, actuators=LEO.actuators[:5]))
+        check_motion(replace(LEO, actuators=LEO.actuators[:5]), 'stepping')
     with pytest.raises(UserError, match='base: planar, and feet'):
-        check_walker(replace(LEO, feet=()))
+        check_motion(replace(LEO, feet=()), 'stepping')
+
+
+def test_after_a_fall_a_routine_begins_anew_in_another_way():
+    routine, q = Routine(LEO, 'stepping', 3), Model(LEO, engine='rigid').start('standing').q.copy()
+    first, lying = routine.volts(q, 0.0 * q), q.copy()
+    lying[2] = 1.4
+    while routine.volts(lying, 0.0 * q) is not None:
+        pass
+    again = routine.volts(q, 0.0 * q)
+    assert again is not None and not np.allclose(first, again)
+
+
+def test_a_hanging_robot_does_not_fall():
+    routine, q = Routine(LEO, 'swinging', 3), np.zeros(9)
+    q[2] = 1.4
+    assert all(routine.volts(q, np.zeros(9)) is not None for _ in range(50))
+
+
+@pytest.mark.parametrize(
+    ('robot', 'motion', 'said'),
+    [('leo', 'steping', 'did you mean stepping'), ('pendulum', 'stepping', 'actuators: .*left_hip')],
+)
+def test_a_wrong_motion_or_robot_is_said(robot, motion, said):
+    with pytest.raises(UserError, match=said):
+        Routine(load_robot(robot), motion, 0)

@@ -16,7 +16,7 @@ class Declared:
         self.given, self.public, self.private = given, {}, {}
 
     def declare_parameter(self, name, default, descriptor=None, *, private=False):
-        assert private or descriptor.read_only
+        assert private or name == 'start' or descriptor.read_only
         value = self.given.get(name, default)
         (self.private if private else self.public)[name] = value
         return SimpleNamespace(value=value)

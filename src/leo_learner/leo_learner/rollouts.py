@@ -25,9 +25,11 @@ class Rollouts(gymnasium.Wrapper):
         assert isinstance(env.unwrapped, ModelEnv)
         self.model_env = env.unwrapped
         self.episodes: list[Rows] = []
+        self._pose = 'random'
 
     def reset(self, **options: Any) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin the next episode."""
+        self._pose = (options.get('options') or {}).get('pose', 'random')
         answer = self.env.reset(**options)
         self.episodes.append([self._row(np.zeros(len(self.model_env.robot.limits)))])
         return answer
@@ -55,7 +57,9 @@ class Rollouts(gymnasium.Wrapper):
         robot, period = self.model_env.robot, self.model_env.robot.control_period
         runs = [_run(_episode(rows, period), robot) for rows in self._whole()]
         if runs:
-            write_runs(folder, runs, {'robot': robot.name})
+            held = robot.start_poses[self._pose].held
+            facts = {'robot': robot.name, 'start': self._pose, 'held': str(held).lower()}
+            write_runs(folder, runs, facts)
         self.episodes = []
 
     def _whole(self) -> list[Rows]:

@@ -21,7 +21,7 @@ Tell = Callable[[], None]
 
 def on_model(run: Run, model: Model, tell: Tell = lambda: None) -> np.ndarray:
     """Angles and rates of a model after each control period, shape (N, 2J)."""
-    state, seen = model.start('nominal', np.random.default_rng(0)), []
+    state, seen = model.start(run.start or 'nominal', np.random.default_rng(0)), []
     for inputs, on in zip(run.inputs, run.enabled, strict=True):
         enabled = np.full(len(inputs), on)
         state = model.step(state, inputs, model.robot.control_period, enabled=enabled)

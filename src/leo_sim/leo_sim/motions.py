@@ -13,6 +13,7 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_sim.gait import Gait
+from leo_sim.names import nearest
 from leo_sim.robot import Robot
 
 Array = np.ndarray
@@ -25,6 +26,8 @@ SHAKEN = 0.85
 """How much of a random voltage stays after a control period."""
 FALLEN_PITCH, FALLEN_HEIGHT = 1.0, 0.15  # rad; of a hip over the feet, m
 LYING_SECONDS = 0.3
+PUT_UP = 1
+"""Control periods that being put up takes."""
 
 
 @dataclass(frozen=True)
@@ -33,10 +36,12 @@ class Motion:
 
     Attributes:
         start: a start pose of the robot.
+        about: what the robot does, in words.
         script: makes the voltages, given a robot and random numbers.
     """
 
     start: str
+    about: str
     script: Callable[[Robot, np.random.Generator], Script]
 
 
@@ -101,28 +106,69 @@ def _followed(
 
 
 MOTIONS = {
-    'swinging': Motion('hanging', swinging),
-    'standing': Motion('standing', standing),
-    'stepping': Motion('random', stepping),
+    'swinging': Motion('hanging', 'each joint swings by itself, in sines or steps', swinging),
+    'standing': Motion('standing', 'rocks a little on both feet', standing),
+    'stepping': Motion('random', 'marches in place until it falls, again and again', stepping),
 }
 
 
-def check_walker(robot: Robot) -> None:
-    """Whether a robot can do the motions.
+class Routine:
+    """A motion as it is performed: after a fall it begins anew, in another way.
+
+    Args:
+        robot: a walker.
+        motion: of `MOTIONS`.
+        seed: of the motion's figures.
+
+    Attributes:
+        start: the pose to begin in, and to be put into after a fall.
+        held: the base does not move there.
 
     Raises:
-        UserError: it has other motors, or lacks what they stand on or a pose they begin in.
+        UserError: an unknown motion, or a robot that lacks its joints, feet or start pose.
     """
-    path = robot.folder / 'robot.yaml'
+
+    def __init__(self, robot: Robot, motion: str, seed: int) -> None:
+        check_motion(robot, motion)
+        self.start = MOTIONS[motion].start
+        self.held = robot.start_poses[self.start].held
+        self._robot, self._make = robot, MOTIONS[motion].script
+        self._rng, self._falls = np.random.default_rng(seed), Falls(robot)
+        self._begin(0)
+
+    def volts(self, q: Array, dq: Array) -> Array | None:
+        """Voltages (A,) of the next control period, from what is measured at its start.
+
+        None: the robot fell, and is to be put into the start pose before the next call.
+        """
+        if not self.held and self._falls.over(q):
+            self._begin(PUT_UP)
+            return None
+        self._periods += 1
+        return self._script((self._periods - 1) * self._robot.control_period, q, dq)
+
+    def _begin(self, periods: int) -> None:
+        self._script, self._periods = self._make(self._robot, self._rng), periods
+
+
+def check_motion(robot: Robot, motion: str) -> None:
+    """Whether a robot can do a motion.
+
+    Raises:
+        UserError: no such motion; or the robot has other motors, or lacks what it stands on or the
+            pose that the motion begins in.
+    """
+    if motion not in MOTIONS:
+        raise UserError(f'there is no motion {motion!r}{nearest(motion, MOTIONS)}')
+    path, start = robot.folder / 'robot.yaml', MOTIONS[motion].start
     if {actuator.joint for actuator in robot.actuators} != {*JOINTS}:
         raise UserError(f'{path}: actuators: the scripted motions need {", ".join(JOINTS)} and '
                         'no others; name the joints so')  # fmt: skip
     if robot.base != 'planar' or not robot.feet:
         raise UserError(f'{path}: the scripted motions need base: planar, and feet')
-    for name, motion in MOTIONS.items():
-        if motion.start not in robot.start_poses:
-            raise UserError(f'{path}: start_poses: the pose {motion.start} is missing, in which '
-                            f'the scripted motion {name} begins; add it')  # fmt: skip
+    if start not in robot.start_poses:
+        raise UserError(f'{path}: start_poses: the pose {start} is missing, in which the scripted '
+                        f'motion {motion} begins; add it')  # fmt: skip
 
 
 class Falls:

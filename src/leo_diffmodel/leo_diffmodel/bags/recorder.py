@@ -16,6 +16,8 @@ from .writer import BagWriter
 
 BACK_NS = 100_000_000
 """Stamps this much older than the last one mean a restarted robot, not a second publisher."""
+LATE = 1.0
+"""Messages from before a restart may arrive so long after it [s]."""
 
 _STAMPED = {JOINT_STATE, DYNAMIC_JOINT_STATE}
 
@@ -46,13 +48,15 @@ class Recorder:
         self._writer: BagWriter | None = None
         self._channels: dict[str, int] = {}
         self._last_stamp: dict[str, int] = {}
+        self._old_stamp: dict[str, int] = {}
+        self._turned = 0.0
         self._latched: dict[str, tuple[RecordedTopic, bytes, int]] = {}
         self._metadata: dict[str, str] = {}
         self.folder: Path | None = None
         self.messages = 0
 
     def record(self, topic: RecordedTopic, data: bytes, published_ns: int = 0) -> None:
-        """Write one CDR message, logged now.
+        """Write one CDR message, logged now; not one that was sent before a restart.
 
         Args:
             topic: where it came from.
@@ -60,8 +64,11 @@ class Recorder:
             published_ns: by the publisher's clock, which orders what one node published on
                 several topics; 0 where unknown.
         """
+        if self._is_left_over(topic, data):
+            return
         if self._writer is None or self._jumps_back(topic, data):
             self._next_bag()
+            self._old_stamp.pop(topic.name, None)
         self._write(topic, data, published_ns)
         self.messages += 1
         if topic.latched:
@@ -95,7 +102,8 @@ class Recorder:
         self.folder = free_folder(self._base)
         self._writer = BagWriter(self.folder, self._metadata)
         self._channels.clear()
-        self._last_stamp.clear()
+        self._old_stamp, self._last_stamp = self._last_stamp, {}
+        self._turned = time.monotonic()
         for latched in self._latched.values():
             self._write(*latched)
 
@@ -104,6 +112,14 @@ class Recorder:
         if topic.name not in self._channels:
             self._channels[topic.name] = self._writer.add_topic(topic.name, topic.type, topic.qos)
         self._writer.write(self._channels[topic.name], data, time.time_ns(), published_ns)
+
+    def _is_left_over(self, topic: RecordedTopic, data: bytes) -> bool:
+        """Whether a topic still goes on where it was when another one jumped back."""
+        old = self._old_stamp.pop(topic.name, None)
+        if old is None or header_stamp(data) < old or time.monotonic() - self._turned > LATE:
+            return False
+        self._old_stamp[topic.name] = old
+        return True
 
     def _jumps_back(self, topic: RecordedTopic, data: bytes) -> bool:
         if topic.type not in _STAMPED:

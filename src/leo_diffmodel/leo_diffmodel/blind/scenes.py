@@ -12,7 +12,7 @@ import numpy as np
 from leo_sim.batch import rollout
 from leo_sim.effects import Placed
 from leo_sim.model import Model, State
-from leo_sim.motions import Falls, MOTIONS
+from leo_sim.motions import MOTIONS, Routine
 from leo_sim.robot import Robot
 
 Array = np.ndarray
@@ -100,16 +100,12 @@ class Moving:
 
     def begin(self) -> Step:
         """What drives the robot; after a fall it begins anew, in another way."""
-        rng, falls = np.random.default_rng(self.seed), Falls(self.robot)
-        script, first = MOTIONS[self.motion].script(self.robot, rng), 0
+        routine = Routine(self.robot, self.motion, self.seed)
         on = np.ones(len(self.robot.actuators), dtype=bool)
 
         def step(k: int, q: Array, dq: Array) -> tuple[Array, Array] | None:
-            nonlocal script, first
-            if not self.held and falls.over(q):
-                script, first = MOTIONS[self.motion].script(self.robot, rng), k
-                return None
-            return script((k - first) * self.robot.control_period, q, dq), on
+            volts = routine.volts(q, dq)
+            return None if volts is None else (volts, on)
 
         return step
 

@@ -13,18 +13,20 @@ from leo_diffmodel.check.amplitudes import Reach, reaches
 from leo_diffmodel.check.disturbances import disturbances
 from leo_diffmodel.check.excitation import Excitation, excitation, judge
 from leo_diffmodel.check.finding import ERROR, Finding, OK, WARNING
+from leo_diffmodel.check.hidden import hidden
 from leo_diffmodel.check.hold import hold, Lag, lag
 from leo_diffmodel.check.noise_level import noise_level
 from leo_diffmodel.check.pairs import alike, Pair
 from leo_diffmodel.check.rates import rates
 from leo_diffmodel.check.shift import shifted
 from leo_diffmodel.check.stuck import stuck
-from leo_diffmodel.check.timing import reading, timing
+from leo_diffmodel.check.timing import length, reading, timing
 from leo_diffmodel.check.traces import traces_of
-from leo_diffmodel.compare import noise
+from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.provenance import provenance
+from leo_diffmodel.compare.scheme import fast_enough
+from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.classes import Facts
-from leo_diffmodel.explain.engine import uncertain
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -103,13 +105,14 @@ def check(
     """
     recordings = [bag.recording for bag in bags]
     try:
+        model = fast_enough(model, cut(recordings, errors.step_seconds(recordings)))
         sigma = noise.estimate(model, noise.short_windows(recordings))
     except ValueError as error:
         return _too_short(bags, model, str(error))
     findings = [f for bag, s in zip(bags, sigma, strict=True) for f in look_at(bag, model, s)]
     progress('timing and sensors')
-    ranges = excitation(recordings, sigma)
-    findings += judge(ranges)
+    ranges = excitation(recordings, sigma, model.robot.base_joints)
+    findings += [length(recordings), *of_all(recordings, model, sigma, ranges)]
     free = any(bool((~e.enabled).any()) for r in recordings for e in r.episodes)
     try:
         data = traces_of(recordings, model, extra, progress)
@@ -117,7 +120,7 @@ def check(
         return _too_short(bags, model, str(error))
     rows, apart = reaches(data, Facts(model.robot, free))
     pairs = alike(rows, apart, data.seconds)
-    findings += [_hidden(rows, data.seconds, [c.path for c in uncertain(model)])]
+    findings += [hidden(rows, data.seconds, recordings, model)]
     return Check(
         _sorted(findings), tuple(ranges), tuple(rows), tuple(pairs), data.threshold,
         data.seconds, provenance(recordings, model),
@@ -125,7 +128,7 @@ def check(
 
 
 def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
-    """What is wrong, or right, with one bag; `sigma` is its noise, shape (2J,)."""
+    """What is wrong, or right, with one bag by itself; `sigma` is its noise, shape (2J,)."""
     recording = bag.recording
     late = lag(recording, model, sigma)
     held = hold(recording, bag.other, bag.hold, late, model, sigma)
@@ -135,10 +138,17 @@ def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
         *held,
         *rates(recording),
         *stuck(recording),
-        *noise_level(recording, sigma),
         *disturbances(_on_time(bag, held, late), model, sigma[None]),
     ]
     return [replace(f, bag=str(recording.path)) for f in found]
+
+
+def of_all(
+    recordings: Sequence[Recording], model: Model, sigma: Array, ranges: Sequence[Excitation]
+) -> list[Finding]:
+    """How noisy the joints are, and how much they move, in all bags together."""
+    base = model.robot.base_joints
+    return [*noise_level(recordings, sigma, base), *judge(ranges, base)]
 
 
 def _on_time(bag: Bag, held: Sequence[Finding], late: Lag | None) -> Recording:
@@ -146,23 +156,6 @@ def _on_time(bag: Bag, held: Sequence[Finding], late: Lag | None) -> Recording:
     if bag.other is not None and any(f.code == 'hold' and f.severity == ERROR for f in held):
         return bag.other
     return shifted(bag.recording, late.seconds) if late and late.is_sure else bag.recording
-
-
-def _hidden(rows: Sequence[Reach], seconds: float, refitted: Sequence[str]) -> Finding:
-    """Which effects could hide in this data, however large, and whether constants hide them."""
-    blind = [r.label for r in rows if r.detectable is None]
-    twins = [r.label for r in rows if r.detectable is not None and r.nameable is None]
-    if blind:
-        what = f'effects that would not show, however large: {", ".join(blind)}'
-        todo = 'leo next proposes a run that shows them'
-        if refitted:
-            todo += f'; or the refitted constants take their place: {", ".join(refitted)}'
-        return Finding('untestable', WARNING, what, (), todo)
-    if twins:
-        what = f'effects that would show but could not be named: {", ".join(twins)}'
-        return Finding('twins', WARNING, what, (), 'leo next proposes a run that parts them')
-    what = f'{len(rows)} effects can be found and named in these {seconds:.0f} s (table)'
-    return Finding('effects', OK, what)
 
 
 def _sorted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
@@ -176,5 +169,6 @@ def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
     short = Finding('short', ERROR, why, (), 'record 20 s or more with a changing input')
     found = [replace(f, bag=str(r.path)) for r in recordings for f in (*timing(r), *reading(r))]
     return Check(
-        _sorted([short, *found]), (), (), (), None, seconds, provenance(recordings, model)
-    )
+        _sorted([short, length(recordings), *found]), (), (), (), None, seconds,
+        provenance(recordings, model),
+    )  # fmt: skip

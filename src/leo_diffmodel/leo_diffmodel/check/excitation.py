@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from leo_diffmodel.check.finding import Finding, OK, WARNING
 Array = np.ndarray
 MOVING_SIGMAS = 5.0
 LEAST_MOVING = 0.2
+LEAST_OF_BASE = 0.03
 ONE_WAY = 0.02
 FEWEST_LEVELS = 3
 
@@ -48,22 +50,39 @@ class Excitation:
         return asdict(self)
 
 
-def excitation(recordings: list[Recording], sigma: Array) -> list[Excitation]:
-    """One row per joint.
+def excitation(
+    recordings: Sequence[Recording], sigma: Array, base: Sequence[str] = ()
+) -> list[Excitation]:
+    """One row per joint; those of a base that was held in all bags have none.
 
     Args:
         recordings: of one robot.
         sigma: noise of each recording and channel, shape (R, 2J).
+        base: the joints of its base.
     """
-    return [_joint(recordings, sigma, j) for j in range(len(recordings[0].joints))]
+    loose = [i for i, r in enumerate(recordings) if not r.held]
+    rows = []
+    for j, name in enumerate(recordings[0].joints):
+        used = loose if name in base else range(len(recordings))
+        if used:
+            rows.append(_joint([recordings[i] for i in used], sigma[list(used)], j))
+    return rows
 
 
-def judge(rows: list[Excitation]) -> list[Finding]:
+def judge(rows: Sequence[Excitation], base: Sequence[str] = ()) -> list[Finding]:
     """What the excitation lacks; one finding per joint."""
-    return [_judged(row) for row in rows]
+    return [_of_base(row) if row.joint in base else _judged(row) for row in rows]
 
 
-def _joint(recordings: list[Recording], sigma: Array, j: int) -> Excitation:
+def _of_base(row: Excitation) -> Finding:
+    """A base has no motor: it moves by what the others do, and not for long."""
+    if row.moving < LEAST_OF_BASE:
+        what = f'{row.joint} moves in {100 * row.moving:.1f} % of the time only'
+        return Finding('still', WARNING, what, (), 'record the robot stepping or walking too')
+    return _moves(row)
+
+
+def _joint(recordings: Sequence[Recording], sigma: Array, j: int) -> Excitation:
     name, episodes = recordings[0].joints[j], [e for r in recordings for e in r.episodes]
     joints = len(recordings[0].joints)
     q, dq = (np.concatenate([getattr(e, n)[:, j] for e in episodes]) for n in ('q', 'dq'))
@@ -85,7 +104,7 @@ def _joint(recordings: list[Recording], sigma: Array, j: int) -> Excitation:
     )
 
 
-def _input(recordings: list[Recording], joint: str) -> tuple[Array, float]:
+def _input(recordings: Sequence[Recording], joint: str) -> tuple[Array, float]:
     """Inputs of a joint's motor over all bags, and the time it was free [s]."""
     if joint not in recordings[0].actuators:
         return np.zeros(0), 0.0
@@ -106,4 +125,8 @@ def _judged(row: Excitation) -> Finding:
     if row.input and row.levels < FEWEST_LEVELS and not row.free:
         what = f'the input of {row.joint} has {row.levels} levels: its motor law hardly shows'
         return Finding('few_levels', WARNING, what, (), 'vary the size of the input')
+    return _moves(row)
+
+
+def _moves(row: Excitation) -> Finding:
     return Finding('excitation', OK, f'{row.joint} moves in {100 * row.moving:.0f} % of the time')

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
@@ -12,21 +14,31 @@ Array = np.ndarray
 LOUD = 0.2
 
 
-def noise_level(recording: Recording, sigma: Array) -> list[Finding]:
-    """One finding per joint.
+def noise_level(
+    recordings: Sequence[Recording], sigma: Array, base: Sequence[str] = ()
+) -> list[Finding]:
+    """One finding per joint: the loudest of its bags against what it moves in all of them.
 
     Args:
-        recording: the bag.
-        sigma: noise of angles [rad], then rates [rad/s], shape (2J,).
+        recordings: of one robot.
+        sigma: noise of angles [rad], then rates [rad/s], shape (R, 2J).
+        base: the joints of its base, which count where it is not held.
     """
-    q, dq = (np.concatenate([getattr(e, n) for e in recording.episodes]) for n in ('q', 'dq'))
-    joints = len(recording.joints)
-    swing = np.concatenate([q.std(axis=0), dq.std(axis=0)])
-    share = sigma / np.maximum(swing, 1e-12)
-    return [
-        _finding(name, sigma[[j, joints + j]], float(share[[j, joints + j]].max()))
-        for j, name in enumerate(recording.joints)
-    ]
+    out = []
+    for j, name in enumerate(recordings[0].joints):
+        used = [i for i, r in enumerate(recordings) if not (r.held and name in base)]
+        if used:
+            loudest = sigma[used][:, [j, len(recordings[0].joints) + j]].max(axis=0)
+            swing = _swing([recordings[i] for i in used], j)
+            out.append(_finding(name, loudest, float((loudest / swing).max())))
+    return out
+
+
+def _swing(recordings: Sequence[Recording], j: int) -> Array:
+    """How far a joint's angle and rate stray from their means, shape (2,)."""
+    episodes = [e for r in recordings for e in r.episodes]
+    spread = [np.concatenate([getattr(e, n)[:, j] for e in episodes]).std() for n in ('q', 'dq')]
+    return np.maximum(spread, 1e-12)
 
 
 def _finding(joint: str, sigma: Array, share: float) -> Finding:

@@ -48,8 +48,10 @@ def alike(rows: Sequence[Reach], apart: Apart, seconds: float) -> list[Pair]:
         seconds: how much data there is.
     """
     seen = {r.label for r in rows if (r.seconds_to_detect or np.inf) <= seconds}
+    near = np.minimum(apart.separable, apart.separable.T) < MARGIN_NATS
     found = [
         _pair(rows, apart, i, j, seconds) for i, j in itertools.combinations(range(len(rows)), 2)
+        if near[i, j] or apart.same[i, j]
     ]
     close = [
         p for p in found

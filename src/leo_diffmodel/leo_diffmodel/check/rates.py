@@ -17,6 +17,10 @@ FEWEST = 12
 SURE = 5.0
 SCALE_OFF = 0.03
 LAG_OFF = 0.002
+LAG_PERIODS = 0.5
+"""What happens between two samples, as after a step of the voltage, looks like a lag so long."""
+CLEAR = 10.0
+"""Times its noise that an integral must have on average: noise makes the scale look small."""
 
 
 @dataclass(frozen=True)
@@ -26,14 +30,16 @@ class Rate:
     Attributes:
         scale: of the angle against the rate, with its standard deviation.
         lag: by which the rate is late [s], with its standard deviation.
+        period: from sample to sample [s].
     """
 
     scale: tuple[float, float]
     lag: tuple[float, float]
+    period: float
 
 
 def rates(recording: Recording) -> list[Finding]:
-    """One finding per joint."""
+    """One finding per joint that moves enough to tell."""
     if any('no velocities' in w for w in recording.warnings):
         return []
     found = [(n, relate(recording, j)) for j, n in enumerate(recording.joints)]
@@ -52,11 +58,20 @@ def relate(recording: Recording, j: int) -> Rate | None:
     change, integral, ends = np.array(rows).T
     if np.abs(change).max() < 1e-9 or np.abs(integral).max() < 1e-9:
         return None
+    period = float(np.median(np.concatenate([np.diff(e.t) for e in recording.episodes])))
+    if np.sqrt((integral**2).mean()) < CLEAR * _noise(recording, j) * np.sqrt(SECONDS * period):
+        return None
     columns = np.stack([integral, ends], axis=1)
     theta, covariance = _robust(columns, change)
     scale = theta[0], float(np.sqrt(covariance[0, 0]))
     lag = theta[1] / theta[0], float(np.sqrt(covariance[1, 1])) / abs(theta[0])
-    return Rate(scale, lag)
+    return Rate(scale, lag, period)
+
+
+def _noise(recording: Recording, j: int) -> float:
+    """Of the rate, from what a smooth one would not do from sample to sample [rad/s]."""
+    rough = np.concatenate([np.diff(e.dq[:, j], 3) for e in recording.episodes])
+    return 1.4826 * float(np.median(np.abs(rough))) / np.sqrt(20) if rough.size else 0.0
 
 
 def _stretches(e: Episode, j: int) -> list[tuple[float, float, float]]:
@@ -93,7 +108,7 @@ def _judged(joint: str, rate: Rate) -> list[Finding]:
         )
         todo = 'one of the two has the wrong unit or gear ratio: check the driver'
         out.append(Finding('rate_scale', ERROR, what, (), todo))
-    if abs(lag[0]) > max(LAG_OFF, SURE * lag[1]):
+    if abs(lag[0]) > max(LAG_OFF, LAG_PERIODS * rate.period) + SURE * lag[1]:
         late = 'late' if lag[0] > 0 else 'early'
         what = (
             f'{joint}: the speed is {abs(1e3 * lag[0]):.1f} ± {2e3 * lag[1]:.1f} ms {late} '

@@ -9,7 +9,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.bags.zoh import average
-from leo_diffmodel.compare.noise import HISTORY
+from leo_diffmodel.compare.noise import HISTORY, spread_out
 from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
@@ -18,7 +18,8 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 INTERVALS = 12
-MOST_WINDOWS = 80
+MOST_WINDOWS, MOST_ON_GROUND = 80, 30
+"""The second of a robot with contacts, where a window is dear."""
 
 
 def shifted(recording: Recording, seconds: float) -> Recording:
@@ -40,19 +41,17 @@ def misfit(recording: Recording, model: Model, sigma: Array) -> tuple[Array, Arr
     Returns:
         start time of each window [s], shape (W,), and its loss [nats], shape (W,).
     """
-    windows = short(recording)
+    windows = short(recording, MOST_ON_GROUND if model.robot.contacts else MOST_WINDOWS)
     predicted, columns = respond(model, windows, windows.measured[:, 0], _torques(model, windows))
     e = ((windows.measured - predicted) / sigma).reshape(windows.count, -1)
     a = (columns / sigma[:, None]).reshape(windows.count, e.shape[1], -1)
     return windows.start, huber(_without(e, a))
 
 
-def short(recording: Recording) -> Windows:
-    """Windows of twelve intervals, evenly chosen where there are many."""
+def short(recording: Recording, most: int) -> Windows:
+    """Windows of twelve intervals, `most` of them evenly chosen."""
     windows = cut([recording], INTERVALS * sample_period([recording]), history=HISTORY)
-    if windows.count <= MOST_WINDOWS:
-        return windows
-    return windows.take(np.linspace(0, windows.count - 1, MOST_WINDOWS).astype(int))
+    return spread_out(windows, most)
 
 
 def _shifted(e: Episode, seconds: float) -> Episode:

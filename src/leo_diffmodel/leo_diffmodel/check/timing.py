@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import itertools
 
 import numpy as np
@@ -17,8 +18,8 @@ HARMLESS = ('still being recorded', 'no velocities; differentiated', 'wraps by w
 
 
 def timing(recording: Recording) -> list[Finding]:
-    """Rate with its jitter, gaps, and length."""
-    return [_rate(recording), *_gaps(recording), *_length(recording)]
+    """Rate with its jitter, and gaps."""
+    return [_rate(recording), *_gaps(recording)]
 
 
 def reading(recording: Recording) -> list[Finding]:
@@ -66,9 +67,11 @@ def _gaps(recording: Recording) -> list[Finding]:
     return [Finding('gaps', WARNING, what, tuple(gaps), todo)]
 
 
-def _length(recording: Recording) -> list[Finding]:
-    seconds = sum(float(e.t[-1] - e.t[0]) for e in recording.episodes)
-    what = f'{seconds:.1f} s in {len(recording.episodes)} episodes'
+def length(recordings: Sequence[Recording]) -> Finding:
+    """Of all bags together."""
+    episodes = [e for r in recordings for e in r.episodes]
+    seconds = sum(float(e.t[-1] - e.t[0]) for e in episodes)
+    what = f'{seconds:.1f} s in {len(episodes)} {"episode" if len(episodes) == 1 else "episodes"}'
     if seconds < SHORT_SECONDS:
-        return [Finding('length', WARNING, what, (), 'record 20 s or more')]
-    return [Finding('length', OK, what)]
+        return Finding('length', WARNING, what, (), 'record 20 s or more')
+    return Finding('length', OK, what)

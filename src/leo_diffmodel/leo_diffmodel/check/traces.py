@@ -12,8 +12,9 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.engine import scales_of, uncertain
 from leo_diffmodel.explain.fit import fit, Problem
+from leo_diffmodel.explain.ground_scan import GroundScanner
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.pose import pose
+from leo_diffmodel.explain.pose import pose, standing
 from leo_diffmodel.explain.scan import Scan, Scanner
 from leo_diffmodel.explain.threshold import threshold
 from leo_sim.effects import Effect
@@ -22,6 +23,8 @@ from leo_sim.model import Model
 Array = np.ndarray
 MOST_WINDOWS = 120
 """Of a robot with one joint, and fewer of those with more: each window holds more channels."""
+MOST_ON_GROUND = 60
+"""Of a robot on the ground, whose windows are shorter."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +75,9 @@ def traces_of(
     Raises:
         ValueError: no window fits.
     """
-    whole = pose(recordings, (), model).problem
-    problem = fewer(whole)
+    posed = pose(recordings, (), model)
+    whole = posed.problem
+    problem = standing(replace(posed, problem=fewer(whole))).problem
     share = problem.windows.count * float(problem.windows.dt[0].sum())
     seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
     scans = scan_all(problem, model, candidates(model, extra), progress)
@@ -85,6 +89,8 @@ def traces_of(
 def fewer(problem: Problem) -> Problem:
     """The problem on fewer windows, evenly chosen, all of them open to the scan."""
     count, most = problem.windows.count, MOST_WINDOWS // problem.windows.q.shape[-1]
+    if problem.base.robot.contacts:
+        most = MOST_ON_GROUND
     kept = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
     windows = problem.windows.take(kept)
     return replace(problem, windows=windows, train=np.ones(len(kept), dtype=bool))
@@ -98,7 +104,8 @@ def scan_all(
 ) -> list[Scan]:
     """Scan candidates on top of the model, its uncertain constants refitted first."""
     null = fit(problem, Hypothesis(constants=uncertain(model)))
-    scanner = Scanner(problem, null, scales_of(model, problem.windows))
+    scales = scales_of(model, problem.windows)
+    scanner = (GroundScanner if problem.footing else Scanner)(problem, null, scales)
     scans = []
     for candidate in wanted:
         scans.append(scanner.scan(candidate))
@@ -116,4 +123,5 @@ def size_of(candidate: Candidate, points: Array) -> Array:
 
 def _trace(scan: Scan, factor: float) -> Trace:
     sizes = size_of(scan.candidate, scan.points)
-    return Trace(scan.candidate, sizes, factor * scan.nats, scan.signatures)
+    kept = sizes > 0 if (sizes > 0).any() else np.full(len(sizes), True)
+    return Trace(scan.candidate, sizes[kept], factor * scan.nats[kept], scan.signatures[kept])

@@ -84,13 +84,17 @@ def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) 
     windows = cut(recordings, window_seconds(recordings), history=history)
     if model.robot.contacts:
         windows = spread_out(windows, ON_GROUND_WINDOWS)
-    found = estimate(model, windows, sigma)
+    return trusted(estimate(model, windows, sigma), model)
+
+
+def trusted(found: MissingTorque, model: Model) -> MissingTorque:
+    """The windows in which a torque would show; on the ground, those sure of their contacts."""
     if found.bend is None:
         return found.take(telling(found, model))
-    return _trusted(found, model, found.bend < MOST_BEND)
+    return _sure(found, model, found.bend < MOST_BEND)
 
 
-def _trusted(found: MissingTorque, model: Model, sure: Array) -> MissingTorque:
+def _sure(found: MissingTorque, model: Model, sure: Array) -> MissingTorque:
     """The windows that are `sure` (W,) of their contacts, and in them what would show.
 
     A standing foot hides one torque and not another, so that is asked of every joint by itself.

@@ -25,6 +25,8 @@ from leo_diffmodel.explain.unknown.paths import with_past
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
+MOST_TOLD, FEW_TOLD = 6, 3
+"""States in a sentence; where there are more, those furthest off against their noise."""
 NEXT = (
     'leo next with the same bags and model simulates a menu of safe runs with every answer that '
     'is still open, picks the one that tells them apart best, and writes it for leo play'
@@ -232,10 +234,14 @@ def _change(context: rows.Context, after: errors.Prediction) -> str:
         errors.floor_ahead(after, seconds),
         strict=True,
     )
+    listed = list(states)
+    told = sorted(listed, key=lambda row: -max(row[1:3]) / max(row[3], 1e-12))
+    told = listed if len(listed) <= MOST_TOLD else told[:FEW_TOLD]
     parts = [
-        f'{s["name"]} {b:.2g} -> {a:.2g} {s["unit"]} (noise {f:.2g})' for s, b, a, f in states
+        f'{s["name"]} {b:.2g} -> {a:.2g} {s["unit"]} (noise {f:.2g})' for s, b, a, f in told
     ]
-    return f'held-out error {seconds:g} s ahead: ' + ', '.join(parts)
+    rest = f' and {len(listed) - len(told)} more states' if len(told) < len(listed) else ''
+    return f'held-out error {seconds:g} s ahead: ' + ', '.join(parts) + rest
 
 
 def _next_run(decision: str, context: rows.Context, unknown: Unknown | None) -> str | None:

@@ -10,15 +10,18 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare import noise
-from leo_diffmodel.compare.windows import sample_period
+from leo_diffmodel.check.hidden import nowhere
+from leo_diffmodel.compare import errors, noise
+from leo_diffmodel.compare.scheme import fast_enough
+from leo_diffmodel.compare.windows import cut, sample_period
 from leo_diffmodel.explain.classes import Facts
 from leo_diffmodel.next_run.menu import menu
+from leo_diffmodel.next_run.motions import MotionRun, walker_menu
 from leo_diffmodel.next_run.questions import fit_all, Fitted, Question, questions
 from leo_diffmodel.next_run.run import Run
 from leo_diffmodel.next_run.separate import separable
 from leo_diffmodel.next_run.show import is_shown, shown
-from leo_diffmodel.next_run.simulate import Seen, seen, simulate, tamed, too_far
+from leo_diffmodel.next_run.simulate import danger, Seen, seen, simulate, tamed
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -37,7 +40,7 @@ class Option:
         unsafe: why it may not be run, or None.
     """
 
-    run: Run
+    run: Run | MotionRun
     nats: tuple[float, ...]
     unsafe: str | None
 
@@ -116,45 +119,48 @@ def propose(
         raise UserError(f'{told}: {error}; record 2 s or more to plan from') from error
     period = sample_period(recordings)
     before = seen(recordings, period)
-    runs = tamed(menu(model.robot, before.allowed(model.robot), seconds), model, before)
+    model = fast_enough(model, cut(recordings, errors.step_seconds(recordings)))
+    make = walker_menu if model.robot.base_joints else menu
+    runs = tamed(make(model.robot, before.allowed(model.robot), seconds), model, before)
     free = any(bool((~e.enabled).any()) for r in recordings for e in r.episodes)
     asked = questions(answer, Facts(model.robot, free))
     if asked:
         fitted = fit_all(recordings, model, asked, extra, progress)
-        points, nats, danger = _parted(fitted, model, runs, before, progress)
-        return _ranked('separate', points, nats, runs, danger, model)
+        points, nats, unsafe = _parted(fitted, model, runs, before, progress)
+        return _ranked('separate', points, nats, runs, unsafe, model)
     blind = [f'{row["name"]}:{row["where"]}' for row in answer['not_testable']]
+    blind = [label for label in blind if label not in nowhere(model)]
     if not blind:
         return Proposal('nothing', (), (), (), model.robot.name)
     tracks = simulate(runs, model, period)
     sigma = noise.estimate(model, short).max(axis=0)
     nats = shown(model, tracks, period, sigma, blind, extra)
-    danger = [too_far(t, model.robot, before) for t in tracks]
-    return _ranked('show', blind, nats, runs, danger, model)
+    unsafe = [danger(r, t, model.robot, before) for r, t in zip(runs, tracks, strict=True)]
+    return _ranked('show', blind, nats, runs, unsafe, model)
 
 
 def _parted(
-    fitted: Sequence[Fitted], model: Model, runs: Sequence[Run], before: Seen,
+    fitted: Sequence[Fitted], model: Model, runs: Sequence[Run | MotionRun], before: Seen,
     progress: Callable[[str], None],
 ) -> tuple[list[str], Array, list[str | None]]:
     """Pairs of hypotheses, the least nats either way for each run, and which runs are unsafe."""
     points: list[str] = []
     columns: list[Array] = []
-    danger: list[str | None] = [None] * len(runs)
+    unsafe: list[str | None] = [None] * len(runs)
     for question in fitted:
         tracks = []
         for choice, fit in zip(question.question.choices, question.fits, strict=True):
             progress(f'running the menu with {choice}')
             made = simulate(runs, fit.hypothesis.model(model, fit.theta), before.period)
             tracks.append(made)
-            danger = [d or too_far(t, model.robot, before)
-                      for d, t in zip(danger, made, strict=True)]  # fmt: skip
+            unsafe = [d or danger(r, t, model.robot, before)
+                      for d, r, t in zip(unsafe, runs, made, strict=True)]  # fmt: skip
         for i, j in question.question.pairs:
             both = [separable(model, tracks[a], before.period, question.sigma, question.fits[b])
                     for a, b in ((i, j), (j, i))]  # fmt: skip
             points.append(_pair(question.question, i, j))
             columns.append(np.min(both, axis=0))
-    return points, np.stack(columns, axis=1), danger
+    return points, np.stack(columns, axis=1), unsafe
 
 
 def _pair(question: Question, i: int, j: int) -> str:
@@ -162,15 +168,16 @@ def _pair(question: Question, i: int, j: int) -> str:
 
 
 def _ranked(
-    aim: str, points: Sequence[str], nats: Array, runs: Sequence[Run],
-    danger: Sequence[str | None], model: Model,
+    aim: str, points: Sequence[str], nats: Array, runs: Sequence[Run | MotionRun],
+    unsafe: Sequence[str | None], model: Model,
 ) -> Proposal:
     """Leave out the points on which no safe run says anything; best run first."""
-    safe = np.array([d is None for d in danger])
+    nats = nats * np.array([run.times for run in runs])[:, None]
+    safe = np.array([u is None for u in unsafe])
     most = np.where(safe[:, None], nats, 0.0).max(axis=0)
     useful = is_shown(most) if aim == 'show' else most > LEAST_USEFUL
     kept = np.flatnonzero(useful).tolist()
-    options = [Option(r, tuple(float(n) for n in nats[i, kept]), danger[i])
+    options = [Option(r, tuple(float(n) for n in nats[i, kept]), unsafe[i])
                for i, r in enumerate(runs)]  # fmt: skip
     def rank(option: Option) -> tuple[bool, float, float]:
         first = float(is_shown(np.array(option.nats)).sum()) if aim == 'show' else option.worth[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 import itertools
 from typing import Any
 
@@ -17,9 +18,10 @@ from leo_diffmodel.explain.classes import Facts, why_same
 from leo_diffmodel.explain.engine import scales_of, uncertain
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.pose import pose
+from leo_diffmodel.explain.pose import pose, Posed
 from leo_diffmodel.explain.scan import Scanner
 from leo_diffmodel.explain.scored import MARGIN_NATS
+from leo_diffmodel.next_run.on_ground import fit_in_turn, footed
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -99,14 +101,17 @@ def fit_all(
     Raises:
         UserError: a label that this robot has no candidate for.
     """
-    posed = pose(recordings, (), model).problem
-    problem = replace(posed, train=np.ones_like(posed.train))
+    posed = pose(recordings, (), model)
+    problem = replace(posed.problem, train=np.ones_like(posed.problem.train))
+    fitted = partial(fit_labels, problem)
+    if problem.base.robot.contacts:
+        fitted = partial(_fit_on_ground, *footed(posed))
     known = {c.label: c for c in candidates(model, extra)}
     out = []
     for question in wanted:
         fits = []
         for choice in question.choices:
-            fits.append(fit_labels(problem, [*question.others, choice], known))
+            fits.append(fitted([*question.others, choice], known))
             progress(choice)
         out.append(Fitted(question, tuple(fits), _noise(recordings, problem, fits)))
     return out
@@ -118,16 +123,27 @@ def fit_labels(
     """Add effects one by one, each from where a scan points."""
     found = fit(problem, Hypothesis(constants=uncertain(problem.base)))
     scales = scales_of(problem.base, problem.windows)
+    for candidate in _of_labels(labels, known):
+        scan = Scanner(problem, found, scales).scan(candidate)
+        hypothesis = found.hypothesis.with_candidate(candidate)
+        found = fit(problem, hypothesis, scan.theta, found.start)
+    return found
+
+
+def _fit_on_ground(
+    posed: Posed, share: float, labels: Sequence[str], known: dict[str, Candidate]
+) -> Fit:
+    return fit_in_turn(posed, share, _of_labels(labels, known))
+
+
+def _of_labels(labels: Sequence[str], known: dict[str, Candidate]) -> list[Candidate]:
     for label in labels:
         if label not in known:
             raise UserError(
                 f'{label} of the explanation is no effect that the model can lack; give the model '
                 'and the --effect files that the explanation was made with'
             )
-        scan = Scanner(problem, found, scales).scan(known[label])
-        hypothesis = found.hypothesis.with_candidate(known[label])
-        found = fit(problem, hypothesis, scan.theta, found.start)
-    return found
+    return [known[label] for label in labels]
 
 
 def _noise(recordings: Sequence[Recording], problem: Problem, fits: Sequence[Fit]) -> Array:

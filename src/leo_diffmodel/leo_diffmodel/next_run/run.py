@@ -19,12 +19,19 @@ class Run:
         about: what it does, in words.
         inputs: of each control period [V or N m], shape (N, A).
         enabled: motors on (False: free, no current) in each period, shape (N,).
+        start: pose of the robot that it begins in; '' takes the one the robot starts in.
     """
 
     name: str
     about: str
     inputs: Array
     enabled: Array
+    start: str = ''
+
+    @property
+    def times(self) -> float:
+        """How many times as long it is as what is simulated of it."""
+        return 1.0
 
     @property
     def count(self) -> int:

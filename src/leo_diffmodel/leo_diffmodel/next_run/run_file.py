@@ -4,6 +4,7 @@
     # leo run file
     # robot: pendulum
     # run: kick and let go
+    # start: hanging               (may be left out: then where the robot starts)
     time [s],pivot [V],torque
     0.00,0.300,on
     0.05,0.300,on
@@ -25,6 +26,7 @@ import numpy as np
 
 from leo_diffmodel.next_run.run import Run
 from leo_msgs_py.errors import UserError
+from leo_sim.names import nearest
 from leo_sim.robot import Robot
 
 FIRST = '# leo run file'
@@ -44,6 +46,7 @@ class RunFile:
         time: of each row [s], shape (N,), increasing from 0.
         inputs: shape (N, A).
         enabled: motors on, shape (N,).
+        start: pose that it begins in, '' where none is named.
     """
 
     robot: str
@@ -53,12 +56,13 @@ class RunFile:
     time: np.ndarray
     inputs: np.ndarray
     enabled: np.ndarray
+    start: str = ''
 
     def run_for(self, robot: Robot) -> Run:
         """The run in control periods of a robot, inputs within its limits, actuators in order.
 
         Raises:
-            UserError: made for other actuators or another unit.
+            UserError: made for other actuators, another unit or another robot's start pose.
         """
         wanted = tuple(a.joint for a in robot.actuators)
         if set(wanted) != set(self.actuators) or self.unit != UNITS[robot.input]:
@@ -66,12 +70,15 @@ class RunFile:
                 f'the run has inputs {", ".join(self.actuators)} in {self.unit}, {robot.name} '
                 f'takes {", ".join(wanted)} in {UNITS[robot.input]}; leo next writes one for it'
             )
+        if self.start and self.start not in robot.start_poses:
+            raise UserError(f'the run begins in {self.start!r}, a start pose that {robot.name} '
+                            f'does not have{nearest(self.start, robot.start_poses)}')
         count = max(1, round(self.time[-1] / robot.control_period))
         at = np.arange(count) * robot.control_period + 1e-6
         row = np.searchsorted(self.time, at, side='right') - 1
         order = [self.actuators.index(joint) for joint in wanted]
         inputs = np.clip(self.inputs[row][:, order], -robot.limits, robot.limits)
-        return Run(self.name, self.name, inputs, self.enabled[row])
+        return Run(self.name, self.name, inputs, self.enabled[row], self.start)
 
 
 def write_run(path: Path, run: Run, robot: Robot) -> Path:
@@ -84,6 +91,7 @@ def write_run(path: Path, run: Run, robot: Robot) -> Path:
         raise UserError(f'cannot write {path}: its folder is not there; make it first')
     names = [f'{a.joint} [{UNITS[robot.input]}]' for a in robot.actuators]
     lines = [FIRST, f'# robot: {robot.name}', f'# run: {run.name}', f'# {run.about}',
+             *([f'# start: {run.start}'] if run.start else ()),
              ','.join(['time [s]', *names, 'torque'])]  # fmt: skip
     ends = np.vstack([run.inputs, np.zeros((1, run.inputs.shape[1]))])
     for k, row in enumerate(ends):
@@ -124,7 +132,7 @@ def read_run(path: Path) -> RunFile:
     _check_times(path, time, [n for n, _ in table[1:]])
     return RunFile(
         notes.get('robot', ''), notes.get('run', path.stem), units[0], tuple(actuators), time,
-        np.array([r[1] for r in rows]), np.array([r[2] for r in rows]),
+        np.array([r[1] for r in rows]), np.array([r[2] for r in rows]), notes.get('start', ''),
     )  # fmt: skip
 
 

@@ -12,27 +12,38 @@ from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain import shooting
 from leo_diffmodel.explain.fit import Fit
-from leo_diffmodel.explain.pose import LEAST_SAMPLES, SEARCH_SECONDS
+from leo_diffmodel.explain.pose import (
+    GROUND_SAMPLES,
+    GROUND_SECONDS,
+    LEAST_SAMPLES,
+    SEARCH_SECONDS,
+)
 from leo_sim.model import Model
 
 Array = np.ndarray
-MOST_WINDOWS = 40
+MOST_WINDOWS, ROUNDS = 40, 4
+MOST_OF_WINDOW = 6.0
+"""Nats that one window on the ground may say: a contact that flips says thousands for nothing."""
 
 
-def windows_of(runs: Sequence[Recording], period: float) -> tuple[Windows, Array]:
+def windows_of(
+    runs: Sequence[Recording], period: float, on_ground: bool = False, most: int = MOST_WINDOWS
+) -> tuple[Windows, Array]:
     """Short windows of every run, some of each, and how many each of them stands for.
 
     Returns:
         the windows, `source` the number of the run, and their weights, shape (W,).
     """
     seconds = max(SEARCH_SECONDS, LEAST_SAMPLES * period)
+    if on_ground:
+        seconds = max(GROUND_SECONDS, GROUND_SAMPLES * period)
     windows = cut(runs, seconds, history=noise.HISTORY)
     kept, weight = [], []
     for run in range(len(runs)):
         own = np.flatnonzero(windows.source == run)
         if not own.size:
             continue
-        some = own[np.linspace(0, len(own) - 1, min(len(own), MOST_WINDOWS)).astype(int)]
+        some = own[np.linspace(0, len(own) - 1, min(len(own), most)).astype(int)]
         kept.append(some)
         weight.append(np.full(len(some), len(own) / len(some)))
     return windows.take(np.concatenate(kept)), np.concatenate(weight)
@@ -56,27 +67,44 @@ def separable(
     Returns:
         shape (runs,).
     """
-    windows, weight = windows_of(runs, period)
+    on_ground = bool(base.robot.contacts)
+    windows, weight = windows_of(runs, period, on_ground)
     noises = np.tile(sigma, (len(runs), 1))
     linear = shooting.linearise(
         base, windows, noises, other.hypothesis, other.theta, windows.measured[:, 0]
     )
     rest, by_theta, _, _ = shooting.eliminate(linear)
     prior = np.linalg.pinv(other.covariance) if other.theta.size else np.zeros((0, 0))
-    out = []
+    most, out = MOST_OF_WINDOW if on_ground else np.inf, []
     for run in range(len(runs)):
         own = windows.source == run
-        out.append(_least(rest[own], by_theta[own], weight[own], prior))
+        out.append(_least(rest[own], by_theta[own], weight[own], prior, most))
     return np.array(out)
 
 
-def _least(rest: Array, by_theta: Array, weight: Array, prior: Array) -> float:
-    """Half the squared residual where the parameters are best [nats]."""
+def _least(rest: Array, by_theta: Array, weight: Array, prior: Array, most: float) -> float:
+    """Half the squared residual where the parameters are best, `most` in a window [nats].
+
+    Windows that say more have as much less say in where that is.
+    """
+    step, heard, found = np.zeros(by_theta.shape[-1]), weight, np.inf
+    for _ in range(ROUNDS if np.isfinite(most) else 1):
+        step = _best(rest, by_theta, heard, prior)
+        each = _nats(rest, by_theta, step)
+        total = float(weight @ np.minimum(each, most)) + 0.5 * float(step @ prior @ step)
+        found, heard = min(found, total), weight * np.minimum(1.0, most / np.maximum(each, 1e-12))
+    still = float(weight @ np.minimum(_nats(rest, by_theta, np.zeros_like(step)), most))
+    return min(found, still)
+
+
+def _nats(rest: Array, by_theta: Array, step: Array) -> Array:
+    return np.asarray(0.5 * ((rest - by_theta @ step) ** 2).sum(axis=-1))
+
+
+def _best(rest: Array, by_theta: Array, weight: Array, prior: Array) -> Array:
+    """The step of the parameters that leaves least."""
     matrix = np.einsum('w,wnp,wnq->pq', weight, by_theta, by_theta) + prior
     slope = np.einsum('w,wnp,wn->p', weight, by_theta, rest)
-    total = 0.5 * float(np.einsum('w,wn,wn->', weight, rest, rest))
-    if not len(slope):
-        return total
     size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    step = np.linalg.lstsq(matrix / np.outer(size, size), slope / size, rcond=None)[0]
-    return max(total - 0.5 * float(slope / size @ step), 0.0)
+    return np.asarray(np.linalg.lstsq(matrix / np.outer(size, size), slope / size, rcond=None)[0]
+                      / size)  # fmt: skip

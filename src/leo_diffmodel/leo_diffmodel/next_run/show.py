@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,12 +13,15 @@ from leo_diffmodel.check.amplitudes import needed
 from leo_diffmodel.check.traces import scan_all
 from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.fit import Problem
+from leo_diffmodel.explain.footing import settled
 from leo_diffmodel.explain.threshold import LEAST_NATS
-from leo_diffmodel.next_run.separate import windows_of
+from leo_diffmodel.next_run.separate import MOST_WINDOWS, windows_of
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
 Array = np.ndarray
+ON_GROUND = 20
+"""Windows of each run on the ground."""
 
 
 def shown(
@@ -39,12 +43,16 @@ def shown(
         extra: a user's own effects.
     """
     wanted = [c for c in candidates(model, extra) if c.label in labels]
-    windows, weight = windows_of(runs, period)
+    on_ground = bool(model.robot.contacts)
+    windows, weight = windows_of(runs, period, on_ground, ON_GROUND if on_ground else MOST_WINDOWS)
     out = []
     for run in range(len(runs)):
         own = windows.source == run
         part = windows.take(own)
         problem = Problem(model, part, np.tile(sigma, (len(runs), 1)), np.ones(own.sum(), bool))
+        if on_ground:
+            kept, footing = settled(model, part, problem.sigma)
+            problem = replace(problem.take(kept), footing=footing)
         out.append([s.nats.max() * weight[own].mean() for s in scan_all(problem, model, wanted)])
     return np.array(out)
 

@@ -33,9 +33,7 @@ class RobotFacts:
     def poll(self) -> dict[str, str]:
         """Return what is known by now and ask again; the answer counts at the next call."""
         if self._future is not None and self._future.done():
-            answer = self._future.result()
-            self._known.update(_named(answer.values))
-            self._known.update(_held(self._known))
+            self._known.update(facts_of(self._future.result().values))
             self._future = None
         self._forget_unanswered()
         if self._future is None and self._client.service_is_ready():
@@ -50,9 +48,11 @@ class RobotFacts:
             self._future = None
 
 
-def _named(values: Any) -> dict[str, str]:
+def facts_of(values: Any) -> dict[str, str]:
+    """What the values (rcl_interfaces/ParameterValue) of `FACTS` say, and whether it is held."""
     found = {name: _text(value) for name, value in zip(FACTS, values, strict=False)}
-    return {name: text for name, text in found.items() if text}
+    known = {name: text for name, text in found.items() if text}
+    return known | held_in(known)
 
 
 def _text(value: Any) -> str:
@@ -67,7 +67,7 @@ def _text(value: Any) -> str:
     return str([float(x) for x in content]) if value.type == 8 else str(content)
 
 
-def _held(facts: dict[str, str]) -> dict[str, str]:
+def held_in(facts: dict[str, str]) -> dict[str, str]:
     """Return whether the base is fixed in the start pose, nothing for a robot not known here."""
     from leo_sim.robot import load_robot
 

@@ -11,7 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.errors import predict_windows
 from leo_diffmodel.compare.noise import HISTORY
-from leo_diffmodel.compare.torque import estimate, MissingTorque, telling, window_seconds
+from leo_diffmodel.compare.torque import estimate, MissingTorque, trusted, window_seconds
 from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit
@@ -59,9 +59,8 @@ def trace(recordings: Sequence[Recording], found: Search) -> Curves:
     base, sigma = found.problem.base, found.problem.sigma
     model = found.null.hypothesis.model(base, found.null.theta)
     windows = _windows(recordings)
-    measured = estimate(model, windows, sigma)
-    shown = telling(measured, model)
-    measured, windows = measured.take(shown), windows.take(shown)
+    measured = trusted(estimate(model, windows, sigma), model)
+    windows = measured.windows
     curves = []
     for name, fitted in _leading(found):
         supposed = fitted.hypothesis.model(base, fitted.theta)

@@ -67,7 +67,7 @@ def _counts(arguments: argparse.Namespace) -> dict[str, int]:
 
 def _walker(arguments: argparse.Namespace) -> Path | None:
     """The folder of the robot with contacts that was asked for."""
-    from leo_sim.motions import check_walker
+    from leo_sim.motions import check_motion, MOTIONS
     from leo_sim.robot import load_robot
 
     if arguments.robot is None:
@@ -76,7 +76,8 @@ def _walker(arguments: argparse.Namespace) -> Path | None:
     if not robot.contacts:
         raise UserError(f'leo blind: --robot takes a walker, and {robot.name} touches no ground; '
                         'without --robot all robots without contact are drawn')  # fmt: skip
-    check_walker(robot)
+    for motion in MOTIONS:
+        check_motion(robot, motion)
     return robot.folder.resolve()
 
 

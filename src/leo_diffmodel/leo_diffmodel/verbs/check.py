@@ -9,16 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.table import Table
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import read_topic_map
 from leo_diffmodel.verbs import common
+from leo_diffmodel.verbs.check_text import show
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
-    from leo_diffmodel.check.amplitudes import Reach
     from leo_diffmodel.check.check import Bag, Check
 
 EXAMPLES = (
@@ -26,8 +25,6 @@ EXAMPLES = (
     'leo check bags/run1 bags/run2 --model pendulum --json',
     'leo check bags/arm --model my_arm --topic-map arm_topics.yaml -o out/check',
 )
-COLOURS = {'ok': 'green', 'warning': 'yellow', 'error': 'red'}
-PAIRS_SHOWN = 8
 
 
 def main(argv: list[str]) -> int:
@@ -47,7 +44,7 @@ def main(argv: list[str]) -> int:
     if arguments.json:
         print(json.dumps(result.to_json()))
     else:
-        _show(result, Console())
+        show(result, Console())
         _point_on(arguments, folder, result)
     return 0 if result.is_good else 1
 
@@ -84,97 +81,6 @@ def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
             other = None
         out.append(Bag(recording, other, as_read.hold))
     return out
-
-
-def _show(result: Check, console: Console) -> None:
-    _findings(result, console)
-    if result.excitation:
-        console.print(_excitation_table(result))
-    if result.reaches:
-        console.print(_effects_table(result))
-        _pairs(result, console)
-
-
-def _findings(result: Check, console: Console) -> None:
-    bags = dict.fromkeys(f.bag for f in result.findings)
-    several = len([b for b in bags if b]) > 1
-    for finding in result.findings:
-        bag = f'{Path(finding.bag).name}: ' if several and finding.bag else ''
-        text = f'[{COLOURS[finding.severity]}]{finding.severity:7}[/] {bag}{finding.what}'
-        if finding.todo and finding.severity != 'ok':
-            text += f'\n   [bold]->[/bold] {finding.todo}'
-        console.print(text, highlight=False)
-
-
-def _excitation_table(result: Check) -> Table:
-    table = Table(title='what each joint was put through')
-    for column in ('joint', 'angle [rad]', 'speed [rad/s]', 'input', 'moving', 'motor off'):
-        table.add_column(column, justify='left' if column == 'joint' else 'right')
-    for row in result.excitation:
-        table.add_row(
-            row.joint, _span(row.angle), _span(row.rate),
-            '-' if row.input is None else f'{_span(row.input)} {row.unit}',
-            f'{100 * row.moving:.0f} %', f'{row.free:.1f} s',
-        )  # fmt: skip
-    return table
-
-
-def _effects_table(result: Check) -> Table:
-    table = Table(
-        title=f'what these {result.seconds:.0f} s can say about each effect (sizes are changes '
-        'from the model)',
-        caption='found, named: smallest size that is, in 19 runs of 20; seconds: data like these '
-        'that it takes to name the effect at the size in the column before',
-    )
-    for column in ('effect', 'found from', 'named from', 'unit', 'size', 'seconds', 'most like'):
-        table.add_column(column, justify='left' if column in ('effect', 'unit', 'most like')
-                         else 'right')  # fmt: skip
-    for row in sorted(result.reaches, key=lambda r: r.seconds_to_name or 1e9):
-        table.add_row(
-            row.label, _number(row.detectable), _number(row.nameable), row.unit,
-            _number(row.typical), _seconds(row.seconds_to_name), _like(row, result.seconds),
-        )  # fmt: skip
-    return table
-
-
-def _pairs(result: Check, console: Console) -> None:
-    from leo_diffmodel.check.pairs import groups
-
-    close = [p for p in result.pairs if not p.same_thing]
-    same = '; '.join(' = '.join(group) for group in groups(result.pairs))
-    if same:
-        console.print(f'the same thing in data of this kind, named together: {same}')
-    for pair in close[:PAIRS_SHOWN]:
-        more = 'no length of it' if pair.seconds is None else f'{pair.seconds:.0f} s'
-        console.print(
-            f'hard to tell apart at those sizes: {pair.a} and {pair.b} '
-            f'({_nats(pair.separable_nats)}; {more} would do)', highlight=False,
-        )  # fmt: skip
-    if len(close) > PAIRS_SHOWN:
-        console.print(f'… and {len(close) - PAIRS_SHOWN} more such pairs (--json lists them)')
-
-
-def _like(row: Reach, seconds: float) -> str:
-    if row.seconds_to_detect is None or row.seconds_to_detect > seconds:
-        return 'does not show at that size'
-    name, nats = row.nearest
-    return f'{name} ({_nats(nats)})'
-
-
-def _nats(nats: float) -> str:
-    return 'over 1000 nats' if nats > 1000 else f'{nats:.1f} nats'
-
-
-def _seconds(value: float | None) -> str:
-    return '-' if value is None else 'under 1' if value < 1 else f'{value:.0f}'
-
-
-def _span(limits: tuple[float, float]) -> str:
-    return f'{limits[0]:.3g} … {limits[1]:.3g}'
-
-
-def _number(value: float | None) -> str:
-    return '-' if value is None else f'{value:.2g}' if value < 100 else f'{value:.0f}'
 
 
 def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Check) -> None:

@@ -62,7 +62,7 @@ def show(result: Explanation) -> None:
     if result.hypotheses:
         table = Table(title='hypotheses, best first')
         for column in ('effect', 'parameters', 'gain train / held out [nats]'):
-            table.add_column(column)
+            table.add_column(column, overflow='fold')
         for row in result.hypotheses[:SHOWN]:
             table.add_row(f'{row["name"]}:{row["where"]}', _values(row), _gains(row))
         console.print(table)
@@ -137,3 +137,5 @@ def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explan
         print(f'wrote {folder}/explain.json and report.html')
     if folder and (result.effects or (result.unknown and result.unknown.source)):
         print(f'next: leo add {arguments.model} --from {folder}/explain.json -o repaired.yaml')
+    elif folder and result.verdict == 'fine' and result.not_testable:
+        print(f'next: {common.same_bags("next", arguments)} --explain {folder}')

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 import json
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
@@ -23,16 +24,18 @@ if TYPE_CHECKING:
 EXAMPLES = (
     'leo next bags/run1 --model pendulum                      # explains the bag first',
     'leo next bags/run1 --model pendulum --explain out/explain -o next.csv',
-    'leo play next.csv                                        # on the robot, while recording',
+    'leo play next.csv --bag bags/run2                        # on the robot',
 )
-PAIRS_SHOWN = 3
+PAIRS_SHOWN, OPTIONS_SHOWN, POINTS_SHOWN = 3, 8, 12
 LONGEST = 600.0
 NEEDED = {'effects', 'not_testable', 'provenance'}
 
 
 def main(argv: list[str]) -> int:
     """Run `leo next`; exit status 0, or 1 where no run of the menu helps."""
+    from leo_diffmodel.next_run.motions import MotionRun
     from leo_diffmodel.next_run.proposal import propose
+    from leo_diffmodel.next_run.run import Run
     from leo_diffmodel.next_run.run_file import write_run
 
     arguments = _parser().parse_args(argv)
@@ -46,12 +49,15 @@ def main(argv: list[str]) -> int:
     answer = _answer(arguments, recordings, model, own)
     with common.progress('choosing a run') as told:
         found = propose(recordings, model, answer, own, arguments.seconds, told)
-    if found.best:
-        write_run(target, found.best.run, model.robot)
+    run = found.best and found.best.run
+    file = write_run(target, run, model.robot) if isinstance(run, Run) else None
+    play = f'play {file}' if file else run.command if isinstance(run, MotionRun) else None
     if arguments.json:
-        print(json.dumps(found.to_json() | {'file': str(target) if found.best else None}))
+        chosen = {'file': str(file) if file else None, 'play': play}
+        print(json.dumps(found.to_json() | chosen))
     else:
-        _show(found, answer, target, arguments.seconds)
+        _show(found, answer, arguments.seconds)
+        _point_on(file, play)
     return 0 if found.best or found.aim == 'nothing' else 1
 
 
@@ -119,22 +125,27 @@ def _check(path: Path, answer: Any, recordings: list[Recording]) -> None:
             raise UserError(f'{path} is not about {recording.path}; give the bags it explained')
 
 
-def _show(found: Proposal, answer: dict[str, Any], target: Path, seconds: float) -> None:
+def _show(found: Proposal, answer: dict[str, Any], seconds: float) -> None:
     console = Console()
     console.print(f'[bold]{answer["verdict"]}[/bold]: {answer["sentence"]}', highlight=False)
     if found.aim == 'nothing':
         return _say_nothing(answer, console)
     about = {'separate': 'nothing here tells these apart', 'show': 'these could not be tested'}
-    console.print(f'{about[found.aim]}: {"; ".join([*found.points, *found.hopeless])}')
+    console.print(f'{about[found.aim]}: {_listed([*found.points, *found.hopeless])}')
     if found.points:
         console.print(_table(found))
     if found.hopeless:
-        console.print(f'no run of the menu helps with: {"; ".join(found.hopeless)}')
-    if found.best is None:
-        return None
-    console.print(_sentence(found, found.best, seconds), highlight=False)
-    print(f'wrote {target}\nnext: leo play {target}    (on the robot, while it is recorded)')
+        console.print(f'no run of the menu helps with: {_listed(found.hopeless)}')
+    if found.best is not None:
+        console.print(_sentence(found, found.best, seconds), highlight=False)
     return None
+
+
+def _point_on(file: Path | None, play: str | None) -> None:
+    if file:
+        print(f'wrote {file}')
+    if play:
+        print(f'next: leo {play} --bag BAG    (on the robot; BAG is to be written)')
 
 
 def _say_nothing(answer: dict[str, Any], console: Console) -> None:
@@ -162,7 +173,14 @@ def _sentence(found: Proposal, best: Option, seconds: float) -> str:
     return f'{told}; more are needed to be sure: record {longer:.0f} s of it (--seconds)'
 
 
+def _listed(points: Sequence[str]) -> str:
+    more = f' and {len(points) - POINTS_SHOWN} more (--json)' if len(points) > POINTS_SHOWN else ''
+    return '; '.join(points[:POINTS_SHOWN]) + more
+
+
 def _table(found: Proposal) -> Table:
+    if found.aim == 'show' and len(found.points) > PAIRS_SHOWN:
+        return _counts(found)
     kind = 'nats apart' if found.aim == 'separate' else 'nats of evidence'
     table = Table(title=f'menu, best first; predicted {kind}')
     table.add_column('run')
@@ -170,10 +188,32 @@ def _table(found: Proposal) -> Table:
     for point in found.points[:PAIRS_SHOWN]:
         table.add_column(point, justify='right')
     table.add_column('what it does')
-    for option in found.options:
+    for option in found.options[:OPTIONS_SHOWN]:
         nats = [_number(n) for n in option.nats[:PAIRS_SHOWN]]
-        about = f'left out: {option.unsafe}' if option.unsafe else option.run.about
-        table.add_row(option.run.name, _number(min(option.nats)), *nats, about)
+        table.add_row(option.run.name, _number(min(option.nats)), *nats, _about(option))
+    return _cut(table, found)
+
+
+def _counts(found: Proposal) -> Table:
+    from leo_diffmodel.next_run.show import is_shown
+
+    table = Table(title='menu, best first')
+    table.add_column('run')
+    table.add_column(f'would show, of {len(found.points)}', justify='right')
+    table.add_column('what it does')
+    for option in found.options[:OPTIONS_SHOWN]:
+        shown = sum(bool(is_shown(n)) for n in option.nats)
+        table.add_row(option.run.name, str(shown), _about(option))
+    return _cut(table, found)
+
+
+def _about(option: Option) -> str:
+    return f'left out: {option.unsafe}' if option.unsafe else option.run.about
+
+
+def _cut(table: Table, found: Proposal) -> Table:
+    if len(found.options) > OPTIONS_SHOWN:
+        table.caption = f'and {len(found.options) - OPTIONS_SHOWN} more (--json lists them)'
     return table
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -19,6 +20,8 @@ from leo_diffmodel.verbs.explain import show, write
 from leo_msgs_py.errors import UserError
 from leo_sim.model_file import save_model
 
+MOST_ACROSS = 6
+"""States that a table shows side by side."""
 EXAMPLES = (
     'leo repair bags/run1 --model pendulum -o out/repair',
     'leo repair bags/run1 bags/run2 --hold-out bags/run3 --model pendulum -o out/repair',
@@ -61,14 +64,19 @@ def _print(result: Explanation, rows: list[dict], folder: Path, target: Path) ->
     show(result)
     if rows:
         names = [f'{s["name"]} [{s["unit"]}]' for s in result.errors['states']]
+        cells = [['model', *names], *([row['model'], *_pairs(row)] for row in rows)]
+        if len(names) > MOST_ACROSS:
+            cells = [list(column) for column in zip(*cells, strict=True)]
         table = Table(title=f'held-out error {rows[0]["seconds"]:.2g} s ahead, rms / median')
-        table.add_column('model')
-        for name in names:
-            table.add_column(name, justify='right')
-        for row in rows:
-            pairs = zip(row['rmse'], row['median'], strict=True)
-            table.add_row(row['model'], *[f'{r:.3g} / {m:.3g}' for r, m in pairs])
+        for column, name in enumerate(cells[0]):
+            table.add_column(name, justify='right' if column else 'left')
+        for line in cells[1:]:
+            table.add_row(*line)
         Console().print(table)
     print(f'wrote {target}, {folder}/explain.json and {folder}/report.html')
     verb = 'learn' if result.model.robot.reward else 'compare BAG'
     print(f'next: leo {verb} --model {target}')
+
+
+def _pairs(row: dict[str, Any]) -> list[str]:
+    return [f'{r:.3g} / {m:.3g}' for r, m in zip(row['rmse'], row['median'], strict=True)]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`leo play`: run a policy or a run file on a model, or on the running robot."""
+"""`leo play`: run a policy, a run file or a motion on a model, or on the running robot."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 import json
@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.next_run.run_file import is_run_file
+from leo_learner.verbs.play_motion import is_motion, motion_text, play_motion, unknown
 from leo_learner.verbs.play_run import play_run, run_text
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
@@ -27,53 +28,75 @@ EXAMPLES = """\
   leo play runs/ideal/policy.safetensors --model leo --difference run/difference-001.safetensors
   leo play runs/ideal/policy.safetensors                 (on the robot: leo run leo_sim robot)
   leo play runs/ideal/policy.safetensors --collect 5000  (with noise, to record a rollout)
-  leo play next_run.csv                                  (the run that leo next proposed)"""
+  leo play next_run.csv --bag bags/next                  (the run that leo next proposed)
+  leo play swinging --seconds 6 --bag bags/hang          (a motion on the robot, recorded)
+  leo play stepping --seed 3 --model leo --bag ideal     (a motion on a model)"""
+
+LONGEST = 3600.0
 
 
 def main(argv: list[str]) -> int:
-    """Play episodes without noise, print returns and how far it walked; or play a run file."""
-    parser = Parser('leo play', 'Run a policy, or a run file, on the robot or on a model.',
+    """Play episodes and print returns and how far it walked; or a run file, or a motion."""
+    parser = Parser('leo play', 'Run a policy, a run file or a motion, on the robot or a model.',
                     EXAMPLES)  # fmt: skip
     parser.add_argument('policy', type=Path, metavar='POLICY',
-                        help='policy.safetensors of leo learn, the name of a shipped one, or a '
-                             'run file (.csv) of leo next')
+                        help='policy.safetensors of leo learn, the name of a shipped one, a run '
+                             'file (.csv) of leo next, or a motion of a walker: swinging '
+                             '(hanging), standing, stepping (with its falls)')
     parser.add_argument('--model', metavar='M', help='model file or robot; without it the robot')
     parser.add_argument('--difference', type=Path, metavar='FILE',
                         help='correct M by this difference model, and say where its data end')
     parser.add_argument('--bag', type=Path, metavar='DIR',
-                        help='write what M did to a bag; without --model M is the ideal robot')
+                        help='write what it did to a bag: what M did, and without --model what '
+                             'the ideal robot did under a policy, or the running one otherwise')
     parser.add_argument('--episodes', type=int, default=1, metavar='N')
     parser.add_argument('--collect', type=int, metavar='STEPS', help='drive STEPS with noise')
-    parser.add_argument('--seed', type=int, default=0, metavar='S', help='of random starts')
+    parser.add_argument('--seconds', type=float, metavar='T', help='length of a motion (10)')
+    parser.add_argument('--seed', type=int, default=0, metavar='S',
+                        help='of random starts, and of the figures of a motion')
     parser.add_json()
     options, rest = parser.parse_known_args(argv)
     if rest and rest[0] != '--ros-args':
         raise UserError(f'leo play: unknown argument {rest[0]!r}; see leo play --help')
+    _check(options)
+    result, text = _played_by(options, rest)
+    print(json.dumps(result) if options.json else text(result))
+    return 0 if result.get('complete', True) else 1
+
+
+def _check(options: Any) -> None:
+    run, motion = is_run_file(options.policy), is_motion(str(options.policy))
     if options.episodes < 1 or (options.collect is not None and options.collect < 1):
         raise UserError('leo play: --episodes and --collect take 1 or more')
-    if options.bag and is_run_file(options.policy):
-        raise UserError('leo play: --bag takes a policy; record a run file with leo bag record')
+    if options.seconds is not None and not (motion and 0 < options.seconds <= LONGEST):
+        raise UserError('leo play: --seconds is the length of a motion, above 0 and up to '
+                        f'{LONGEST:g} s')  # fmt: skip
+    if options.bag and run and options.model:
+        raise UserError('leo play: --bag records a run file on the robot, not on a model')
     if options.bag and options.bag.exists():
         raise UserError(f'{options.bag} exists; choose another folder for --bag')
-    if options.difference and (not options.model or is_run_file(options.policy)):
+    if options.difference and (not options.model or run):
         raise UserError('leo play: --difference corrects a model under a policy; give --model M')
+    if options.collect and run:
+        raise UserError('leo play: --collect takes a policy; a run file is played as it is')
+
+
+def _played_by(options: Any, ros_args: list[str]) -> tuple[dict[str, Any], Callable[..., str]]:
     if is_run_file(options.policy):
-        if options.collect:
-            raise UserError('leo play: --collect takes a policy; a run file is played as it is')
-        result = play_run(options, rest)
-        print(json.dumps(result) if options.json else run_text(result))
-        return 0 if result['complete'] else 1
-    result = _play(options, rest)
-    print(json.dumps(result) if options.json else _text(result))
-    return 0
+        return play_run(options, ros_args), run_text
+    if is_motion(str(options.policy)):
+        return play_motion(options, ros_args), motion_text
+    return _play(options, ros_args), _text
 
 
 def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     from leo_learner.collect import collect, play
-    from leo_learner.policy import Policy
+    from leo_learner.policy import Policy, shipped
     from leo_learner.walk import Recorded, Walk, walks
     from leo_sim.model_file import load_model
 
+    if not options.policy.is_file() and str(options.policy) not in shipped():
+        raise unknown(str(options.policy), shipped())
     policy = Policy.load(options.policy)
     if options.bag and not options.model:
         options.model = policy.robot

@@ -3,15 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
-
-from rich.console import Console
-from rich.progress import Progress
 
 from leo_diffmodel.next_run.run import Run
 from leo_diffmodel.next_run.run_file import read_run
+from leo_learner.verbs.common import playing
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
@@ -34,7 +31,7 @@ def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
         'seconds': run.count * model.robot.control_period,
     }  # fmt: skip
     player = _on_model if options.model else _on_robot
-    return told | player(run, model, options.episodes, ros_args)
+    return told | player(run, model, options, ros_args)
 
 
 def run_text(result: dict[str, Any]) -> str:
@@ -43,15 +40,16 @@ def run_text(result: dict[str, Any]) -> str:
         return 'the robot was restarted meanwhile: only part of the run was played; play it again'
     played = f'"{result["name"]}" played on {result["on"]}: {result["seconds"]:.1f} s'
     if 'ranges' not in result:
-        return f'{played}\nnext: leo explain with the bag before and the new one together'
+        wrote = f'wrote {result["bag"]}\n' if 'bag' in result else ''
+        return f'{played}\n{wrote}next: leo explain with the bag before and the new one together'
     ranges = [f'{name} {low:.3g} … {high:.3g}' for name, (low, high) in result['ranges'].items()]
     return '\n'.join([played, *ranges])
 
 
-def _on_model(run: Run, model: Model, times: int, _: list[str]) -> dict[str, Any]:
+def _on_model(run: Run, model: Model, options: Any, _: list[str]) -> dict[str, Any]:
     from leo_learner.run_player import on_model
 
-    with _progress(run.count) as tell:
+    with playing(run.count) as tell:
         seen = on_model(run, model, tell)
     joints = model.robot.joint_names
     names = [f'{j} [rad]' for j in joints] + [f'{j} [rad/s]' for j in joints]
@@ -59,25 +57,27 @@ def _on_model(run: Run, model: Model, times: int, _: list[str]) -> dict[str, Any
     return {'complete': True, 'ranges': {n: [float(a), float(b)] for n, a, b in spans}}
 
 
-def _on_robot(run: Run, model: Model, times: int, ros_args: list[str]) -> dict[str, Any]:
-    from leo_learner.robot_env import RobotEnv
+def _on_robot(run: Run, model: Model, options: Any, ros_args: list[str]) -> dict[str, Any]:
     from leo_learner.run_player import RobotPlayer
+    from leo_learner.running_robot import RunningRobot
     from leo_msgs_py.node import api
 
-    node = api.create_node('play', ros_args)
-    player = RobotPlayer(node, RobotEnv(node, model.robot))
+    running = RunningRobot(ros_args)
     try:
-        with _progress(run.count * times) as tell:
-            complete = all(player.play(run, tell) for _ in range(times))
+        if run.start or options.bag:
+            _make_ready(running, run, options.policy)
+        player = RobotPlayer(running.node, running.env(model.robot))
+        with running.recorded(options.bag), playing(run.count * options.episodes) as tell:
+            complete = all(player.play(run, tell) for _ in range(options.episodes))
     finally:
         api.shutdown()
-    return {'complete': complete}
+    return {'complete': complete} | ({'bag': str(options.bag)} if options.bag else {})
 
 
-@contextmanager
-def _progress(steps: int) -> Iterator[Callable[[], None]]:
-    """A bar with the time left, on stderr."""
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task('playing', total=steps)
-        yield lambda: bar.advance(task)
+def _make_ready(running: Any, run: Run, file: Path) -> None:
+    """See which robot is there, and put it where the run begins."""
+    robot = running.ask()
+    if run.start and run.start not in robot.start_poses:
+        raise UserError(f'{file} begins in {run.start!r}; the robot {robot.name} has no such pose')
+    if run.start:
+        running.put(run.start)

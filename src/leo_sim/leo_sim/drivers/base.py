@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -83,6 +83,18 @@ class Driver(Protocol):
 
     def stop(self) -> None:
         """Leave the motors at 0 and close the device; safe to call twice."""
+
+
+@runtime_checkable
+class Placeable(Protocol):
+    """What a driver may have besides: start poses that are chosen while it runs."""
+
+    def start_in(self, pose: str) -> None:
+        """Begin anew in a start pose, as if restarted: its time is 0 again, resets go there.
+
+        Raises:
+            UserError: there is no such pose; the robot stays as it is.
+        """
 
 
 class EndOfRun(Exception):

@@ -72,6 +72,13 @@ class SimulatedDriver:
         self._begin()
         self.starts += 1
 
+    def start_in(self, pose: str) -> None:
+        """Begin anew in another start pose, at time 0; resets go there."""
+        self._state = self._model.start(pose, self._start_rng)
+        self._start_pose, self._ticks = pose, 0
+        self._measured = self._measure()
+        self.starts += 1
+
     def stop(self) -> None:
         """Motors at 0."""
         self._input = np.zeros_like(self._input)

@@ -48,7 +48,7 @@ def read_settings(node: Any) -> Settings:
     options = DriverOptions(
         robot=load_robot(given('robot', 'pendulum')),
         state_rate=_number('state_rate', given('state_rate', 0.0), 'Hz'),
-        start=given('start', 'nominal'),
+        start=node.declare_parameter('start', 'nominal').value,
         seed=_seed('seed', given('seed', 0)),
         noise=read_noise(given('noise', [0.0, 0.0])),
         engine=given('engine', 'pybullet'),

@@ -16,13 +16,14 @@ from typing import Any
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.messages import Bool, Clock, String, UInt32
+from leo_msgs_py.messages import Bool, Clock, SetParametersResult, String, UInt32
 from leo_msgs_py.node import api
 from leo_msgs_py.values import Command, JointStates, time_message
 from leo_sim.drivers import load_driver
-from leo_sim.drivers.base import EndOfRun, NotPossible
+from leo_sim.drivers.base import EndOfRun, NotPossible, Placeable
 from leo_sim.nodes.diagnostics import diagnostic_array, Health, robot_status
 from leo_sim.nodes.episode import episode_file, EpisodeNumber
+from leo_sim.nodes.greeting import COMMAND_TOPICS, greeting
 from leo_sim.nodes.pacing import run_lockstep, run_realtime
 from leo_sim.nodes.parameters import read_settings, Settings
 from leo_sim.safety import BadCommand, Safety
@@ -32,8 +33,6 @@ READER_GRACE = 0.5
 
 DISCOVERY_GRACE = 1.0
 """How long the very first state waits for somebody to find it [s]."""
-
-COMMAND_TOPICS = {'voltage': topics.VOLTAGE_COMMANDS, 'effort': topics.EFFORT_COMMANDS}
 
 
 class RobotNode:
@@ -85,6 +84,7 @@ class RobotNode:
         ):
             self._node.create_service(*service, partial(_answer, action))
         self._node.create_service(*topics.TORQUE, self._on_torque)
+        self._node.add_on_set_parameters_callback(self._on_parameters)
         api.wall_timer(self._node, 1.0, self._publish_diagnostics)
 
     def run(self) -> None:
@@ -162,10 +162,25 @@ class RobotNode:
 
     def _reset(self) -> str:
         self._driver.reset()
+        self._begin_anew()
+        return f'at the start pose, episode {self._episode.value}'
+
+    def _begin_anew(self) -> None:
         self._safety.release()
         self.commanded = False
         self.publish_state()
-        return f'at the start pose, episode {self._episode.value}'
+
+    def _on_parameters(self, parameters: list[Any]) -> Any:
+        """A new start pose is taken up at once."""
+        try:
+            for pose in (p.value for p in parameters if p.name == 'start'):
+                if not isinstance(self._driver, Placeable):
+                    raise UserError('this robot cannot take up a start pose by itself')
+                self._driver.start_in(pose)
+                self._begin_anew()
+        except UserError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
 
     def _e_stop(self) -> str:
         self._safety.e_stop()
@@ -210,27 +225,12 @@ def main(argv: list[str]) -> int:
     try:
         settings = read_settings(node)
         robot = RobotNode(node, settings)
-        for line in _greeting(settings, robot):
+        for line in greeting(settings, robot.info):
             node.get_logger().info(line)
         robot.run()
     finally:
         api.shutdown()
     return 0
-
-
-def _greeting(settings: Settings, robot: RobotNode) -> list[str]:
-    info = robot.info
-    pace = f'{settings.realtime_factor:g} x real time' if settings.realtime_factor else 'lockstep'
-    command = COMMAND_TOPICS[info.interface].name
-    zeros = ', '.join(['0.0'] * len(info.actuators))
-    return [
-        f'{settings.options.robot.name}, driver {settings.driver}, {pace}: states at '
-        f'{info.state_rate:g} Hz, one {info.interface} command each '
-        f'{info.control_period * 1e3:g} ms for {", ".join(info.actuators)}',
-        f'try: leo topic echo /joint_states; leo topic pub -r 20 /{command} '
-        f"std_msgs/msg/Float64MultiArray '{{data: [{zeros}]}}'; leo service call /robot/reset "
-        'std_srvs/srv/Trigger',
-    ]
 
 
 def _answer(action: Callable[[], str], _request: Any, response: Any) -> Any:

@@ -12,6 +12,8 @@ from leo_diffmodel.report import palette
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import percent, quantity
 
+MOST_ACROSS = 6
+"""States that a table shows side by side."""
 NOISE_ALONE = 1.2
 """Rms errors up to this many times the noise floor are put down to chance."""
 
@@ -19,13 +21,16 @@ NOISE_ALONE = 1.2
 def explained(errors: Mapping[str, Any]) -> Section:
     """Shares of the held-out squared error of the model as given, from the ladder of models.
 
-    Every state counts alike: its squared error is taken relative to that of the model as given.
+    Every state counts alike: its squared error is taken relative to that of the model as given,
+    or to the noise where that is more, as in a state that the effect does not reach.
     """
     *models, noise = errors['ladder']
     square = np.array([row['rmse'] for row in models]) ** 2
-    share = (square / square[0]).mean(axis=1)
+    whole = np.maximum(square[0], np.array(noise['rmse']) ** 2)
+    whole = whole * (square[0] / whole).mean()
+    share = (square / whole).mean(axis=1)
     gained = np.maximum(share[:-1] - share[1:], 0.0)
-    floor = float((np.minimum(np.array(noise['rmse']) ** 2, square[-1]) / square[0]).mean())
+    floor = float((np.minimum(np.array(noise['rmse']) ** 2, square[-1]) / whole).mean())
     if np.mean(square[-1] / np.array(noise['rmse']) ** 2) < NOISE_ALONE**2:
         floor = float(share[-1])
     rest = max(float(share[-1]) - floor, 0.0)
@@ -96,5 +101,6 @@ def _section(
         'parts': parts,
         'ladder': ladder,
         'states': states,
+        'tall': len(states) > MOST_ACROSS,
     }
     return Section('budget.html', values)

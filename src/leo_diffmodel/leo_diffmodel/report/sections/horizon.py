@@ -24,6 +24,8 @@ PLAIN = (
     'along, and in the reading.'
 )
 BELOW_FLOOR = 0.6
+MOST_FIGURES = 6
+"""Where there are more states, their rates are left to the JSON."""
 THIN, WIDE = 1.5, 2.5
 Row = Mapping[str, Any]
 Series = Mapping[str, tuple[list[list[float]], Stroke]]
@@ -105,11 +107,13 @@ def _section(
             f'rms error of {state["name"]} [{state["unit"]}]',
         )
         for i, state in enumerate(states)
+        if len(states) <= MOST_FIGURES or not state['name'].endswith(' rate')
     ]
     legend = [(name, stroke) for name, (_, stroke) in series.items()]
     values = {
         'legend': [*legend, ('noise floor', Stroke(palette.NOISE, 'dashed'))],
         'note': note,
         'floor_too_high': _floor_too_high(series, floor),
+        'left_out': len(states) - len(figures),
     }
     return Section('horizon.html', values, tuple(figures))

@@ -11,7 +11,7 @@ import numpy as np
 from leo_diffmodel.compare.conditions import folded, TURN
 from leo_diffmodel.compare.sizes import length_unit, torque_unit
 from leo_diffmodel.compare.torque import MissingTorque
-from leo_diffmodel.compare.where import STANDARD_ERRORS
+from leo_diffmodel.compare.where import FAR, STANDARD_ERRORS
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.figures import Line, torque
 from leo_diffmodel.report.section import Section
@@ -38,10 +38,11 @@ def section(missing: MissingTorque, robot: Robot, candidates: Sequence[Curve] = 
     figures: list[Any] = []
     rows = []
     for j in shown:
-        lines = _lines(candidates, j)
-        name, measured = robot.joint_names[j], missing.torque[:, j]
+        seen = missing.seen[:, j]
+        lines = _lines(candidates, j, seen)
+        name, measured = robot.joint_names[j], missing.torque[seen, j]
         of = torque_unit(robot, name)
-        new = [torque(v, measured, lines, a, of) for a, v in _variables(missing, robot, j)]
+        new = [torque(v[seen], measured, lines, a, of) for a, v in _variables(missing, robot, j)]
         rows.append((name, len(figures), len(figures) + len(new)))
         figures += new
     length = float(np.median(missing.windows.dt.sum(axis=1)))
@@ -58,17 +59,21 @@ def section(missing: MissingTorque, robot: Robot, candidates: Sequence[Curve] = 
 
 def _noise(missing: MissingTorque, robot: Robot, joint: int, several: bool) -> str:
     name = robot.joint_names[joint]
-    typical = float(np.median(missing.spread[:, joint]))
+    typical = float(np.median(missing.spread[missing.seen[:, joint], joint]))
     size = in_print(typical, 2, torque_unit(robot, name))
     return f'± {size} at {name}' if several else f'± {size}'
 
 
 def _lacking(missing: MissingTorque) -> list[int]:
     """Joints that lack more than noise, most first; the foremost where none does."""
-    square = ((missing.torque / missing.spread) ** 2).mean(axis=0)
-    order = [int(j) for j in np.argsort(-square)]
-    beyond = 1.0 + STANDARD_ERRORS * np.sqrt(2.0 / len(missing.time))
-    return [j for j in order if square[j] > beyond][:MOST_JOINTS] or order[:1]
+    count = missing.seen.sum(axis=0)
+    square = (missing.torque / missing.spread) ** 2
+    if missing.carrying is not None:
+        square = np.minimum(square, FAR)
+    mean = square.sum(axis=0) / np.maximum(count, 1)
+    order = [int(j) for j in np.argsort(-mean)]
+    beyond = 1.0 + STANDARD_ERRORS * np.sqrt(2.0 / np.maximum(count, 1))
+    return [j for j in order if mean[j] > beyond[j]][:MOST_JOINTS] or order[:1]
 
 
 def _variables(missing: MissingTorque, robot: Robot, joint: int) -> list[tuple[str, Array]]:
@@ -92,8 +97,8 @@ def _angle(name: str, q: Array) -> tuple[str, Array]:
     return f'{name} angle{within} [rad]', folded(q)
 
 
-def _lines(candidates: Sequence[Curve], joint: int) -> list[Line]:
+def _lines(candidates: Sequence[Curve], joint: int, seen: Array) -> list[Line]:
     return [
-        Line(c.label, c.torque[:, joint], stroke)
+        Line(c.label, c.torque[seen, joint], stroke)
         for c, stroke in zip(candidates, palette.CANDIDATES, strict=False)
     ]

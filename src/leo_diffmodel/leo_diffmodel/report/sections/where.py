@@ -20,10 +20,11 @@ from leo_diffmodel.report.worst import Stretch
 from leo_sim.model import Model
 
 WORST = 6
-MOST_JOINTS = 6
+MOST_JOINTS, LEAST_SHARE = 6, 0.005
 WINDOWS = 3
 MOST_EVENTS = 4
-ORDER = ('speed', 'direction', 'load', 'angle', 'position', 'turned', 'input', 'motor', 'time')
+ORDER = ('phase', 'speed', 'direction', 'load', 'angle', 'position', 'turned', 'input', 'motor',
+         'time')  # fmt: skip
 MODELS = (
     ('as given', Stroke(palette.BEFORE, 'solid')),
     ('repaired', Stroke(palette.AFTER, 'solid')),
@@ -44,11 +45,12 @@ def section(
     """
     names = numbered(recordings)
     joints = sorted(places.joints, key=lambda r: -r['share'])
+    shown = [j for j in joints[:MOST_JOINTS] if j['share'] >= LEAST_SHARE] or joints[:1]
     highest = max((_level(r) for r in places.rows), default=0.0)
     values = {
         'noise_only': places.noise_only,
-        'joints': [_joint(j, places.rows, highest, names) for j in joints[:MOST_JOINTS]],
-        'hidden': len(joints[MOST_JOINTS:]),
+        'joints': [_joint(j, places.rows, highest, names) for j in shown],
+        'hidden': len(joints) - len(shown),
         'worst': [_worst(r, names) for r in worst_places(places.rows)[:WORST]],
         'against': [_against(*found) for found in against_motion(places.rows)],
         'events': [_event(e, names) for e in places.events[:MOST_EVENTS]],

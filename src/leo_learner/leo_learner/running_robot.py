@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The running robot as `leo play` finds it: what it is, put into a pose, recorded meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+import sys
+from typing import Any
+
+from leo_diffmodel.bags.recorder import Recorder
+from leo_diffmodel.nodes.graph_recorder import GraphRecorder
+from leo_diffmodel.nodes.robot_facts import FACTS, facts_of, held_in
+from leo_learner.robot_env import RobotEnv, Stopped
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.messages import GetParameters, ParameterMessage, SetParameters
+from leo_msgs_py.node import api
+from leo_msgs_py.node.parameters import to_value_message
+from leo_sim.robot import load_robot, Robot
+
+FOUND_SECONDS = 10.0
+"""How long a robot is looked for."""
+ANSWER_SECONDS = 60.0
+"""How long one that is there may take to answer: it may be starting up."""
+
+
+class RunningRobot:
+    """The node `robot` beside ours.
+
+    Args:
+        ros_args: `--ros-args ...`.
+
+    Attributes:
+        node: ours.
+        facts: what the robot's node says about itself, as bags say it; by `ask`.
+    """
+
+    def __init__(self, ros_args: list[str]) -> None:
+        self.node = api.create_node('play', ros_args)
+        self.facts: dict[str, str] = {}
+
+    def ask(self) -> Robot:
+        """Which robot it is.
+
+        Raises:
+            UserError: there is none, or it does not say.
+        """
+        request = GetParameters.Request(names=list(FACTS))
+        self.facts = facts_of(self._call(GetParameters, 'robot/get_parameters', request).values)
+        if 'robot' not in self.facts:
+            raise UserError('the node /robot does not say which robot it is (parameter robot)')
+        return load_robot(self.facts['robot'])
+
+    def put(self, pose: str) -> None:
+        """Have it start in a pose from now on, unless it does.
+
+        Raises:
+            UserError: it starts elsewhere, and does not go there by itself.
+        """
+        if self.facts.get('start') == pose:
+            return
+        value = ParameterMessage(name='start', value=to_value_message(pose))
+        request = SetParameters.Request(parameters=[value])
+        (result,) = self._call(SetParameters, 'robot/set_parameters', request).results
+        if not result.successful:
+            raise UserError(
+                f'the robot starts in {self.facts.get("start")!r}, this begins in {pose!r}, and '
+                f'{result.reason}; put it there and start its node with -p start:={pose}'
+            )
+        self.facts['start'] = pose
+        self.facts |= held_in(self.facts)
+
+    def env(self, robot: Robot) -> RobotEnv:
+        """The robot as an environment."""
+        return RobotEnv(self.node, robot)
+
+    @contextmanager
+    def recorded(self, bag: Path | None) -> Iterator[None]:
+        """Record the graph into a bag as long as this lasts; nothing without a bag."""
+        if bag is None:
+            yield
+            return
+        recorder = Recorder(bag)
+        recorder.describe(self.facts)
+        recording = GraphRecorder(self.node, recorder)
+        recording.add_graph()
+        try:
+            yield
+        except KeyboardInterrupt:
+            print(f'stopped; {bag} holds what was done until then', file=sys.stderr)
+            raise
+        finally:
+            recording.close()
+
+    def _call(self, kind: Any, name: str, request: Any) -> Any:
+        client = self.node.create_client(kind, name)
+        try:
+            if not client.wait_for_service(FOUND_SECONDS):
+                raise UserError('no robot is running; start one (leo run leo_sim robot '
+                                '--ros-args -p robot:=leo) or name a model (--model leo)')
+            return api.call(self.node, client, request, ANSWER_SECONDS)
+        except TimeoutError as error:
+            if not api.ok():
+                raise Stopped from error
+            raise UserError(f'the robot does not answer: {error}') from error
+        finally:
+            self.node.destroy_client(client)

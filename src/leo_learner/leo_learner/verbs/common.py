@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the verbs of this package share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import Progress
+
+
+@contextmanager
+def playing(steps: int) -> Iterator[Callable[[], None]]:
+    """A bar with the time left, on stderr; what it yields is called after each of the steps."""
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task('playing', total=steps)
+        yield lambda: bar.advance(task)

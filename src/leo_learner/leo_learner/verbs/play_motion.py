@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The part of `leo play` that has a walker perform a scripted motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict
+from typing import Any
+
+from leo_learner.verbs.common import playing
+from leo_msgs_py.errors import UserError
+from leo_sim.motions import MOTIONS, Routine
+from leo_sim.names import nearest
+
+SECONDS = 10.0
+
+
+def is_motion(name: str) -> bool:
+    """Whether a name is that of a motion."""
+    return name in MOTIONS
+
+
+def unknown(name: str, policies: Iterable[str]) -> UserError:
+    """The error for a name that is neither a motion nor a policy."""
+    hint = nearest(name, [*MOTIONS, *policies])
+    return UserError(f'{name}: no such file, shipped policy or motion{hint}')
+
+
+def play_motion(options: Any, ros_args: list[str]) -> dict[str, Any]:
+    """Perform a motion on `--model`, or on the running robot, and record it to `--bag`.
+
+    Raises:
+        UserError: a robot that cannot do it, or none that runs.
+    """
+    if options.collect or options.difference or options.episodes != 1:
+        raise UserError(f'leo play: a motion takes --seconds and --seed ({options.policy})')
+    player = _on_model if options.model else _on_robot
+    told = {'motion': str(options.policy), 'seed': options.seed} | player(options, ros_args)
+    return told if options.bag is None else told | {'bag': str(options.bag)}
+
+
+def motion_text(result: dict[str, Any]) -> str:
+    """What was performed, in words."""
+    falls = {0: 'no fall', 1: '1 fall'}.get(result['falls'], f'{result["falls"]} falls')
+    lines = [f'{result["motion"]} on {result["on"]}: {result["seconds"]:.1f} s from the pose '
+             f'{result["start"]!r}, {falls}']  # fmt: skip
+    if not result['complete']:
+        lines.append('the robot was restarted meanwhile: that was only part of it; play it again')
+    if 'bag' in result:
+        lines += [f'wrote {result["bag"]}',
+                  f'next: leo check {result["bag"]} --model {result["robot"]}']  # fmt: skip
+    return '\n'.join(lines)
+
+
+def _on_model(options: Any, _: list[str]) -> dict[str, Any]:
+    from leo_learner.env import model_env
+    from leo_learner.motion_player import perform
+    from leo_learner.rollouts import Rollouts
+    from leo_sim.model_file import load_model
+
+    model = load_model(options.model)
+    routine = Routine(model.robot, str(options.policy), options.seed)
+    env = Rollouts(model_env(model))
+    with playing(_periods(model.robot, options)) as tell:
+        done = perform(env, routine, _seconds(options), options.seed, tell)
+    if options.bag:
+        env.write(options.bag)
+    return _told(options.model, model.robot, routine, done)
+
+
+def _on_robot(options: Any, ros_args: list[str]) -> dict[str, Any]:
+    from leo_learner.motion_player import perform
+    from leo_learner.running_robot import RunningRobot
+    from leo_msgs_py.node import api
+
+    running = RunningRobot(ros_args)
+    try:
+        robot = running.ask()
+        routine = Routine(robot, str(options.policy), options.seed)
+        running.put(routine.start)
+        env = running.env(robot)
+        with running.recorded(options.bag), playing(_periods(robot, options)) as tell:
+            done = perform(env, routine, _seconds(options), tell=tell)
+    finally:
+        api.shutdown()
+    return _told('the robot', robot, routine, done)
+
+
+def _told(on: str, robot: Any, routine: Routine, done: Any) -> dict[str, Any]:
+    return {'on': on, 'robot': robot.name, 'start': routine.start} | asdict(done)
+
+
+def _seconds(options: Any) -> float:
+    return SECONDS if options.seconds is None else float(options.seconds)
+
+
+def _periods(robot: Any, options: Any) -> int:
+    return round(_seconds(options) / robot.control_period)

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings of LEO doing scripted motions, in memory, with noise."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.next_run.motions import MotionRun, performed
+from leo_sim.effects import Placed
+from leo_sim.model import Model
+from leo_sim.motions import MOTIONS
+from leo_sim.robot import load_robot
+
+LEO = load_robot('leo')
+NOISE = (1e-3, 0.05)
+SIGMA = np.repeat(NOISE, 9)
+
+
+def did(motion: str, *effects: Placed, seconds: float = 3.0, seed: int = 1) -> Recording:
+    """A motion of LEO with effects, 100 Hz, measured with `NOISE`."""
+    model = Model(LEO, effects, engine='rigid', scheme='training')
+    rng = np.random.default_rng([seed, 1])
+    episodes = tuple(
+        replace(e, q=e.q + rng.normal(0, NOISE[0], e.q.shape),
+                dq=e.dq + rng.normal(0, NOISE[1], e.dq.shape))
+        for e in performed(MotionRun(motion, seed, seconds), model, 0.01)
+    )  # fmt: skip
+    held = str(LEO.start_poses[MOTIONS[motion].start].held).lower()
+    return Recording(
+        Path(motion), '0' * 64, tuple(LEO.joint_names), tuple(a.joint for a in LEO.actuators),
+        'voltage', 0.03, episodes, {'held': held},
+    )  # fmt: skip
