@@ -22,7 +22,7 @@ FINEST = 1e-5
 STILLEST = 1e-8
 """rad, rad/s: the noise of a channel that never changes, as a base that is held."""
 ROUNDS = 8
-ON_GROUND_WINDOWS = 60
+ON_GROUND_WINDOWS, FEWEST_OF_BAG = 60, 30
 ON_GROUND_SHARE = 0.25
 """Of the short windows of a robot on the ground, the calm ones tell the noise."""
 SMOOTH, SURELY = 3, 0.8
@@ -49,7 +49,8 @@ def estimate(model: Model, short: Sequence[Windows]) -> Array:
     are judged on their own: an encoder reads them, while a rate may be late or smoothed, and
     what it is off by then counts as its noise.
     """
-    return np.stack([_estimate(model, windows) for windows in short])
+    most = max(FEWEST_OF_BAG, ON_GROUND_WINDOWS // len(short))
+    return np.stack([_estimate(model, windows, most) for windows in short])
 
 
 def per_window(sigma: Array, windows: Windows) -> Array:
@@ -57,10 +58,11 @@ def per_window(sigma: Array, windows: Windows) -> Array:
     return sigma[windows.source][:, None, :]
 
 
-def _estimate(model: Model, windows: Windows) -> Array:
+def _estimate(model: Model, windows: Windows, most: int) -> Array:
+    """The noise of one recording; of a robot on the ground from so many windows at `most`."""
     calm = 0.5
     if model.robot.contacts:
-        calm, windows = ON_GROUND_SHARE, spread_out(windows, ON_GROUND_WINDOWS)
+        calm, windows = ON_GROUND_SHARE, spread_out(windows, most)
     pushes = _pushes(model, windows)
     predicted, columns = respond(model, windows, windows.measured[:, 0], pushes)
     sigma = _read(windows.measured - predicted, columns, calm)
