@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """leo check on a robot that hangs, stands and steps."""
 
-from dataclasses import replace
-
 import pytest
 from tests.walker import did, LEO, SIGMA
 
 from leo_diffmodel.check import traces
-from leo_diffmodel.check.amplitudes import Reach, reaches
+from leo_diffmodel.check.amplitudes import reaches
 from leo_diffmodel.check.check import of_all
 from leo_diffmodel.check.excitation import excitation
 from leo_diffmodel.check.hidden import hidden, nowhere
@@ -63,11 +61,3 @@ def test_what_only_a_free_base_shows_is_hidden_in_a_held_one(bags, monkeypatch):
         assert nowhere(MODEL)[0] not in finding.what
     assert found['swinging']['link_mass:torso'] is None and found['stepping']['link_mass:torso']
     assert found['swinging']['viscous_friction:left_hip'] < 0.05
-
-
-def test_links_that_are_welded_together_need_not_be_told_apart():
-    row = Reach('link_inertia', 'arm', 'kg m2', 1e-4, None, ('link_inertia:torso', 0.0), 1e-3, 9.0,
-                1.0, None, ())  # fmt: skip
-    assert hidden([row], 20.0, [], MODEL).severity == 'ok'
-    other = replace(row, nearest=('link_mass:torso', 0.0))
-    assert hidden([other], 20.0, [], MODEL).code == 'twins'

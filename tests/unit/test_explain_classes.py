@@ -15,6 +15,7 @@ from leo_diffmodel.explain.fit import fit
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.pose import pose
 from leo_diffmodel.explain.scan import Scanner
+from leo_sim.batch import rollout
 from leo_sim.effects import EFFECTS, place
 from leo_sim.model import Model
 from leo_sim.robot import Constant, load_robot, Robot
@@ -166,3 +167,22 @@ def test_a_downward_force_is_a_heavier_link_with_less_inertia():
     np.testing.assert_allclose(one.q, other.q, atol=1e-6)
     note = pair_note([candidate(PENDULUM, 'external_force', 'bob')], Facts(PENDULUM, False))
     assert note is not None and 'link_mass with a negative link_inertia' in note
+
+
+def test_links_that_are_welded_together_turn_as_one():
+    leo, name = load_robot('leo'), 'link_inertia'
+    inputs = np.random.default_rng(0).uniform(-4, 4, (1, 15, 6))
+    q = [moved(place(leo, name, link, I=0.005), inputs) for link in ('torso', 'arm', 'left_thigh')]
+    np.testing.assert_allclose(q[0], q[1], atol=1e-9)
+    assert np.abs(q[0] - q[2]).max() > 0.01
+    facts = Facts(leo, ever_free=False)
+    assert why_same((name, 'torso'), (name, 'arm'), facts)
+    assert why_same((name, 'torso'), (name, 'left_thigh'), facts) is None
+    assert why_same(('link_mass', 'torso'), ('link_mass', 'arm'), facts) is None
+
+
+def moved(effect, inputs) -> np.ndarray:
+    """How LEO moves with an effect, angles (1, K+1, J)."""
+    model = Model(load_robot('leo'), [effect], engine='rigid', scheme='search')
+    start = model.start('random', np.random.default_rng(0))
+    return rollout(model, start.q[None], start.dq[None], inputs, model.robot.control_period)[0]

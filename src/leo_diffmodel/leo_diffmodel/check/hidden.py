@@ -17,8 +17,7 @@ def hidden(
 ) -> Finding:
     """Effects that would not show, or not be named, and what to do about it."""
     blind = [r.label for r in rows if r.detectable is None and r.label not in nowhere(model)]
-    lost = [r for r in rows if r.detectable is not None and r.nameable is None]
-    twins = [r.label for r in lost if not _welded(r, model)]
+    twins = [r.label for r in rows if r.detectable is not None and r.nameable is None]
     if blind:
         what = f'effects that would not show, however large: {", ".join(blind)}'
         return Finding('untestable', WARNING, what, (), _instead(recordings, model))
@@ -36,16 +35,6 @@ def _instead(recordings: Sequence[Recording], model: Model) -> str:
     todo = 'leo next proposes a run that shows them'
     return f'{todo}; or the refitted constants take their place: {", ".join(refitted)}' \
         if refitted else todo
-
-
-def _welded(row: Reach, model: Model) -> bool:
-    """Whether an effect only looks like itself at a link that is fixed to its own."""
-    name, _, place = row.nearest[0].partition(':')
-    ends = {place, row.where}
-    return name == row.name and any(
-        joint.kind == 'fixed' and {joint.parent, joint.child} == ends
-        for joint in model.robot.joints
-    )
 
 
 def nowhere(model: Model) -> tuple[str, ...]:

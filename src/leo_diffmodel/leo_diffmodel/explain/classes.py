@@ -42,6 +42,13 @@ class Facts:
             above = by_child.get(above.parent)
         return above is None
 
+    def body(self, link: str) -> str:
+        """The first of the links that are welded together with this one."""
+        above = {j.child: j for j in self.robot.joints if j.kind == 'fixed'}
+        while link in above:
+            link = above[link].parent
+        return link
+
     def refits(self, joint: str, constant: str) -> bool:
         """Whether a motor constant is refitted at a joint, or for 'all' at every one."""
         motors = [a.joint for a in self.robot.actuators if joint in (a.joint, 'all')]
@@ -110,6 +117,8 @@ CLASSES = (
     ),
 )
 
+WELDED = 'link_inertia'
+"""It adds to that of the whole body, whichever of its links it is said of."""
 PAIRS = {
     'external_force': (
         'note: about a fixed axis a constant downward force is also a heavier link whose inertia '
@@ -125,6 +134,8 @@ def same_thing(a: Candidate, b: Candidate, facts: Facts) -> str | None:
 
 def why_same(a: tuple[str, str], b: tuple[str, str], facts: Facts) -> str | None:
     """As `same_thing`, for effects as (name, place)."""
+    if a[0] == b[0] == WELDED and a[1] != b[1] and facts.body(a[1]) == facts.body(b[1]):
+        return 'links that are welded together turn as one'
     pair, where = {a[0], b[0]}, _joint(a[1], facts)
     if len(pair) < 2 or where != _joint(b[1], facts):
         return None
