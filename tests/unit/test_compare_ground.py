@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compare and explain on a robot that stands on the ground: LEO."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -29,6 +30,7 @@ from leo_diffmodel.explain.ground_scan import (
     TWO_ANGLES,
 )
 from leo_diffmodel.explain.hypothesis import Hypothesis
+from leo_diffmodel.explain.on_ground import finalists
 from leo_diffmodel.explain.ranking import gains, WINDOW_NATS
 from leo_diffmodel.explain.unknown.curves import curves
 from leo_diffmodel.explain.unknown.influence import influence
@@ -255,6 +257,19 @@ def test_a_parameter_that_does_not_show_yet_silences_no_window(model):
     hypothesis = Hypothesis((candidate(model, 'stribeck_friction:left_knee'),))
     started = fit(problem, hypothesis, np.array([0.05, 0.05, 0.1]), iterations=2)
     assert 0.07 < started.theta[0] < 0.15
+
+
+def test_coulomb_friction_meets_stribeck_friction_at_its_values(model):
+    _, null, scanner = scanned(model, recorded(seconds=0.6))
+    names = ('coulomb_friction', 'stribeck_friction', 'viscous_friction')
+    coulomb, stribeck, viscous = (
+        scanner.scan(candidate(model, f'{name}:left_knee')) for name in names
+    )
+    winner = replace(stribeck, theta=np.array([0.2, 0.3, 0.1]))
+    first = finalists(null, [winner], [viscous, coulomb, stribeck])
+    assert [s.candidate.effect.name for s in first] == ['stribeck_friction', 'coulomb_friction']
+    np.testing.assert_array_equal(first[1].theta, [0.2])
+    assert finalists(null, [winner, coulomb], [coulomb, stribeck]) == [winner, coulomb]
 
 
 def test_a_law_outside_the_catalogue_shows_at_its_joint(model):

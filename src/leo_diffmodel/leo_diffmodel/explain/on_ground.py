@@ -44,9 +44,7 @@ def knock_out(
     some = train[np.linspace(0, len(train) - 1, count).astype(int)]
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
     fitted = converged if nats * len(train) / count > WORTH_ALL * limit else _footed
-    first = [replace(s, theta=f.theta) for s, _, f in field]
-    other = [s for s in scans if all(s.candidate != f.candidate for f in first)]
-    first += [part for s in first for part in _parts(null, s, other)]
+    first = finalists(null, [replace(s, theta=f.theta) for s, _, f in field], scans)
     last = [fitted(posed, _with(null, s)) for s in first]
     null = _from_others(null, last)
     last = [(at, _from_others(fitted, last)) for at, fitted in last]
@@ -76,6 +74,13 @@ def _from_others(fitted: Fit, last: Sequence[tuple[Posed, Fit]]) -> Fit:
     for at, other in last:
         fitted = settled_as(at.problem, fitted, other)
     return fitted
+
+
+def finalists(null: Fit, field: Sequence[Scan], scans: Sequence[Scan]) -> list[Scan]:
+    """The last contenders, and what they hold in themselves."""
+    there = {s.candidate for s in field}
+    other = [s for s in scans if s.candidate not in there]
+    return [*field, *(part for s in field for part in _parts(null, s, other))]
 
 
 def _parts(null: Fit, scan: Scan, scans: Sequence[Scan]) -> list[Scan]:
