@@ -13,7 +13,7 @@ from leo_diffmodel.blind import kinds
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.conditions import conditions
 from leo_diffmodel.compare.phases import phases
-from leo_diffmodel.compare.pushes import predict
+from leo_diffmodel.compare.pushes import predict, respond
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.torque import estimate, missing_torque
 from leo_diffmodel.compare.where import where
@@ -126,6 +126,20 @@ def test_noise_is_found_where_the_measured_height_is_wrong(model):
     bag = recorded(place(LEO, 'encoder_scale', 'base_z', k=0.95), start='standing')
     sigma = noise.estimate(model, noise.short_windows([bag]))[0]
     assert sigma[1] == pytest.approx(NOISE[0], rel=0.3)
+
+
+def test_a_window_that_is_thrown_out_of_the_ground_tells_no_noise(model, monkeypatch):
+    """A step to a nearer start may end deep in the ground, or beyond a stop."""
+    def thrown(of, windows, start, pushes):
+        predicted, columns = respond(of, windows, start, pushes)
+        gone = np.any(start != windows.measured[:, 0], axis=1) & (windows.start > 1.0)
+        predicted[gone], columns[gone] = np.nan, np.nan
+        return predicted, columns
+
+    monkeypatch.setattr(noise, 'respond', thrown)
+    bag = recorded(start='standing')
+    sigma = noise.estimate(model, noise.short_windows([bag]))
+    assert sigma == pytest.approx(SIGMA, rel=0.5)
 
 
 def test_the_missing_torque_is_at_the_joint_that_brakes(model, braked):
