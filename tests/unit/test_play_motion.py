@@ -38,7 +38,7 @@ def test_every_fall_begins_an_episode(tmp_path, capsys):
     ('args', 'said'),
     [
         (['steping'], 'did you mean stepping'),
-        (['stepping', '--model', 'pendulum'], 'no motors left_hip'),
+        (['stepping', '--model', 'pendulum'], 'need left_hip'),
         (['stepping', '--seconds', '0'], 'length of a motion'),
         (['leo_walk', '--seconds', '3'], 'length of a motion'),
         (['swinging', '--collect', '3'], 'takes --seconds and --seed'),

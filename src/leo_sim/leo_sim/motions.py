@@ -163,7 +163,7 @@ def check_motion(robot: Robot, motion: str) -> None:
     path, start = robot.folder / 'robot.yaml', MOTIONS[motion].start
     if {actuator.joint for actuator in robot.actuators} != {*JOINTS}:
         raise UserError(f'{path}: actuators: the scripted motions need {", ".join(JOINTS)} and '
-                        'no others; name the joints so')  # fmt: skip
+                        'no others, as leo has')  # fmt: skip
     if robot.base != 'planar' or not robot.feet:
         raise UserError(f'{path}: the scripted motions need base: planar, and feet')
     if start not in robot.start_poses:

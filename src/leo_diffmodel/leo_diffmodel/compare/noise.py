@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import gammaincinv
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.pushes import nearer, respond
+from leo_diffmodel.compare.pushes import nearer, respond, tame
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_sim.model import Model
@@ -27,8 +27,6 @@ ON_GROUND_SHARE = 0.25
 """Of the short windows of a robot on the ground, the calm ones tell the noise."""
 SMOOTH, SURELY = 3, 0.8
 """Degree of the curve that a calm stretch follows; noise about it counts if so much less."""
-WILD = 1e9
-"""A window that answers so strongly was started deep in the ground, and is thrown out of it."""
 ROUNDED = 0.5
 """Values are taken for rounded where fewer than this share of them are distinct."""
 
@@ -71,9 +69,9 @@ def _estimate(model: Model, windows: Windows, most: int) -> Array:
     if model.robot.contacts:
         start = nearer(windows, predicted, columns, sigma[None, None])
         predicted, columns = respond(model, windows, start, pushes)
-        tame = np.abs(columns).max(axis=(1, 2, 3)) < WILD
-        if tame.any():
-            again = _read((windows.measured - predicted)[tame], columns[tame], calm)
+        sane = tame(columns)
+        if sane.any():
+            again = _read((windows.measured - predicted)[sane], columns[sane], calm)
             sigma = np.minimum(again, sigma)
         smooth = _about_curves(windows, calm)
         sigma = np.where(smooth < SURELY * sigma, smooth, sigma)

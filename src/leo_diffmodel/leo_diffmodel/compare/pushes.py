@@ -12,6 +12,8 @@ from leo_sim.model import Model
 Array = np.ndarray
 STATE_STEP = 1e-4
 LEAST_SEEN = 1e-6
+WILD = 1e9
+"""A window that answers so strongly was started deep in the ground, and is thrown out of it."""
 
 
 def predict(model: Model, windows: Windows, start: Array, push: Array | None = None) -> Array:
@@ -55,6 +57,12 @@ def respond(model: Model, windows: Windows, start: Array, pushes: Array) -> tupl
     columns = y[1:] - y[0]
     columns[:states] /= STATE_STEP
     return y[0], np.moveaxis(columns, 0, -1)
+
+
+def tame(columns: Array) -> Array:
+    """Which windows have an answer (W, K+1, 2J, B) that is a number and within reason, (W,)."""
+    sane: Array = np.abs(columns).max(axis=(1, 2, 3)) < WILD
+    return sane
 
 
 def nearer(windows: Windows, predicted: Array, columns: Array, sigma: Array) -> Array:

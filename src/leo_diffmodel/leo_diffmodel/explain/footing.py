@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from leo_diffmodel.compare.noise import per_window
-from leo_diffmodel.compare.pushes import predict, respond
+from leo_diffmodel.compare.pushes import predict, respond, tame
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.robust import huber, robust_weight
 from leo_sim.model import Model
@@ -105,6 +105,7 @@ class _Settling:
             self._predicted, self.columns = respond(
                 model, windows, self.start, _no_pushes(windows)
             )
+            self.columns[~tame(self.columns)] = 0.0
         self.loss = _loss(windows, self._predicted, sigma)
 
     def step(self, active: Array) -> Array:
@@ -123,9 +124,9 @@ class _Settling:
     def ask(self, active: Array) -> None:
         """Ask some windows anew for their answer to the starts."""
         part = self._windows.take(active)
-        self._predicted[active], self.columns[active] = respond(
-            self._model, part, self.start[active], _no_pushes(part)
-        )
+        predicted, columns = respond(self._model, part, self.start[active], _no_pushes(part))
+        sane = tame(columns)
+        self._predicted[active[sane]], self.columns[active[sane]] = predicted[sane], columns[sane]
 
 
 def _nearest(model: Model, windows: Windows, sigma: Array, start: Array) -> tuple[Array, Array]:
