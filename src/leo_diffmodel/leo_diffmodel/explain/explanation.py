@@ -18,7 +18,6 @@ from leo_diffmodel.explain.engine import Search, search
 from leo_diffmodel.explain.held import held_windows
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import pose, Posed
-from leo_diffmodel.explain.scored import dispersion, unexplained
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
 from leo_diffmodel.explain.unknown.find import find, Found
 from leo_diffmodel.explain.unknown.paths import with_past
@@ -177,16 +176,14 @@ def _answer(
     found = context.found
     after = context.predict(found.final)
     named = rows.named(context)
-    ratio = unexplained(found.final)
-    share = verdict.share_left(unexplained(found.null), ratio)
-    rest = verdict.Rest(ratio, share, dispersion(found.final) / max(1.0, ratio))
+    rest = verdict.rest_of(found.null, found.final)
     decision = verdict.decide(named, rest, unknown is not None)
     words = unknown.words if unknown else None
     tables = rows.error_tables(context, after) | {
         'ladder': rows.ladder(context, after),
         'windows': context.held.count,
-        'chi2_ratio': ratio,
-        'unexplained_share': share,
+        'chi2_ratio': rest.ratio,
+        'unexplained_share': rest.share,
     }
     return Explanation(
         verdict=decision,

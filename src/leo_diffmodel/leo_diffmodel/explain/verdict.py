@@ -10,6 +10,8 @@ import numpy as np
 
 from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.fit import Fit
+from leo_diffmodel.explain.scored import dispersion, unexplained
 
 LEAST_WINDOWS = 12
 LEAST_SIGMAS = 8.0
@@ -86,6 +88,13 @@ def share_left(before: float, after: float) -> float:
         after: the same with the effects.
     """
     return float(np.clip((after - 1.0) / max(before - 1.0, 1e-9), 0.0, 1.0))
+
+
+def rest_of(null: Fit, final: Fit) -> Rest:
+    """What the effects of a fit leave of the error of the model without them."""
+    ratio = unexplained(final)
+    share = share_left(unexplained(null), ratio)
+    return Rest(ratio, share, dispersion(final) / max(1.0, ratio))
 
 
 def decide(named: Sequence[Named], rest: Rest, outside: bool = False) -> str:

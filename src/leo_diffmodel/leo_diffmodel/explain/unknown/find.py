@@ -28,6 +28,7 @@ from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, with_fit
 from leo_diffmodel.explain.unknown.curves import Curve, curves
 from leo_diffmodel.explain.unknown.influence import Influence, influence
 from leo_diffmodel.explain.unknown.paths import paths
+from leo_diffmodel.explain.verdict import rest_of
 
 Array = np.ndarray
 LEAST_NATS = 15.0
@@ -62,6 +63,9 @@ class Found:
 def find(recordings: Sequence[Recording], found: Search) -> Found | None:
     """The law that what is known cannot stand for, if any.
 
+    On the ground contacts that settle otherwise always leave something that some curve follows:
+    there it takes a rest that matters.
+
     Args:
         recordings: what the search was made in, held-out ones last.
         found: the search; its final hypothesis is what is known.
@@ -69,6 +73,8 @@ def find(recordings: Sequence[Recording], found: Search) -> Found | None:
     problem = found.problem
     blocks = found.posed.blocks.index(problem.windows)
     alone = _instead(recordings, problem, found, blocks)
+    if problem.footing and not rest_of(found.null, found.final).matters:
+        return alone
     return alone or _beyond(recordings, problem, found, blocks)
 
 
