@@ -32,8 +32,10 @@ from leo_diffmodel.explain.ground_scan import (
 from leo_diffmodel.explain.hypothesis import Hypothesis
 from leo_diffmodel.explain.on_ground import finalists
 from leo_diffmodel.explain.ranking import gains, WINDOW_NATS
+from leo_diffmodel.explain.unknown import find as unknown_find
 from leo_diffmodel.explain.unknown.curves import curves
 from leo_diffmodel.explain.unknown.influence import influence
+from leo_diffmodel.explain.verdict import Rest
 from leo_sim.batch import rollout
 from leo_sim.effects import get_effect, place
 from leo_sim.model import Model
@@ -227,6 +229,27 @@ def test_starts_settle_on_another_model_by_the_answer_of_the_first(model, braked
     assert np.median(footing.loss) > 2.0 * noise_alone
     assert np.median(again.loss) == pytest.approx(noise_alone, rel=0.1)
     np.testing.assert_allclose(again.loss, anew.loss, atol=0.1)
+
+
+def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
+    windows = cut([recorded(start='standing', seconds=0.9)], 0.1)
+    kept, footing = settled(model, windows, SIGMA)
+    sunk = footing.start - 0.05 * (np.arange(18) == 1)
+    _, again = settled(model, windows.take(kept), SIGMA, replace(footing, start=sunk))
+    assert np.median(again.loss) < 1.1 * np.median(footing.loss)
+
+
+@pytest.mark.parametrize(('on_ground', 'share', 'found'), [
+    (True, 1e-3, None), (True, 0.5, 'law'), (False, 1e-3, 'law'),
+])  # fmt: skip
+def test_on_the_ground_a_law_is_looked_for_in_what_matters(monkeypatch, on_ground, share, found):
+    monkeypatch.setattr(unknown_find, '_instead', lambda *_: None)
+    monkeypatch.setattr(unknown_find, '_beyond', lambda *_: 'law')
+    monkeypatch.setattr(unknown_find, 'rest_of', lambda *_: Rest(5.0, share))
+    problem = SimpleNamespace(windows=None, footing=on_ground or None)
+    posed = SimpleNamespace(blocks=SimpleNamespace(index=lambda _: None))
+    search = SimpleNamespace(problem=problem, posed=posed, null=None, final=None)
+    assert unknown_find.find([], search) == found
 
 
 def test_fits_that_save_all_there_is_are_told_apart_by_one_another():

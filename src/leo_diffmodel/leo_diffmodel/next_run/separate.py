@@ -18,12 +18,11 @@ from leo_diffmodel.explain.pose import (
     LEAST_SAMPLES,
     SEARCH_SECONDS,
 )
+from leo_diffmodel.explain.ranking import WINDOW_NATS
 from leo_sim.model import Model
 
 Array = np.ndarray
 MOST_WINDOWS, ROUNDS = 40, 4
-MOST_OF_WINDOW = 6.0
-"""Nats that one window on the ground may say: a contact that flips says thousands for nothing."""
 
 
 def windows_of(
@@ -75,7 +74,7 @@ def separable(
     )
     rest, by_theta, _, _ = shooting.eliminate(linear)
     prior = np.linalg.pinv(other.covariance) if other.theta.size else np.zeros((0, 0))
-    most, out = MOST_OF_WINDOW if on_ground else np.inf, []
+    most, out = WINDOW_NATS if on_ground else np.inf, []
     for run in range(len(runs)):
         own = windows.source == run
         out.append(_least(rest[own], by_theta[own], weight[own], prior, most))
