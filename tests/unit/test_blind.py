@@ -2,13 +2,14 @@
 """The blind benchmark: what it draws, what its bags show, and how it judges."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.stats import binom
 
 from leo_diffmodel.bags.recording import read_bag
-from leo_diffmodel.blind import outside, run
+from leo_diffmodel.blind import open_loop, outside, run
 from leo_diffmodel.blind.case import draw_case, KINDS, LEAST_OF_PAIR, place_of
 from leo_diffmodel.blind.judge import judge
 from leo_diffmodel.blind.open_loop import OpenLoop, Run, sized
@@ -32,6 +33,15 @@ def test_every_robot_comes_from_both_engines():
         for robot in ('pendulum', 'torque_pendulum', 'servo_pendulum')
         for engine in ('pybullet', 'rk4')
     }
+
+
+@pytest.mark.parametrize('torque, drawn', [(2.0, True), (20.0, False)])
+def test_no_torque_drawn_for_a_walker_is_more_than_its_motors_can_give(torque, drawn):
+    leo = load_robot('leo')
+    loop = SimpleNamespace(robot=leo, rates=np.ones(9))
+    ripple = place(leo, 'torque_ripple', 'left_hip', a=torque, n=8.0, phase=0.0)
+    assert open_loop._moves(loop, loop, ripple) == drawn
+    assert not open_loop._moves(SimpleNamespace(robot=leo, rates=np.zeros(9)), loop, ripple)
 
 
 def test_a_servo_is_free_at_times_and_not_quite_what_its_data_sheet_says():

@@ -228,7 +228,7 @@ def test_starts_settle_on_another_model_by_the_answer_of_the_first(model, braked
     noise_alone = 0.5 * (windows.measured[0].size - footing.start.shape[-1])
     assert np.median(footing.loss) > 2.0 * noise_alone
     assert np.median(again.loss) == pytest.approx(noise_alone, rel=0.1)
-    np.testing.assert_allclose(again.loss, anew.loss, atol=0.1)
+    np.testing.assert_allclose(again.loss, anew.loss, atol=1.0)  # nats; noise makes 80
 
 
 def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
@@ -265,7 +265,7 @@ def test_fits_that_save_all_there_is_are_told_apart_by_one_another():
 
 def test_explain_names_an_effect_on_the_ground():
     brake = place(LEO, 'coulomb_friction', 'left_knee', c=0.15)
-    bags = [recorded(brake, seconds=3.0), recorded(brake, start='standing', seconds=1.5)]
+    bags = [recorded(brake, seconds=3.0), recorded(brake, start='standing', seconds=2.5)]
     found = explain(bags, Model(LEO, engine='rigid'))
     (effect,) = found.effects
     assert (found.verdict, effect['name'], effect['where']) == (

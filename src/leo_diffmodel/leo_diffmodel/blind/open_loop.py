@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from leo_diffmodel.blind.scenes import Effects, Given, Path, Scene
+from leo_diffmodel.compare.sizes import torque_scale
 from leo_msgs_py.errors import UserError
 from leo_sim.batch import rollout
 from leo_sim.drawing import of_size
@@ -208,7 +209,7 @@ def sized(
                 return None
             reached = float(loop.size(placed)[0])
             if abs(np.log(reached / size)) < TOLERANCE:
-                shows = loop.shows(placed) and _moves(loop, first)
+                shows = loop.shows(placed) and _moves(loop, first, placed)
                 return (placed, reached) if shows else None
         placed = of_size(loop, name, where, size, np.random.default_rng(seed))
         if placed is None or not loop.shows(placed):
@@ -216,9 +217,16 @@ def sized(
     return None
 
 
-def _moves(loop: OpenLoop, first: OpenLoop) -> bool:
-    """Whether no joint of a walker is stopped by what was added: it would show in nothing."""
-    return not loop.robot.contacts or bool(np.all(loop.rates > STILL * first.rates))
+def _moves(loop: OpenLoop, first: OpenLoop, placed: Placed) -> bool:
+    """Whether no joint of a walker is stopped by what was added: it would show in nothing.
+
+    A torque more than the motor's own locks its joint as any other would.
+    """
+    if not loop.robot.contacts:
+        return True
+    torques = [placed.parameters[p.name] for p in placed.effect.parameters if p.unit == 'N m']
+    weak = all(abs(float(t)) < torque_scale(loop.robot) for t in torques)
+    return weak and bool(np.all(loop.rates > STILL * first.rates))
 
 
 def _rms(change: Array) -> Array:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -112,8 +113,6 @@ def fit(
     if start is None:
         start = settle(problem, hypothesis, theta, problem.windows.measured[:, 0], rounds=6)
     best = _evaluate(problem, hypothesis, theta, start)
-    if problem.footing and not iterations:
-        return _read_off(problem, best)
     if problem.footing:
         return _finish(problem, _footed(problem, hypothesis, best, iterations))
     scale, last = 1.0, 0.0
@@ -140,7 +139,8 @@ def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
 
     A contact may settle in two ways; what another hypothesis gains by that alone is no gain.
     """
-    point = _evaluate(problem, fitted.hypothesis, fitted.theta, other.start)
+    held = _held(problem, fitted.hypothesis, fitted.theta)
+    point = _evaluate(held, Hypothesis(), np.zeros(0), other.start)
     loss = shooting.huber(point.linear.residual)
     better = loss < fitted.loss
     return replace(
@@ -189,13 +189,27 @@ def _stepped(
     return best, 0.0
 
 
-def moved(problem: Problem, fitted: Fit, scale: float) -> Fit:
-    """The fit a Gauss-Newton step further, or a part of one; not fitted yet."""
-    point = _evaluate(problem, fitted.hypothesis, fitted.theta, fitted.start)
+def looked_at(
+    problem: Problem, hypothesis: Hypothesis, theta: Array
+) -> tuple[Fit, Callable[[float], Fit]]:
+    """A hypothesis on the ground as it is at some values.
+
+    Returns:
+        it, and where so much of a Gauss-Newton step leads from there; that is not fitted yet.
+    """
+    assert problem.footing
+    theta = hypothesis.bounded(theta)
+    point = _evaluate(problem, hypothesis, theta, problem.footing.start)
+    fitted = _read_off(problem, point)
     step = _sound_step(problem, point)
-    theta = fitted.hypothesis.bounded(fitted.theta + scale * step.theta)
-    start = fitted.start + step.start + step.gain @ (theta - fitted.theta)
-    return replace(fitted, theta=theta, start=np.where(np.isfinite(start), start, fitted.start))
+
+    def moved(scale: float) -> Fit:
+        there = hypothesis.bounded(theta + scale * step.theta)
+        start = point.start + step.start + step.gain @ (there - theta)
+        start = np.where(np.isfinite(start), start, point.start)
+        return replace(fitted, theta=there, start=start)
+
+    return fitted, moved
 
 
 def _in_line(problem: Problem, loss: Array) -> float:
@@ -277,9 +291,7 @@ def settle(
     problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array, rounds: int
 ) -> Array:
     """The start states that fit best with the parameters held, each window on its own (W, 2J)."""
-    frozen = Hypothesis()
-    model = hypothesis.model(problem.base, theta) if len(theta) else problem.base
-    held = replace(problem, base=model)
+    frozen, held = Hypothesis(), _held(problem, hypothesis, theta)
     scale = np.ones((len(start), 1))
     best = _evaluate(held, frozen, np.zeros(0), start)
     loss, step = shooting.huber(best.linear.residual), _step(held, best).start
@@ -292,6 +304,12 @@ def settle(
         scale = np.where(better[:, None], 1.0, 0.3 * scale)
         loss = np.minimum(loss, moved)
     return start
+
+
+def _held(problem: Problem, hypothesis: Hypothesis, theta: Array) -> Problem:
+    """The problem with the hypothesis at some values in the model, nothing free."""
+    model = hypothesis.model(problem.base, theta) if len(theta) else problem.base
+    return replace(problem, base=model)
 
 
 def _finish(problem: Problem, point: _Point) -> Fit:

@@ -20,7 +20,8 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 ROUNDS, SCALES = 4, (1.0, 0.3)
-ENOUGH_NATS = 0.3
+ENOUGH_NATS, WORTH_NATS = 0.3, 0.03
+"""What a step must gain for another one to follow, and promise to be tried."""
 MOST_BEND = 0.3
 DRAWS = 2
 FEWEST = 12
@@ -98,7 +99,7 @@ class _Settling:
     ) -> None:
         self._model, self._windows, self._sigma = model, windows, sigma
         if before:
-            self.start, self._predicted = _nearest(model, windows, sigma, before.start)
+            self.start, self._predicted, self.loss = _nearest(model, windows, sigma, before)
             self.columns = before.by_start.copy()
         else:
             self.start = windows.measured[:, 0].copy()
@@ -106,20 +107,39 @@ class _Settling:
                 model, windows, self.start, _no_pushes(windows)
             )
             self.columns[~tame(self.columns)] = 0.0
-        self.loss = _loss(windows, self._predicted, sigma)
+            self.loss = _loss(windows, self._predicted, sigma)
 
     def step(self, active: Array) -> Array:
-        """Move the starts of some windows where that is better; which of them gained enough."""
-        part, was = self._windows.take(active), self.loss[active]
-        step = _step(part, self._predicted[active], self.columns[active], self._sigma)
+        """Move the starts of some windows where that is better; which are to be asked anew.
+
+        They are those that gained much and whose answer was off by much: what it was off by
+        limits what another step could gain.
+        """
+        part, loss = self._windows.take(active), self.loss[active]
+        before, columns = self._predicted[active], self.columns[active]
+        step = _step(part, before, columns, self._sigma)
+        change = np.einsum('wkij,wj->wki', columns, step)
+        promised, surprise = _loss(part, before + change, self._sigma), np.zeros(len(active))
+        waiting = np.flatnonzero(promised < loss - WORTH_NATS)
         for scale in SCALES:
-            moved = self.start[active] + scale * step
-            found = _loss(part, predict(self._model, part, moved), self._sigma)
-            better = found < self.loss[active]
-            self.start[active[better]] = moved[better]
-            self.loss[active[better]] = found[better]
-        gained: Array = self.loss[active] < was - ENOUGH_NATS
-        return gained
+            if waiting.size:
+                told = (before + scale * change)[waiting]
+                moved = self.start[active[waiting]] + scale * step[waiting]
+                better, surprise[waiting] = self._try(active[waiting], moved, told)
+                waiting = waiting[~better]
+        going: Array = (self.loss[active] < loss - ENOUGH_NATS) & (surprise > ENOUGH_NATS)
+        return going
+
+    def _try(self, some: Array, start: Array, told: Array) -> tuple[Array, Array]:
+        """Take the starts that are better; which are, and how far off is what was told [nats]."""
+        part = self._windows.take(some)
+        predicted = predict(self._model, part, start)
+        found = _loss(part, predicted, self._sigma)
+        better = found < self.loss[some]
+        taken = some[better]
+        self.start[taken], self._predicted[taken] = start[better], predicted[better]
+        self.loss[taken] = found[better]
+        return better, _loss(part, part.measured + told - predicted, self._sigma)
 
     def ask(self, active: Array) -> None:
         """Ask some windows anew for their answer to the starts."""
@@ -129,13 +149,26 @@ class _Settling:
         self._predicted[active[sane]], self.columns[active[sane]] = predicted[sane], columns[sane]
 
 
-def _nearest(model: Model, windows: Windows, sigma: Array, start: Array) -> tuple[Array, Array]:
-    """Of these starts and the measured ones the better in each window, and what they lead to."""
-    starts = np.stack([start, windows.measured[:, 0]])
-    predicted = predict(model, windows, starts)
-    best = np.argmin([_loss(windows, p, sigma) for p in predicted], axis=0)
-    every = np.arange(windows.count)
-    return starts[best, every], predicted[best, every]
+def _nearest(
+    model: Model, windows: Windows, sigma: Array, before: Footing
+) -> tuple[Array, Array, Array]:
+    """The starts of before, or the measured ones where those have become bad and these are better.
+
+    Returns:
+        starts, what they lead to, and its loss.
+    """
+    start, predicted = before.start.copy(), predict(model, windows, before.start)
+    loss = _loss(windows, predicted, sigma)
+    far = loss > OUT_OF_LINE * np.median(loss)
+    bad = np.flatnonzero(far | (loss > before.loss + ENOUGH_NATS))
+    if bad.size:
+        part = windows.take(bad)
+        other = predict(model, part, part.measured[:, 0])
+        found = _loss(part, other, sigma)
+        better = found < loss[bad]
+        start[bad[better]], predicted[bad[better]] = part.measured[better, 0], other[better]
+        loss[bad[better]] = found[better]
+    return start, predicted, loss
 
 
 def _no_pushes(windows: Windows) -> Array:

@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from leo_diffmodel.explain.fit import Fit, fit, moved, settled_as
+from leo_diffmodel.explain.fit import Fit, looked_at, settled_as
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import Posed, resettled
 from leo_diffmodel.explain.ranking import gain, gains, ranking, Round
@@ -23,6 +24,14 @@ KNOCK_OUT, KNOCK_OUT_WINDOWS = ((4, np.inf), (3, 60.0)), 40
 most; in how many windows."""
 STRIDES = (1.0, 0.3)
 MOST_STEPS, ENOUGH_NATS = 10, 2.0
+
+
+class _Stand(NamedTuple):
+    """A hypothesis at some values, on a footing of its own, and where a step leads from there."""
+
+    posed: Posed
+    fit: Fit
+    ahead: Callable[[float], Fit]
 
 
 def knock_out(
@@ -44,35 +53,35 @@ def knock_out(
     some = train[np.linspace(0, len(train) - 1, count).astype(int)]
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
     fitted = converged if nats * len(train) / count > WORTH_ALL * limit else _footed
-    first = finalists(null, [replace(s, theta=f.theta) for s, _, f in field], scans)
+    first = finalists(null, [replace(s, theta=at.fit.theta) for s, at in field], scans)
     last = [fitted(posed, _with(null, s)) for s in first]
     null = _from_others(null, last)
-    last = [(at, _from_others(fitted, last)) for at, fitted in last]
+    fits = [_from_others(at.fit, last) for at in last]
     tried = [s.candidate for s in first]
     rest = [s for s in scans if s.candidate not in tried]
-    best = min(last, key=lambda found: float(found[1].loss[posed.problem.train].sum()))
-    return ranking(best[0], null, [*first, *rest], [f for _, f in last], limit, candidates)
+    best = min(range(len(fits)), key=lambda i: float(fits[i].loss[posed.problem.train].sum()))
+    return ranking(last[best].posed, null, [*first, *rest], fits, limit, candidates)
 
 
 def _played(
     posed: Posed, null: Fit, scans: Sequence[Scan], progress: Callable[[str], None]
-) -> tuple[list[tuple[Scan, Posed, Fit]], float]:
+) -> tuple[list[tuple[Scan, _Stand]], float]:
     """The last contenders, best first, and what the best of them gains [nats]."""
-    field = [(s, *_footed(posed, _with(null, s))) for s in scans]
+    field = [(s, _footed(posed, _with(null, s))) for s in scans]
     for left, behind in KNOCK_OUT:
-        field = [(s, *_advanced(at, fitted)[:2]) for s, at, fitted in field]
-        spread = min(dispersion(fitted) for _, _, fitted in field)
-        saved = gains(null, [fitted for *_, fitted in field], posed.problem.train, spread)
+        field = [(s, _advanced(at)[0]) for s, at in field]
+        spread = min(dispersion(at.fit) for _, at in field)
+        saved = gains(null, [at.fit for _, at in field], posed.problem.train, spread)
         order, least = np.argsort(saved)[::-1], max(0.0, max(saved) - behind * spread)
         field = [field[i] for i in order[:left] if saved[i] > least or i == order[0]]
         progress(field[0][0].candidate.label)
     return field, max(saved) / spread
 
 
-def _from_others(fitted: Fit, last: Sequence[tuple[Posed, Fit]]) -> Fit:
+def _from_others(fitted: Fit, last: Sequence[_Stand]) -> Fit:
     """The fit on the footing of the others in the windows where that suits it better."""
-    for at, other in last:
-        fitted = settled_as(at.problem, fitted, other)
+    for at in last:
+        fitted = settled_as(at.posed.problem, fitted, at.fit)
     return fitted
 
 
@@ -105,28 +114,27 @@ def _with(null: Fit, scan: Scan) -> Fit:
     return replace(null, hypothesis=hypothesis, theta=hypothesis.bounded(scan.theta))
 
 
-def _advanced(posed: Posed, fitted: Fit, finer: bool = False) -> tuple[Posed, Fit, float]:
+def _advanced(at: _Stand, finer: bool = False) -> tuple[_Stand, float]:
     """A step further, or a shorter one, where that is better, and what it gains [nats]."""
     for scale in STRIDES:
-        trial_posed, trial = _footed(posed, moved(posed.problem, fitted, scale), finer)
-        gained = gain(fitted, trial, posed.problem.train, dispersion(trial))
-        if gained > 0:
-            return trial_posed, trial, gained
-    return posed, fitted, 0.0
+        trial = _footed(at.posed, at.ahead(scale), finer)
+        train, spread = at.posed.problem.train, dispersion(trial.fit)
+        if (gained := gain(at.fit, trial.fit, train, spread)) > 0:
+            return trial, gained
+    return at, 0.0
 
 
-def converged(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
+def converged(posed: Posed, best: Fit) -> _Stand:
     """A hypothesis fitted with the starts settled anew at every step, and the footing there."""
-    posed, best = _footed(posed, best, finer=True)
-    first = best
+    first = at = _footed(posed, best, finer=True)
     for _ in range(MOST_STEPS if best.hypothesis.size else 0):
-        posed, best, gained = _advanced(posed, best, finer=True)
+        at, gained = _advanced(at, finer=True)
         if gained < ENOUGH_NATS:
             break
-    return (posed, best) if best is first else _footed(posed, best, finer=True)
+    return at if at is first else _footed(at.posed, at.fit, finer=True)
 
 
-def _footed(posed: Posed, point: Fit, finer: bool = False) -> tuple[Posed, Fit]:
-    """The footing at some values, and the hypothesis there."""
+def _footed(posed: Posed, point: Fit, finer: bool = False) -> _Stand:
+    """The footing of a hypothesis at some values."""
     posed = resettled(posed, point, finer)
-    return posed, fit(posed.problem, point.hypothesis, point.theta, iterations=0)
+    return _Stand(posed, *looked_at(posed.problem, point.hypothesis, point.theta))

@@ -51,7 +51,7 @@ def explore(
         incumbent: a fit of the hypothesis with one of the candidates; it is tried from there.
     """
     if posed.problem.footing:
-        posed, null = converged(posed, null)
+        posed, null, _ = converged(posed, null)
     problem = posed.problem
     scanner = (GroundScanner if problem.footing else Scanner)(problem, null, scales)
     found = helper.spread(scanner.scan, candidates, lambda c: progress(c.label))

@@ -42,5 +42,5 @@ def fit_in_turn(posed: Posed, share: float, candidates: Sequence[Candidate]) -> 
         scan = GroundScanner(posed.problem, found, scales).scan(candidate)
         hypothesis = found.hypothesis.with_candidate(candidate)
         at = replace(found, hypothesis=hypothesis, theta=hypothesis.bounded(scan.theta))
-        posed, found = converged(posed, at)
+        posed, found, _ = converged(posed, at)
     return replace(found, covariance=share * found.covariance)
