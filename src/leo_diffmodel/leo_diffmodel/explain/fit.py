@@ -264,9 +264,9 @@ def _step(problem: Problem, point: _Point, chosen: Array | None = None) -> _Step
     residual, by_theta, start, gain = shooting.eliminate(point.linear, weight)
     step = np.zeros(len(point.theta))
     if len(step):
-        calm = _calm(problem, by_theta[chosen])
-        columns = by_theta[chosen] * calm
-        slope = np.einsum('wnp,wn->p', columns, residual[chosen] * calm[..., 0])
+        quiet = calm(problem, by_theta[chosen])
+        columns = by_theta[chosen] * quiet
+        slope = np.einsum('wnp,wn->p', columns, residual[chosen] * quiet[..., 0])
         ridge = RIDGE_ON_GROUND if problem.footing else RIDGE
         step = _bounded_step(_gram(columns), slope, point, ridge)
     return _Step(step, -start, -gain)
@@ -321,7 +321,7 @@ def _finish(problem: Problem, point: _Point) -> Fit:
 def _read_off(problem: Problem, point: _Point) -> Fit:
     """Loss, residual and covariance of a point."""
     by_theta = shooting.eliminate(point.linear)[1][problem.train]
-    by_theta = by_theta * _calm(problem, by_theta)
+    by_theta = by_theta * calm(problem, by_theta)
     spread = shooting.dispersion(point.rest[problem.train], point.start.shape[-1])
     return Fit(
         point.hypothesis,
@@ -333,7 +333,7 @@ def _read_off(problem: Problem, point: _Point) -> Fit:
     )
 
 
-def _calm(problem: Problem, by_theta: Array) -> Array:
+def calm(problem: Problem, by_theta: Array) -> Array:
     """How much of each window counts, (W, 1, 1).
 
     A contact that comes or goes with a small change of a parameter makes a window answer to it

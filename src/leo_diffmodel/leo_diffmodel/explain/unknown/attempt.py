@@ -129,13 +129,21 @@ def _fitted(problem: Problem, base: Fit, law: Law, joint: str) -> Attempt:
     first = hypothesis.offset(len(hypothesis.candidates) - 1)
     theta = np.concatenate([base.theta[:first], law.values, base.theta[first:]])
     full = fit(problem, hypothesis, theta, base.start)
-    saved, train = base.loss - full.loss, problem.train
-    gains = float(saved[train].sum()), float(saved[~train].sum())
-    return with_fit(Attempt(base, law, None, text, *gains, per_torque), full)
+    return with_fit(Attempt(base, law, None, text, 0.0, 0.0, per_torque), full, problem.train)
 
 
-def with_fit(tried: Attempt, full: Fit) -> Attempt:
-    """The same law with the values of another joint fit, in which it is the last effect."""
+def with_fit(tried: Attempt, full: Fit, train: Array | None = None) -> Attempt:
+    """The same law with the values of another joint fit, in which it is the last effect.
+
+    Args:
+        tried: the law.
+        full: the fit.
+        train: training windows (W,), to count anew what it gains.
+    """
+    if train is not None:
+        saved = tried.base.loss - full.loss
+        tried = replace(tried, gain_train=float(saved[train].sum()),
+                        gain_held_out=float(saved[~train].sum()))  # fmt: skip
     last = full.hypothesis.candidates[-1]
     first = full.hypothesis.offset(len(full.hypothesis.candidates) - 1)
     law = tried.law.settled(full.theta[first : first + len(tried.law.values)])

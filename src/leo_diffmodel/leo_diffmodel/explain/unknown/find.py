@@ -17,6 +17,9 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain import helper
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit, fit, Problem
+from leo_diffmodel.explain.on_ground import converged
+from leo_diffmodel.explain.pose import Posed
+from leo_diffmodel.explain.ranking import gain
 from leo_diffmodel.explain.scored import (
     AGREEMENT,
     dispersion,
@@ -86,7 +89,7 @@ def _beyond(
     named = _gain(found.null, found.final, problem.train)
     if not _counts(best[0], named, 1.0):
         return None
-    tried = attempt(recordings, found.final, left, blocks, best[0])
+    tried = _settled(found.posed, attempt(recordings, found.final, left, blocks, best[0]))
     spread = min(tried.dispersion, dispersion(found.final))
     if not (_counts(best[0], named, spread) and _holds(problem, tried)):
         return None
@@ -104,17 +107,31 @@ def _instead(
     if not found.final.hypothesis.candidates:
         return None
     left, best = _curves(recordings, problem, found.null, blocks)
-    everything = np.ones(problem.windows.count, dtype=bool)
-    rival = _gain(found.null, found.final, everything)
-    price = _price(problem, len(found.final.theta) - len(found.null.theta))
     alone = partial(attempt, recordings, found.null, left, blocks)
     for tried in helper.spread(alone, _distinct(best)[:TRIED]):
-        spread = min(tried.dispersion, dispersion(found.final))
-        own = tried.total / spread - _price(problem, len(tried.law.values)) - FORM_NATS
-        whole = tried.fit is not None and unexplained(tried.fit) < WHOLE
-        if whole and own > rival / spread - price + MARGIN_NATS:
+        tried = _settled(found.posed, tried)
+        if tried.fit and unexplained(tried.fit) < WHOLE and _beats(tried, found):
             return Found(tried, (), found.null, left, blocks)
     return None
+
+
+def _beats(tried: Attempt, found: Search) -> bool:
+    """Whether a law explains more than all named effects, for what either takes to write down."""
+    assert tried.fit
+    problem = found.problem
+    spread = min(tried.dispersion, dispersion(found.final))
+    most = spread if problem.footing else np.inf
+    ahead = gain(found.final, tried.fit, np.ones(problem.windows.count, dtype=bool), most)
+    named = _price(problem, len(found.final.theta) - len(found.null.theta))
+    price = _price(problem, len(tried.law.values)) + FORM_NATS
+    return ahead / spread > price - named + MARGIN_NATS
+
+
+def _settled(posed: Posed, tried: Attempt) -> Attempt:
+    """On the ground, the law on a footing of its own."""
+    if not posed.problem.footing or tried.fit is None or tried.law.curve.variable.name == 'path':
+        return tried
+    return with_fit(tried, converged(posed, tried.fit).fit, posed.problem.train)
 
 
 def _curves(

@@ -14,7 +14,7 @@ import numpy as np
 from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.explain import shooting
-from leo_diffmodel.explain.fit import Fit, Problem
+from leo_diffmodel.explain.fit import calm, Fit, Problem
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -93,7 +93,7 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     noise = problem.sigma[windows.source][:, None, :, None]
     answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1)
     answer = answer / (1e-3 * torque_scale(model.robot))
-    weight = shooting.robust_weight(fitted.residual)
+    weight = shooting.robust_weight(fitted.residual) * calm(problem, answer)[..., 0] ** 2
     everything = np.concatenate([linear.by_theta, -answer], axis=-1)
     rest, columns, _, _ = shooting.eliminate(
         shooting.Linear(linear.residual, linear.by_start, everything), weight

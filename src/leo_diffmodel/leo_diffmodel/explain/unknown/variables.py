@@ -59,9 +59,10 @@ class Variable:
 
 
 def variables(left: Influence, joint: int) -> Iterator[Variable]:
-    """Everything that the torque at a joint may depend on."""
+    """Everything that the torque at a joint may depend on; where a robot stands does not count."""
     robot, windows = left.model.robot, left.problem.windows
-    for j, name in enumerate(robot.joint_names):
+    base = len(robot.base_joints)
+    for j, name in enumerate(robot.joint_names[base:], base):
         yield from _angles(name, left.q[..., j])
         yield from _spread('rate', name, 'rad/s', left.dq[..., j])
     inputs = left.averaged(windows.inputs)
