@@ -273,6 +273,18 @@ def test_explain_names_an_effect_on_the_ground():
     assert effect['parameters']['c']['value'] == pytest.approx(0.15, rel=0.02)
 
 
+def test_a_cable_on_the_ground_is_no_known_effect():
+    law = get_effect(str(Path(kinds.__file__).with_name('cable.py')))
+    cable = place(LEO, law, 'left_knee', k=1.2, slack=-0.3, side=-1.0)
+    bags = [recorded(cable, seconds=4.0), recorded(cable, start='standing', seconds=2.5)]
+    found = explain(bags, Model(LEO, engine='rigid'))
+    assert (found.verdict, found.effects) == ('unknown', [])
+    told = found.unknown.to_json()
+    assert (told['joint'], told['variable'], told['of']) == ('left_knee', 'angle', 'left_knee')
+    assert 'max(0, x0 - q)' in told['formula']
+    assert told['parameters']['k']['value'] == pytest.approx(1.2, rel=0.05)
+
+
 @pytest.mark.parametrize('name, shape', [('joint_spring', ()), ('torque_ripple', (6.0,))])
 def test_what_a_law_does_at_two_angles_tells_what_it_does_at_any(model, name, shape):
     knee, q = candidate(model, f'{name}:left_knee'), np.linspace(-1.0, 2.0, 7)

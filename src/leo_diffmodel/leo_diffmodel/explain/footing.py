@@ -25,6 +25,7 @@ ENOUGH_NATS, WORTH_NATS = 0.3, 0.03
 MOST_BEND = 0.3
 DRAWS = 2
 FEWEST = 12
+LOST = 1e6
 COARSE, FINER = 'search', 'training'
 OUT_OF_LINE = 1.5
 """Times the median loss: such a window is asked for its answer to the starts again."""
@@ -196,7 +197,7 @@ def refined(model: Model, windows: Windows, footing: Footing) -> tuple[Windows, 
 
 def _loss(windows: Windows, predicted: Array, sigma: Array) -> Array:
     e = (windows.measured - predicted) / per_window(sigma, windows)
-    return huber(np.nan_to_num(e, nan=1e6).reshape(windows.count, -1))
+    return huber(np.clip(np.nan_to_num(e, nan=LOST), -LOST, LOST).reshape(windows.count, -1))
 
 
 def _step(windows: Windows, predicted: Array, columns: Array, sigma: Array) -> Array:
