@@ -16,7 +16,7 @@ from leo_diffmodel.explain.ranking import gain, gains, ranking, Round
 from leo_diffmodel.explain.scan import Scan
 from leo_diffmodel.explain.scored import dispersion
 
-MOST_CONTENDERS, WORTH, WORTH_ALL = 8, 0.2, 0.8
+MOST_CONTENDERS, WORTH, WORTH_ALL = 8, 0.35, 0.8
 """How many are tried, and the share of the threshold that a scan, and then a fit in some windows,
 must promise."""
 KNOCK_OUT, KNOCK_OUT_WINDOWS = ((4, np.inf), (3, 60.0)), 40
@@ -26,7 +26,7 @@ STRIDES = (1.0, 0.3)
 MOST_STEPS, ENOUGH_NATS = 10, 2.0
 
 
-class _Stand(NamedTuple):
+class Stand(NamedTuple):
     """A hypothesis at some values, on a footing of its own, and where a step leads from there."""
 
     posed: Posed
@@ -65,7 +65,7 @@ def knock_out(
 
 def _played(
     posed: Posed, null: Fit, scans: Sequence[Scan], progress: Callable[[str], None]
-) -> tuple[list[tuple[Scan, _Stand]], float]:
+) -> tuple[list[tuple[Scan, Stand]], float]:
     """The last contenders, best first, and what the best of them gains [nats]."""
     field = [(s, _footed(posed, _with(null, s))) for s in scans]
     for left, behind in KNOCK_OUT:
@@ -78,7 +78,7 @@ def _played(
     return field, max(saved) / spread
 
 
-def _from_others(fitted: Fit, last: Sequence[_Stand]) -> Fit:
+def _from_others(fitted: Fit, last: Sequence[Stand]) -> Fit:
     """The fit on the footing of the others in the windows where that suits it better."""
     for at in last:
         fitted = settled_as(at.posed.problem, fitted, at.fit)
@@ -114,7 +114,7 @@ def _with(null: Fit, scan: Scan) -> Fit:
     return replace(null, hypothesis=hypothesis, theta=hypothesis.bounded(scan.theta))
 
 
-def _advanced(at: _Stand, finer: bool = False) -> tuple[_Stand, float]:
+def _advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
     """A step further, or a shorter one, where that is better, and what it gains [nats]."""
     for scale in STRIDES:
         trial = _footed(at.posed, at.ahead(scale), finer)
@@ -124,7 +124,7 @@ def _advanced(at: _Stand, finer: bool = False) -> tuple[_Stand, float]:
     return at, 0.0
 
 
-def converged(posed: Posed, best: Fit) -> _Stand:
+def converged(posed: Posed, best: Fit) -> Stand:
     """A hypothesis fitted with the starts settled anew at every step, and the footing there."""
     first = at = _footed(posed, best, finer=True)
     for _ in range(MOST_STEPS if best.hypothesis.size else 0):
@@ -134,7 +134,7 @@ def converged(posed: Posed, best: Fit) -> _Stand:
     return at if at is first else _footed(at.posed, at.fit, finer=True)
 
 
-def _footed(posed: Posed, point: Fit, finer: bool = False) -> _Stand:
+def _footed(posed: Posed, point: Fit, finer: bool = False) -> Stand:
     """The footing of a hypothesis at some values."""
     posed = resettled(posed, point, finer)
-    return _Stand(posed, *looked_at(posed.problem, point.hypothesis, point.theta))
+    return Stand(posed, *looked_at(posed.problem, point.hypothesis, point.theta))
