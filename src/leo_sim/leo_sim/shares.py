@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Windows shared out over the cores of this process, where their physics is compiled."""
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 import itertools
 import math
 import os
@@ -13,6 +14,7 @@ LEAST_INTERVALS = 200
 """Fewer than these in a share are not worth a thread."""
 
 T = TypeVar('T')
+_alone: list[bool] = []
 _loaded: list[bool] = []  # compiled code is loaded by one thread: two at once compile it again
 
 
@@ -54,8 +56,20 @@ def shares(work: Callable[[Batch], T], batch: Batch) -> list[T]:
         return list(pool.map(work, parts))
 
 
+@contextmanager
+def alone(wanted: bool = True) -> Iterator[None]:
+    """Rollouts keep to one core meanwhile: another process is at work on the others."""
+    _alone.append(wanted)
+    try:
+        yield
+    finally:
+        _alone.pop()
+
+
 def cores() -> int:
     """How many cores this process may use; OMP_NUM_THREADS limits them."""
+    if any(_alone):
+        return 1
     there = len(os.sched_getaffinity(0))
     told = os.environ.get('OMP_NUM_THREADS', '')
     return min(there, int(told)) if told.isdigit() and int(told) > 0 else there

@@ -101,7 +101,7 @@ def explain(
     began = time.monotonic()
     origin = provenance([*recordings, *hold_out], model)
     own = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
-    helper.prepare(not own and not model.robot.contacts)  # whose rollouts use all cores
+    helper.prepare(not own)
     thinned = thin([*recordings, *hold_out])
     recordings, hold_out = thinned[: len(recordings)], thinned[len(recordings) :]
     posed, reason = _posed(recordings, hold_out, model)

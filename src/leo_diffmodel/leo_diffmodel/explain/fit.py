@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -189,34 +188,25 @@ def _stepped(
     return best, 0.0
 
 
-def looked_at(
-    problem: Problem, hypothesis: Hypothesis, theta: Array
-) -> tuple[Fit, Callable[[float], Fit]]:
-    """A hypothesis on the ground as it is at some values.
-
-    Returns:
-        it, and where so much of a Gauss-Newton step leads from there; that is not fitted yet.
-    """
+def looked_at(problem: Problem, hypothesis: Hypothesis, theta: Array) -> tuple[Fit, Step]:
+    """A hypothesis on the ground as it is at some values, and the Gauss-Newton step from there."""
     assert problem.footing
-    theta = hypothesis.bounded(theta)
-    point = _evaluate(problem, hypothesis, theta, problem.footing.start)
-    fitted = _read_off(problem, point)
-    step = _sound_step(problem, point)
+    point = _evaluate(problem, hypothesis, hypothesis.bounded(theta), problem.footing.start)
+    return _read_off(problem, point), _sound_step(problem, point)
 
-    def moved(scale: float) -> Fit:
-        there = hypothesis.bounded(theta + scale * step.theta)
-        start = point.start + step.start + step.gain @ (there - theta)
-        start = np.where(np.isfinite(start), start, point.start)
-        return replace(fitted, theta=there, start=start)
 
-    return fitted, moved
+def moved(fitted: Fit, step: Step, scale: float) -> Fit:
+    """Where so much of a step leads; the rest of the fit is that of before."""
+    theta = fitted.hypothesis.bounded(fitted.theta + scale * step.theta)
+    start = fitted.start + step.start + step.gain @ (theta - fitted.theta)
+    return replace(fitted, theta=theta, start=np.where(np.isfinite(start), start, fitted.start))
 
 
 def _in_line(problem: Problem, loss: Array) -> float:
     return OUT_OF_LINE * float(np.median(loss[problem.train]))
 
 
-def _sound_step(problem: Problem, point: _Point) -> _Step:
+def _sound_step(problem: Problem, point: _Point) -> Step:
     loss = shooting.huber(point.linear.residual)
     return _step(problem, point, problem.train & (loss < _in_line(problem, loss)))
 
@@ -240,7 +230,7 @@ class _Point:
 
 
 @dataclass(frozen=True)
-class _Step:
+class Step:
     """The step of the parameters, and of each start state: start + gain (change of theta)."""
 
     theta: Array
@@ -257,7 +247,7 @@ def _evaluate(problem: Problem, hypothesis: Hypothesis, theta: Array, start: Arr
     return _Point(hypothesis, theta, start, linear, rest, merit)
 
 
-def _step(problem: Problem, point: _Point, chosen: Array | None = None) -> _Step:
+def _step(problem: Problem, point: _Point, chosen: Array | None = None) -> Step:
     """The next step; parameters by the training windows, or those `chosen` (W,)."""
     chosen = problem.train if chosen is None else chosen
     weight = shooting.robust_weight(point.rest)
@@ -269,7 +259,7 @@ def _step(problem: Problem, point: _Point, chosen: Array | None = None) -> _Step
         slope = np.einsum('wnp,wn->p', columns, residual[chosen] * quiet[..., 0])
         ridge = RIDGE_ON_GROUND if problem.footing else RIDGE
         step = _bounded_step(_gram(columns), slope, point, ridge)
-    return _Step(step, -start, -gain)
+    return Step(step, -start, -gain)
 
 
 def _bounded_step(matrix: Array, slope: Array, point: _Point, ridge: float) -> Array:

@@ -7,10 +7,13 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 import multiprocessing
+import os
 from typing import Any, NamedTuple, TypeVar
 
 from joblib import cpu_count
 from joblib.externals.loky import ProcessPoolExecutor
+
+from leo_sim.shares import alone
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
@@ -50,7 +53,8 @@ def spread(
             found, lent = _received(lent, function, items), None
         else:
             number = waiting.pop(0)
-            found = {number: function(items[number])}
+            with alone(bool(lent)):
+                found = {number: function(items[number])}
         for number in found:
             told(items[number])
         results |= found
@@ -97,8 +101,10 @@ def _submit(function: Callable[..., Any], *arguments: Any) -> Future:
 
 
 def _imported() -> None:
-    """What takes longest to start: the modules that the trials need."""
+    """What takes longest to start: the modules that the trials need; and keep to one core."""
     import leo_diffmodel.explain.engine  # noqa: F401
+
+    os.environ['OMP_NUM_THREADS'] = '1'
 
 
 def _each(function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:

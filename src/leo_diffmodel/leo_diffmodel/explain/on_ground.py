@@ -5,11 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from leo_diffmodel.explain.fit import Fit, looked_at, settled_as
+from leo_diffmodel.explain import helper
+from leo_diffmodel.explain.fit import Fit, looked_at, moved, settled_as, Step
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import Posed, resettled
 from leo_diffmodel.explain.ranking import gain, gains, ranking, Round
@@ -31,7 +33,7 @@ class Stand(NamedTuple):
 
     posed: Posed
     fit: Fit
-    ahead: Callable[[float], Fit]
+    step: Step
 
 
 def knock_out(
@@ -54,7 +56,7 @@ def knock_out(
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
     fitted = converged if nats * len(train) / count > WORTH_ALL * limit else _footed
     first = finalists(null, [replace(s, theta=at.fit.theta) for s, at in field], scans)
-    last = [fitted(posed, _with(null, s)) for s in first]
+    last = _each(fitted, posed, [_with(null, s) for s in first])
     null = _from_others(null, last)
     fits = [_from_others(at.fit, last) for at in last]
     tried = [s.candidate for s in first]
@@ -67,15 +69,41 @@ def _played(
     posed: Posed, null: Fit, scans: Sequence[Scan], progress: Callable[[str], None]
 ) -> tuple[list[tuple[Scan, Stand]], float]:
     """The last contenders, best first, and what the best of them gains [nats]."""
-    field = [(s, _footed(posed, _with(null, s))) for s in scans]
+    stands = _each(_footed, posed, [_with(null, s) for s in scans])
+    field = list(zip(scans, stands, strict=True))
     for left, behind in KNOCK_OUT:
-        field = [(s, _advanced(at)[0]) for s, at in field]
+        further = helper.spread(_advanced, [at for _, at in field])
+        field = [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, further, strict=True)]
         spread = min(dispersion(at.fit) for _, at in field)
         saved = gains(null, [at.fit for _, at in field], posed.problem.train, spread)
         order, least = np.argsort(saved)[::-1], max(0.0, max(saved) - behind * spread)
         field = [field[i] for i in order[:left] if saved[i] > least or i == order[0]]
         progress(field[0][0].candidate.label)
     return field, max(saved) / spread
+
+
+def _each(
+    function: Callable[[Posed, Fit], Stand], posed: Posed, points: Sequence[Fit]
+) -> list[Stand]:
+    """The function of each point; what scans have found out is too much to be sent along."""
+    assert posed.problem.footing
+    traces = posed.problem.footing.traces
+    stands = helper.spread(partial(function, _tracing(posed, {})), points)
+    return [
+        _of(at, point)._replace(posed=_tracing(at.posed, traces))
+        for at, point in zip(stands, points, strict=True)
+    ]
+
+
+def _of(at: Stand, point: Fit) -> Stand:
+    """With the very candidates of a point, of which another process gives copies."""
+    return at._replace(fit=replace(at.fit, hypothesis=point.hypothesis))
+
+
+def _tracing(posed: Posed, traces: dict) -> Posed:
+    assert posed.problem.footing
+    footing = replace(posed.problem.footing, traces=traces)
+    return replace(posed, problem=replace(posed.problem, footing=footing))
 
 
 def _from_others(fitted: Fit, last: Sequence[Stand]) -> Fit:
@@ -117,7 +145,7 @@ def _with(null: Fit, scan: Scan) -> Fit:
 def _advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
     """A step further, or a shorter one, where that is better, and what it gains [nats]."""
     for scale in STRIDES:
-        trial = _footed(at.posed, at.ahead(scale), finer)
+        trial = _footed(at.posed, moved(at.fit, at.step, scale), finer)
         train, spread = at.posed.problem.train, dispersion(trial.fit)
         if (gained := gain(at.fit, trial.fit, train, spread)) > 0:
             return trial, gained

@@ -54,7 +54,7 @@ def explore(
         posed, null, _ = converged(posed, null)
     problem = posed.problem
     scanner = (GroundScanner if problem.footing else Scanner)(problem, null, scales)
-    found = helper.spread(scanner.scan, candidates, lambda c: progress(c.label))
+    found = _scanned(scanner, candidates, lambda c: progress(c.label))
     scans = [replace(s, candidate=c) for s, c in zip(found, candidates, strict=True)]
     scans = _ordered(scans, null, incumbent)
     if problem.footing:
@@ -68,6 +68,19 @@ def explore(
     rest = [s for s in scans[LISTENED:REFINED] if s.gain > WORTH_A_FIT]
     leading += _refitted(problem, null, rest, progress)
     return ranking(posed, null, scans, leading, threshold(scans), candidates)
+
+
+def _scanned(
+    scanner: Scanner, candidates: Sequence[Candidate], told: Callable[[Candidate], None]
+) -> list[Scan]:
+    """All candidates scanned, on the ground by this process: the scanner keeps what it finds."""
+    if not isinstance(scanner, GroundScanner):
+        return helper.spread(scanner.scan, candidates, told)
+    found = []
+    for candidate in candidates:
+        found.append(scanner.scan(candidate))
+        told(candidate)
+    return found
 
 
 def _ordered(scans: Sequence[Scan], null: Fit, incumbent: Fit | None) -> list[Scan]:

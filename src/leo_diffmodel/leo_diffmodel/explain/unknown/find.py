@@ -40,8 +40,9 @@ LEAST_SHARE = 0.1
 """Of all that is explained; less is no answer to what is missing."""
 FORM_NATS = 3.0
 TRIED = 2
-WHOLE = 1.3
-"""Most that a law may leave, in units of noise, to stand in for several named effects."""
+WHOLE, NEARLY = 1.3, 3.0
+"""Most that a law may leave, in units of noise, to stand in for several named effects; and before
+its starts have settled, to be worth that."""
 
 
 @dataclass(frozen=True)
@@ -128,8 +129,10 @@ def _beats(tried: Attempt, found: Search) -> bool:
 
 
 def _settled(posed: Posed, tried: Attempt) -> Attempt:
-    """On the ground, the law on a footing of its own."""
-    if not posed.problem.footing or tried.fit is None or tried.law.curve.variable.name == 'path':
+    """On the ground, a law that explains a good part on a footing of its own."""
+    if not posed.problem.footing or tried.law.curve.variable.name == 'path':
+        return tried
+    if tried.fit is None or unexplained(tried.fit) > NEARLY:
         return tried
     return with_fit(tried, converged(posed, tried.fit).fit, posed.problem.train)
 
