@@ -12,6 +12,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.sizes import in_volts
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.hypothesis import Candidate
+from leo_diffmodel.explain.ranking import gain
 from leo_diffmodel.explain.scored import dispersion
 from leo_diffmodel.explain.unknown import effect_file
 from leo_diffmodel.explain.unknown.curves import again, carry, Curve
@@ -141,9 +142,8 @@ def with_fit(tried: Attempt, full: Fit, train: Array | None = None) -> Attempt:
         train: training windows (W,), to count anew what it gains.
     """
     if train is not None:
-        saved = tried.base.loss - full.loss
-        tried = replace(tried, gain_train=float(saved[train].sum()),
-                        gain_held_out=float(saved[~train].sum()))  # fmt: skip
+        trained, held = (gain(tried.base, full, chosen) for chosen in (train, ~train))
+        tried = replace(tried, gain_train=trained, gain_held_out=held)
     last = full.hypothesis.candidates[-1]
     first = full.hypothesis.offset(len(full.hypothesis.candidates) - 1)
     law = tried.law.settled(full.theta[first : first + len(tried.law.values)])

@@ -87,7 +87,7 @@ def _beyond(
 ) -> Found | None:
     """A law for what the named effects leave."""
     left, best = _curves(recordings, problem, found.final, blocks)
-    named = _gain(found.null, found.final, problem.train)
+    named = gain(found.null, found.final, problem.train)
     if not _counts(best[0], named, 1.0):
         return None
     tried = _settled(found.posed, attempt(recordings, found.final, left, blocks, best[0]))
@@ -176,7 +176,7 @@ def _needed(problem: Problem, tried: Attempt) -> tuple[tuple[int, ...], Attempt]
     kept, full = list(range(len(tried.base.hypothesis.candidates))), tried.fit
     while kept and full is not None:
         smaller = [_without(problem, full, i) for i in range(len(kept))]
-        costs = [_gain(s, full, everything) / dispersion(full) for s in smaller]
+        costs = [gain(s, full, everything) / dispersion(full) for s in smaller]
         least = int(np.argmin(costs))
         if costs[least] > LEAST_NATS:
             break
@@ -190,10 +190,6 @@ def _without(problem: Problem, full: Fit, index: int) -> Fit:
     count = len(hypothesis.candidates[index].parameters)
     theta = np.delete(full.theta, np.arange(first, first + count))
     return fit(problem, hypothesis.without(index), theta, full.start)
-
-
-def _gain(null: Fit, other: Fit, chosen: Array) -> float:
-    return float((null.loss - other.loss)[chosen].sum())
 
 
 def _price(problem: Problem, count: int) -> float:
