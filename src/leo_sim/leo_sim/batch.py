@@ -126,6 +126,8 @@ def warmed(model: Model, history: History, dq: Any, memory: Memory
         if laws.sensors.dynamic:
             past.append(_faster(model, state, past, memory, held, count))
         q = laws.true_state(*state)[0]
+        if not laws.remembers and laws.gap is None:  # commands need no substeps
+            h, count = h * count, 1
         for i in range(count):
             if i == 0 or laws.dynamic:
                 u, on, memory = laws.command(*held[:2], memory, h)

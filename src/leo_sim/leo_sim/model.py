@@ -202,8 +202,9 @@ class Model:
         if not self.robot.contacts:
             return integrate
         from leo_sim import multirate
-        return partial(multirate.integrate,
-                       geometry_every=self.robot.schemes[self.scheme].geometry_every)
+        scheme = self.robot.schemes[self.scheme]
+        return partial(multirate.integrate, geometry_every=scheme.geometry_every,
+                       switching=scheme.switching)
 
     @cached_property
     def _integrate(self) -> Any:

@@ -14,19 +14,21 @@ from leo_sim.engines.planar import rows as _rows
 from leo_sim.laws import HELD, Laws, Memory
 from leo_sim.substep import Drag, DRIVE, Dynamics, rested, slowing
 
-SWITCHING = 1e-3  # s; a command that changes while it is held is a mean over as long at most
 BASE = 3  # joints of a planar base
 
 
 def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, inputs: Any,
-              enabled: Any, h: Any, count: int, push: Any = 0.0, geometry_every: int = 1
-              ) -> tuple[Any, Any, Memory]:
-    """The state after `count` substeps of h s with the inputs held; see `leo_sim.substep`."""
+              enabled: Any, h: Any, count: int, push: Any = 0.0, geometry_every: int = 1,
+              switching: float = 1e-3) -> tuple[Any, Any, Memory]:
+    """The state after `count` substeps of h s with the inputs held; see `leo_sim.substep`.
+
+    A command that changes meanwhile (delay, lag) is a mean over `switching` s at most.
+    """
     if HELD in memory:
         dq = dq * (1.0 - memory[HELD][..., None] * (np.arange(dq.shape[-1]) < BASE))
     memory = rested(laws, q, dq, memory)
     if laws.dynamic:
-        geometry_every = min(geometry_every, max(1, int(SWITCHING / np.max(h))))
+        geometry_every = min(geometry_every, max(1, int(switching / np.max(h))))
     periods = -(-count // geometry_every)
     inner = -(-count // periods)
     h = np.asarray(h * (count / (periods * inner)))

@@ -115,10 +115,15 @@ class TerminationFile(Schema):
 
 
 class SchemeFile(Schema):
-    """How a robot is integrated: longest substep s, substeps between geometry updates."""
+    """How a robot on the ground is integrated.
+
+    Longest substep s, substeps between geometry updates, and over how long at most a command
+    that changes while it is held (delay, lag) is a mean s.
+    """
 
     integration_step: Seconds
     geometry_every: Annotated[int, Field(ge=1)] = 1
+    switching: Seconds = 1e-3
 
 
 class RobotFile(Schema):

@@ -8,13 +8,15 @@ round to round, since it does much the same beside another effect.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 
 from leo_diffmodel.compare.pushes import predict
-from leo_diffmodel.explain import shooting
-from leo_diffmodel.explain.fit import Fit, Problem
+from leo_diffmodel.explain import helper, shooting
+from leo_diffmodel.explain.fit import calm, Fit, Problem
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.scan import (
     amplitude_indices,
@@ -64,10 +66,19 @@ class GroundScanner(Scanner):
         self._kept = problem.footing.traces if problem.footing else {}
         super().__init__(problem.take(some), null.take(some), scales)
 
+    def trace(
+        self, candidates: Sequence[Candidate], told: Callable[[Candidate], None] = lambda _: None
+    ) -> None:
+        """Find out what those candidates do that no earlier round has tried."""
+        new, bare = [c for c in candidates if c not in self._kept], copy(self)
+        bare._kept = {}  # too much to be sent along
+        self._kept.update(zip(new, helper.spread(bare._trace, new, told), strict=True))
+
     def scan(self, candidate: Candidate) -> Scan:
         """The best amplitudes: by least squares where the law is linear, else of a grid."""
-        trace = self._kept.setdefault(candidate, None) or self._trace(candidate)
-        self._kept[candidate] = trace
+        if candidate not in self._kept:
+            self.trace([candidate])
+        trace = self._kept[candidate]
         change = self._project(trace.change)
         found = self._solved if is_straight(candidate) else self._picked
         theta, gain = found(candidate, *turned_to_any(candidate, trace.points, change))
@@ -143,7 +154,8 @@ class GroundScanner(Scanner):
             neutral = np.array([p.neutral for p in candidate.parameters])
             step = np.diagonal(points[g * len(amplitude) :][: len(amplitude), list(amplitude)])
             step = step - neutral[list(amplitude)]
-            gram, slope = rows @ rows.T, rows @ self.residual
+            quiet = self._quiet(rows)
+            gram, slope = (rows * quiet) @ rows.T, (rows * quiet) @ self.residual
             scale = np.maximum(np.diag(gram), 1e-12)
             stretch = np.linalg.solve(gram + RIDGE * np.diag(scale), slope)
             if candidate.effect.hook == 'sensor':
@@ -161,14 +173,22 @@ class GroundScanner(Scanner):
         self, candidate: Candidate, points: Array, change: Array
     ) -> tuple[Array, float]:
         """The best point of a grid; along each ray the closed form picks the amplitude."""
-        length2 = np.maximum((change**2).sum(-1), 1e-12)
-        along = change @ self.residual
+        heard = change * np.stack([self._quiet(row[None]) for row in change])
+        length2 = np.maximum((heard * change).sum(-1), 1e-12)
+        along = heard @ self.residual
         low, high = stretch_limits(candidate)
         stretch = np.clip(along / length2, min(low, 1 / BETWEEN), max(high, BETWEEN))
         gains = self._saved(stretch[:, None] * change)
         best = int(np.argmax(gains))
         theta = self._stretched(candidate, points[best], float(stretch[best]))
         return theta, float(gains[best])
+
+    def _quiet(self, rows: Array) -> Array:
+        """How much of each window's answers (P, M) counts, squared, (M,)."""
+        windows = len(self._null.start)
+        by_theta = np.moveaxis(rows.reshape(len(rows), windows, -1), 0, -1)
+        weight: Array = calm(self._problem, by_theta)[:, 0] ** 2
+        return np.repeat(weight[:, 0], by_theta.shape[1])
 
     def _saved(self, change: Array) -> Array:
         """Nats saved by changes (..., M) of the residual, in no window more than it is worth."""

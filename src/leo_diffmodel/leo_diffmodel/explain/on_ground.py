@@ -18,12 +18,12 @@ from leo_diffmodel.explain.ranking import gain, gains, ranking, Round
 from leo_diffmodel.explain.scan import Scan
 from leo_diffmodel.explain.scored import dispersion
 
-MOST_CONTENDERS, WORTH, WORTH_ALL = 8, 0.35, 0.8
-"""How many are tried, and the share of the threshold that a scan, and then a fit in some windows,
-must promise."""
-KNOCK_OUT, KNOCK_OUT_WINDOWS = ((4, np.inf), (3, 60.0)), 40
-"""How many go on after each step, and by how many nats (for a dispersion of 1) behind the best at
-most; in how many windows."""
+MOST_CONTENDERS, WORTH, WORTH_ALL, WORTH_MORE = 10, 0.35, 0.8, 0.5
+"""How many are tried, and the share of the threshold that a scan, then a fit in some windows, and
+what that comes to in all must promise."""
+KNOCK_OUT, KNOCK_OUT_WINDOWS = ((6, np.inf), (4, np.inf), (3, 60.0)), 40
+"""How many go on at first and after each step, and by how many nats (for a dispersion of 1) behind
+the best at most; in how many windows."""
 STRIDES = (1.0, 0.3)
 MOST_STEPS, ENOUGH_NATS = 10, 2.0
 
@@ -54,9 +54,11 @@ def knock_out(
     count = min(KNOCK_OUT_WINDOWS, len(train))
     some = train[np.linspace(0, len(train) - 1, count).astype(int)]
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
-    fitted = converged if nats * len(train) / count > WORTH_ALL * limit else _footed
     first = finalists(null, [replace(s, theta=at.fit.theta) for s, at in field], scans)
-    last = _each(fitted, posed, [_with(null, s) for s in first])
+    last = _each(_footed, posed, [_with(null, s) for s in first])
+    promised = nats * len(train) / count
+    if promised > WORTH_ALL * limit and _gained(null, last) > WORTH_MORE * limit:
+        last = _each(converged, posed, [at.fit for at in last])
     null = _from_others(null, last)
     fits = [_from_others(at.fit, last) for at in last]
     tried = [s.candidate for s in first]
@@ -71,15 +73,28 @@ def _played(
     """The last contenders, best first, and what the best of them gains [nats]."""
     stands = _each(_footed, posed, [_with(null, s) for s in scans])
     field = list(zip(scans, stands, strict=True))
-    for left, behind in KNOCK_OUT:
-        further = helper.spread(_advanced, [at for _, at in field])
-        field = [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, further, strict=True)]
+    for step, (left, behind) in enumerate(KNOCK_OUT):
+        if step:
+            field = _further(field)
         spread = min(dispersion(at.fit) for _, at in field)
         saved = gains(null, [at.fit for _, at in field], posed.problem.train, spread)
         order, least = np.argsort(saved)[::-1], max(0.0, max(saved) - behind * spread)
         field = [field[i] for i in order[:left] if saved[i] > least or i == order[0]]
         progress(field[0][0].candidate.label)
     return field, max(saved) / spread
+
+
+def _further(field: Sequence[tuple[Scan, Stand]]) -> list[tuple[Scan, Stand]]:
+    """Every contender a step further."""
+    stands = helper.spread(_advanced, [at for _, at in field])
+    return [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, stands, strict=True)]
+
+
+def _gained(null: Fit, stands: Sequence[Stand]) -> float:
+    """What the best of them gains [nats]."""
+    spread = min(dispersion(at.fit) for at in stands)
+    train = stands[0].posed.problem.train
+    return max(gains(null, [at.fit for at in stands], train, spread)) / spread
 
 
 def _each(

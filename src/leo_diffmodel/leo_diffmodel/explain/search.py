@@ -73,14 +73,11 @@ def explore(
 def _scanned(
     scanner: Scanner, candidates: Sequence[Candidate], told: Callable[[Candidate], None]
 ) -> list[Scan]:
-    """All candidates scanned, on the ground by this process: the scanner keeps what it finds."""
+    """All candidates scanned; the scanner on the ground keeps what takes long."""
     if not isinstance(scanner, GroundScanner):
         return helper.spread(scanner.scan, candidates, told)
-    found = []
-    for candidate in candidates:
-        found.append(scanner.scan(candidate))
-        told(candidate)
-    return found
+    scanner.trace(candidates, told)
+    return [scanner.scan(candidate) for candidate in candidates]
 
 
 def _ordered(scans: Sequence[Scan], null: Fit, incumbent: Fit | None) -> list[Scan]:

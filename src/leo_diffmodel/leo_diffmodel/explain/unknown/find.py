@@ -104,8 +104,13 @@ def _beyond(
 def _instead(
     recordings: Sequence[Recording], problem: Problem, found: Search, blocks: Array
 ) -> Found | None:
-    """A law that explains more by itself than all named effects together."""
+    """A law that explains more by itself than all named effects together.
+
+    On the ground, where this is dear, not where no curve follows what they leave.
+    """
     if not found.final.hypothesis.candidates:
+        return None
+    if problem.footing and _is_whole(recordings, found, blocks):
         return None
     left, best = _curves(recordings, problem, found.null, blocks)
     alone = partial(attempt, recordings, found.null, left, blocks)
@@ -114,6 +119,11 @@ def _instead(
         if tried.fit and unexplained(tried.fit) < WHOLE and _beats(tried, found):
             return Found(tried, (), found.null, left, blocks)
     return None
+
+
+def _is_whole(recordings: Sequence[Recording], found: Search, blocks: Array) -> bool:
+    """Whether no curve follows what the named effects leave."""
+    return _curves(recordings, found.problem, found.final, blocks)[1][0].gain < LEAST_NATS
 
 
 def _beats(tried: Attempt, found: Search) -> bool:
