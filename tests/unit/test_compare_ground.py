@@ -206,6 +206,26 @@ def test_a_scan_on_settled_windows_finds_effect_joint_and_size(model, braked):
     assert low - 0.003 < 0.05 < high + 0.003
 
 
+def test_a_window_that_answers_loudly_does_not_decide_a_scan(model, braked):
+    _, _, scanner = scanned(model, braked)
+    friction = candidate(model, 'viscous_friction:left_knee')
+    scanner.trace([friction])
+    scanner._kept[friction].change[:, 0] *= -1000.0
+    assert scanner.scan(friction).theta[0] == pytest.approx(0.05, rel=0.4)
+
+
+def test_a_delay_is_searched_for_with_few_looks_at_the_geometry(model, braked):
+    windows = cut([braked], 0.1, history=0.05)
+    delay = [place(LEO, 'command_delay', 'all', delay=0.0043)]
+
+    def late(scheme):
+        models = model.changed(scheme=scheme), model.changed(scheme=scheme, effects=delay)
+        return np.subtract(*(predict(m, windows, windows.measured[:, 0]) for m in models))
+
+    fine = late('training')
+    assert np.median(np.abs(late('search') - fine)) < 0.01 * np.median(np.abs(fine))
+
+
 def test_what_a_coarse_integration_is_off_by_is_taken_off(model):
     windows = cut([recorded(start='standing', seconds=0.9)], 0.1)
     kept, footing = settled(model, windows, SIGMA)
