@@ -351,6 +351,19 @@ def test_a_law_outside_the_catalogue_shows_at_its_joint(model):
     assert (best.joint, best.variable.name, best.carrier) == (KNEE, 'angle', 'friction')
 
 
+def test_a_window_that_a_push_throws_out_of_the_ground_is_no_trace(model, braked, monkeypatch):
+    problem, null, _ = scanned(model, braked)
+
+    def thrown(of, windows, start, pushes):
+        predicted, columns = respond(of, windows, start, pushes)
+        columns[0] = np.nan
+        return predicted, columns
+
+    monkeypatch.setattr('leo_diffmodel.explain.unknown.influence.respond', thrown)
+    left = influence(problem, null)
+    assert np.all(left.answer[0] == 0) and np.all(np.isfinite(left.answer))
+
+
 def test_straight_effects_are_those_in_proportion_to_their_size(model):
     straight = {c.effect.name for c in candidates(model) if is_straight(c)}
     assert {'viscous_friction', 'link_mass', 'encoder_offset', 'armature'} <= straight

@@ -90,6 +90,9 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     stretch = np.arange(windows.steps) * min(windows.steps, most) // windows.steps
     pushes = _pushes(stretch, windows.dt.shape, joints, 1e-3 * torque_scale(model.robot))
     predicted, columns = respond(model, windows, fitted.start, pushes)
+    if problem.footing:  # a push there may throw the robot out of the ground
+        lost = ~np.isfinite(columns).all(axis=(1, 2, 3))
+        predicted[lost], columns[lost] = windows.measured[lost], 0.0
     noise = problem.sigma[windows.source][:, None, :, None]
     answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1)
     answer = answer / (1e-3 * torque_scale(model.robot))
