@@ -108,7 +108,9 @@ def _moved(laws: Laws, driven: _Driven, q: Any, dq: Any, memory: Memory,
 
 def _still(memory: Memory, shape: tuple[int, ...]) -> Any:
     """How many joints, the first ones, do not move, (N,) or (1,)."""
-    held = np.asarray(memory.get(HELD, 0.0))
+    if HELD not in memory:
+        return np.zeros(1, np.int64)
+    held = np.asarray(memory[HELD])
     return (BASE * _rows(held[..., None], shape, 1)[:, 0]).astype(np.int64)
 
 

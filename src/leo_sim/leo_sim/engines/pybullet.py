@@ -55,7 +55,7 @@ class Bullet(Free):
         angles = q[self._to_bullet].tolist()
         mass = np.array(pybullet.calculateMassMatrix(self._body, angles, **self._at))
         if not self._in_order:
-            mass = mass[np.ix_(self._from_bullet, self._from_bullet)]
+            mass = mass[self._mixed]
         self._mass, self._bias = mass, self._resistance(angles, dq)
         return mass, self._less_pulls(self._bias, angles)
 
@@ -119,6 +119,7 @@ class Bullet(Free):
         self._joints = [numbers[j.name] for j in joints if j.kind != 'fixed']
         self._to_bullet = np.argsort(self._joints)
         self._from_bullet = np.argsort(self._to_bullet)
+        self._mixed = np.ix_(self._from_bullet, self._from_bullet)
         self._in_order = self._joints == sorted(self._joints)
         self._still = [0.0] * len(self._joints)
         pybullet.setJointMotorControlArray(self._body, self._joints, pybullet.VELOCITY_CONTROL,
