@@ -18,8 +18,8 @@ BASE = 3  # joints of a planar base
 
 
 def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, inputs: Any,
-              enabled: Any, h: Any, count: int, push: Any = 0.0, geometry_every: int = 1,
-              switching: float = 1e-3) -> tuple[Any, Any, Memory]:
+              enabled: Any, h: Any, count: int, push: Any = 0.0, *, geometry_every: int,
+              switching: float) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held; see `leo_sim.substep`.
 
     A command that changes meanwhile (delay, lag) is a mean over `switching` s at most.

@@ -76,8 +76,7 @@ class GroundScanner(Scanner):
 
     def scan(self, candidate: Candidate) -> Scan:
         """The best amplitudes: by least squares where the law is linear, else of a grid."""
-        if candidate not in self._kept:
-            self.trace([candidate])
+        self.trace([candidate])
         trace = self._kept[candidate]
         change = self._project(trace.change)
         found = self._solved if is_straight(candidate) else self._picked

@@ -106,7 +106,7 @@ def _instead(
 ) -> Found | None:
     """A law that explains more by itself than all named effects together.
 
-    On the ground, where this is dear, not where no curve follows what they leave.
+    On the ground this is dear: there it is tried only where some curve follows what they leave.
     """
     if not found.final.hypothesis.candidates:
         return None

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.compare.pushes import respond
+from leo_diffmodel.compare.pushes import respond, tame
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.explain import shooting
 from leo_diffmodel.explain.fit import calm, Fit, Problem
@@ -91,7 +91,7 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     pushes = _pushes(stretch, windows.dt.shape, joints, 1e-3 * torque_scale(model.robot))
     predicted, columns = respond(model, windows, fitted.start, pushes)
     if problem.footing:  # a push there may throw the robot out of the ground
-        lost = ~np.isfinite(columns).all(axis=(1, 2, 3))
+        lost = ~tame(columns)
         predicted[lost], columns[lost] = windows.measured[lost], 0.0
     noise = problem.sigma[windows.source][:, None, :, None]
     answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1)
