@@ -22,7 +22,7 @@ from leo_diffmodel.difference.model import DifferenceModel, from_bytes
 from leo_learner.checkpoint import newest, start_from
 from leo_learner.collect import collect, play
 from leo_learner.ddpg import Config, Training
-from leo_learner.env import ModelEnv
+from leo_learner.env import ModelEnv, training_model
 from leo_learner.fused import FusedAgent
 from leo_learner.learning import learn, POLICY
 from leo_learner.policy import Policy
@@ -170,7 +170,7 @@ class Algorithm5:
         if update and settings.thesis:
             config = replace(config, noise_sigma=UPDATE_SIGMA)
         model, difference = self.corrected()
-        env = ModelEnv(model.changed(scheme='training'), difference)
+        env = ModelEnv(training_model(model), difference)
         training = Training(env, config, self._seed(), FusedAgent)
         if update:
             self._start_from_before(training)

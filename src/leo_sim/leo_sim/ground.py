@@ -6,15 +6,34 @@ max(0, stiffness d + damping v), and held against sliding by at most friction ti
 where its centre stands over the ground, so that the spheres of a flat foot slide alike.
 """
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.compiled import compiled_without_gil
+from leo_sim.compiled import compiled, compiled_without_gil
 from leo_sim.contact_kernel import Touch
 from leo_sim.effects.base import Ground
 from leo_sim.engines.planar import jacobian, POSE, poses, rows, tree_of
 from leo_sim.robot import Contact, Robot
+
+
+class Floor(NamedTuple):
+    """Spheres and what is under them; rows of N or 1 states, P spheres.
+
+    Attributes:
+        links: That each sphere is on, (P,).
+        places: X, z and radius in the axes of that link, m, (P, 3).
+        slope: rad, (.,).
+        stiffness, damping: N/m and N s/m, (., P).
+        friction: (., 1).
+    """
+
+    links: Any
+    places: Any
+    slope: Any
+    stiffness: Any
+    damping: Any
+    friction: Any
 
 
 class Spheres:
@@ -30,28 +49,25 @@ class Spheres:
         self._stiffness = _each(robot.contacts, 'stiffness', ground.stiffness)
         self._damping = _each(robot.contacts, 'damping', ground.damping)
         self._friction = np.asarray(ground.friction, dtype=float)[..., None]
-        self._surfaces: dict[tuple[int, ...], tuple[Any, Any, Any, Any]] = {}
+        self._floors: dict[tuple[int, ...], Floor] = {}  # of the shape asked last
 
     def touch(self, q: Any, dq: Any, shape: tuple[int, ...]) -> Touch:
         """The spheres at true angles and rates (..., J), for states of leading axes `shape`."""
-        size, points = q.shape[-1], len(self._links)
+        size = q.shape[-1]
         angles, rates = rows(q, shape, size, True), rows(dq, shape, size, True)
-        surface = self._surface(shape)
-        over, bend = np.empty((len(angles), points)), np.empty((len(angles), points, 2))
-        normal, tangent = np.empty((2, len(angles), points, size))
-        _over(self._tree, self._links, self._places, surface[0], angles, rates, over, bend,
-              normal, tangent)
-        return Touch(over, bend, normal, tangent, angles, *surface[1:])
+        touch = untouched(angles, self.floor(shape))
+        touching(self._tree, self.floor(shape), rates, touch)
+        return touch
 
-    def _surface(self, shape: tuple[int, ...]) -> tuple[Any, Any, Any, Any]:
-        """Slope, stiffness, damping and friction as rows, kept for the shape asked last."""
-        found = self._surfaces.get(shape)
+    def floor(self, shape: tuple[int, ...]) -> Floor:
+        """The spheres and what is under them, for states of leading axes `shape`."""
+        found = self._floors.get(shape)
         if found is None:
             points = len(self._links)
-            found = (rows(self._slope[..., None], shape, 1)[:, 0],
-                     rows(self._stiffness, shape, points), rows(self._damping, shape, points),
-                     rows(self._friction, shape, 1))
-            self._surfaces = {shape: found}
+            found = Floor(self._links, self._places, rows(self._slope[..., None], shape, 1)[:, 0],
+                          rows(self._stiffness, shape, points), rows(self._damping, shape, points),
+                          rows(self._friction, shape, 1))
+            self._floors = {shape: found}
         return found
 
     def forces(self, q: Any, dq: Any) -> Any:
@@ -69,31 +85,37 @@ def _each(contacts: Sequence[Contact], name: str, of_ground: Any) -> Any:
     return np.stack(np.broadcast_arrays(*(np.asarray(f, dtype=float) for f in figures)), axis=-1)
 
 
+@compiled
+def untouched(q: Any, floor: Any) -> Any:
+    """A `Touch` to be filled, for states (N, J)."""
+    states, points, size = q.shape[0], floor.links.shape[0], q.shape[1]
+    return Touch(np.empty((states, points)), np.empty((states, points, 2)),
+                 np.empty((states, points, size)), np.empty((states, points, size)), q,
+                 floor.stiffness, floor.damping, floor.friction)
+
+
 @compiled_without_gil
-def _over(tree: Any, links: Any, places: Any, slope: Any, q: Any, dq: Any, height: Any, bend: Any,
-          normal: Any, tangent: Any) -> Any:
-    """Fill height (N, P), bend (N, P, 2) and Jacobians (N, P, J) for states (N, J)."""
-    size = q.shape[1]
+def touching(tree: Any, floor: Any, dq: Any, touch: Any) -> Any:
+    """Fill the geometry of a `Touch` at its angles and the rates (N, J)."""
+    q, size = touch.at, touch.at.shape[1]
     pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, size))
     for n in range(q.shape[0]):
-        poses(tree.kind, tree.parent, tree.column, tree.turn, tree.sense, tree.place, q[n],
-              dq[n], pose)
-        angle = slope[n if slope.shape[0] > 1 else 0]
+        poses(tree, q[n], dq[n], pose)
+        angle = floor.slope[n if floor.slope.shape[0] > 1 else 0]
         up, along = np.cos(angle), np.sin(angle)
-        for p in range(links.shape[0]):
-            i = links[p]
+        for p in range(floor.links.shape[0]):
+            i = floor.links[p]
             c, s = np.cos(pose[i, 0]), np.sin(pose[i, 0])
-            rx = c * places[p, 0] - s * places[p, 1]
-            rz = s * places[p, 0] + c * places[p, 1]
+            rx = c * floor.places[p, 0] - s * floor.places[p, 1]
+            rz = s * floor.places[p, 0] + c * floor.places[p, 1]
             x, z, turn = pose[i, 1] + rx, pose[i, 2] + rz, pose[i, 3]
             ax, az = pose[i, 6] - turn * turn * rx, pose[i, 7] - turn * turn * rz
             rise = up * (pose[i, 5] + turn * rx) - along * (pose[i, 4] - turn * rz)
-            bend[n, p, 0] = up * az - along * ax
-            bend[n, p, 1] = up * ax + along * az + turn * rise
+            touch.bend[n, p, 0] = up * az - along * ax
+            touch.bend[n, p, 1] = up * ax + along * az + turn * rise
             centre = up * z - along * x
-            height[n, p] = centre - places[p, 2]
-            jacobian(tree.kind, tree.parent, tree.column, tree.sense, pose, i,
-                     x + along * centre, z - up * centre, lever)
+            touch.over[n, p] = centre - floor.places[p, 2]
+            jacobian(tree, pose, i, x + along * centre, z - up * centre, lever)
             for j in range(size):
-                normal[n, p, j] = up * lever[1, j] - along * lever[0, j]
-                tangent[n, p, j] = up * lever[0, j] + along * lever[1, j]
+                touch.normal[n, p, j] = up * lever[1, j] - along * lever[0, j]
+                touch.tangent[n, p, j] = up * lever[0, j] + along * lever[1, j]

@@ -79,7 +79,7 @@ class Laws:
                         if not (u.effect.motor_side or u.effect.dry)]
         self._dry = [u for u in by_hook['torque'] if u.effect.dry]
         self.dynamic = any(u.effect.dynamic for u in (*self._commands, *self._late))
-        self.steady = not (by_hook['torque'] or self.dynamic)
+        self.steady = not self.dynamic and all(u.effect.steady for u in by_hook['torque'])
         self._remembering = [u for u in by_hook['torque'] if u.effect.remembers]
         self.needs_load = any(u.effect.uses_load for u in by_hook['torque'])
         self.gravity = _squeezed(values['gravity'])

@@ -3,15 +3,18 @@
 
 Inertia, bias, laws and contact geometry are evaluated once per period of some substeps, at its
 middle; the compiled kernel then runs the substeps. Both are of second order. Rates in the bias
-are extrapolated to the middle with the change over the period before.
+are extrapolated to the middle with the change over the period before. Where the laws stay what
+they are while the input is held, all periods are one compiled call.
 """
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from leo_sim.contact_kernel import advance, Forces, Motion, Play, Touch
+from leo_sim.engines.planar import Planar
 from leo_sim.engines.planar import rows as _rows
 from leo_sim.laws import HELD, Laws, Memory
+from leo_sim.periods import advance_periods
 from leo_sim.substep import Drag, DRIVE, Dynamics, rested, slowing
 
 BASE = 3  # joints of a planar base
@@ -34,6 +37,9 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
     h = np.asarray(h * (count / (periods * inner)))
     u, on, memory = laws.command(inputs, enabled, memory, inner * h)
     drag = slowing(laws, dynamics, q, dq, memory, u, on)
+    if laws.steady and not laws.remembers and isinstance(dynamics, Planar):
+        given = _driven(laws, drag, q, dq, memory, u, on, None, push, dynamics.leading(q, dq))
+        return _moved_on(laws, given, dynamics, q, dq, memory, h, inner, periods)
     last, driven, pressed = dq, None, None
     for i in range(periods):
         if i and laws.dynamic:
@@ -41,15 +47,15 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
         middle = q + (0.5 * inner * h) * dq
         ahead = 1.5 * dq - 0.5 * last
         mass, bias = dynamics.mass_and_bias(middle, ahead)
-        last = dq
+        last, lead = dq, mass.shape[:-2]
         place = middle, ahead, mass, bias
         if driven is None or not laws.steady:
             load = dynamics.load(middle) if laws.needs_load else None
             if load is not None and pressed is None:
-                trial = _driven(laws, drag, middle, dq, memory, u, on, load, push, mass)
+                trial = _driven(laws, drag, middle, dq, memory, u, on, load, push, lead)
                 pressed = _moved(laws, trial, q, dq, memory, place, h, inner)[3]
             load = None if load is None else load + pressed
-            driven = _driven(laws, drag, middle, dq, memory, u, on, load, push, mass)
+            driven = _driven(laws, drag, middle, dq, memory, u, on, load, push, lead)
         q, dq, memory, pressed = _moved(laws, driven, q, dq, memory, place, h, inner)
         if laws.remembers:
             memory = laws.remember(q, dq, memory, inner * h)
@@ -65,8 +71,8 @@ class _Driven(NamedTuple):
 
 
 def _driven(laws: Laws, drag: Drag, q: Any, dq: Any, memory: Memory, u: Any, enabled: Any,
-            load: Any, push: Any, mass: Any) -> _Driven:
-    """The laws of the model at one instant, for the kernel."""
+            load: Any, push: Any, lead: tuple[int, ...]) -> _Driven:
+    """The laws of the model at one instant, for the kernel; `lead` are axes of the dynamics."""
     offset, speed = (dq, dq) if laws.gap is None else memory[DRIVE]
     torques = laws.torques(q, dq, speed, u, enabled, load, memory)
     linked = True if laws.gap is None else laws.gap == 0
@@ -76,7 +82,7 @@ def _driven(laws: Laws, drag: Drag, q: Any, dq: Any, memory: Memory, u: Any, ena
                    np.where(linked, laws.rotor_inertia, 0.0),
                    0.0 if torques.level is None else torques.level,
                    *(laws.stops or (-np.inf, np.inf)))
-    shape = np.broadcast_shapes(*(np.shape(f)[:-1] for f in (*given, offset)), mass.shape[:-2],
+    shape = np.broadcast_shapes(*(np.shape(f)[:-1] for f in (*given, offset)), lead,
                                 *(np.shape(figure) for figure in laws.ground))
     forces = Forces(*(_rows(f, shape, size) for f in given))
     play = (0.0, 0.0, 0.0, 0.0, 1.0) if laws.gap is None else (
@@ -94,16 +100,38 @@ def _moved(laws: Laws, driven: _Driven, q: Any, dq: Any, memory: Memory,
     shape, size = driven.shape, q.shape[-1]
     smooth = driven.forces.smooth - _rows(bias, shape, size)
     touch = laws.spheres.touch(middle, ahead, shape)
-    offset, speed = (np.zeros_like(dq), dq) if laws.gap is None else memory[DRIVE]
-    motion = Motion(*(_rows(a, shape, size, True).copy() for a in (q, dq, offset, speed)))
+    motion = _motion(laws, shape, q, dq, memory)
     impulses = np.zeros((*touch.over.shape, 2))
     advance(motion, _rows(mass, shape, (size, size), True), driven.forces._replace(smooth=smooth),
             driven.play, touch, _rows(h, shape, 1)[:, 0], count, _still(memory, shape), impulses)
-    q, dq, offset, speed = (a.reshape(*shape, size) for a in motion)
+    pressed = _torque(touch, impulses, shape) / (count * h) if laws.needs_load else 0.0
+    return *_state(laws, shape, motion, memory), pressed
+
+
+def _moved_on(laws: Laws, driven: _Driven, dynamics: Planar, q: Any, dq: Any, memory: Memory,
+              h: Any, inner: int, count: int) -> tuple[Any, Any, Memory]:
+    """State and memory after `count` periods of `inner` substeps of h s."""
+    shape = driven.shape
+    motion = _motion(laws, shape, q, dq, memory)
+    advance_periods(motion, dynamics.tree, dynamics.world(shape), laws.spheres.floor(shape),
+                    driven.forces, driven.play, _rows(h, shape, 1)[:, 0], inner, count,
+                    _still(memory, shape))
+    return _state(laws, shape, motion, memory)
+
+
+def _motion(laws: Laws, shape: tuple[int, ...], q: Any, dq: Any, memory: Memory) -> Motion:
+    """The states of leading axes `shape` as rows of their own."""
+    offset, speed = (np.zeros_like(dq), dq) if laws.gap is None else memory[DRIVE]
+    return Motion(*(_rows(a, shape, q.shape[-1], True).copy() for a in (q, dq, offset, speed)))
+
+
+def _state(laws: Laws, shape: tuple[int, ...], motion: Motion, memory: Memory
+           ) -> tuple[Any, Any, Memory]:
+    """The reverse of `_motion`."""
+    q, dq, offset, speed = (a.reshape(*shape, a.shape[-1]) for a in motion)
     if laws.gap is not None:
         memory = {**memory, DRIVE: np.stack([offset, np.where(laws.gap > 0, speed, dq)])}
-    pressed = _torque(touch, impulses, shape) / (count * h) if laws.needs_load else 0.0
-    return q, dq, memory, pressed
+    return q, dq, memory
 
 
 def _still(memory: Memory, shape: tuple[int, ...]) -> Any:

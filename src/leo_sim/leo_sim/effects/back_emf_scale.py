@@ -23,6 +23,7 @@ class BackEmfScale(Effect):
                      'torque.')
     reveal = 'Let it swing with the motors free: only friction is left then.'
     motor_side = True
+    steady = True
     rank = 10
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:

@@ -85,6 +85,9 @@ class Effect:
             it to what stops the joint, so that it can hold still.
         motor_side: The torque hook changes the motor's own torque (later effects see it), and
             is placed at actuated joints only.
+        steady: What the torque hook returns changes with the rates and the motor's own torque
+            alone, linearly (dry friction: not in size), so that it is asked once per sample
+            period.
         dynamic: The command hook changes its result while the input is held; the sensor hook
             has a memory.
         late: The sensor hook shows the state of all joints as it was `delay` s ago.
@@ -104,6 +107,7 @@ class Effect:
     reveal: ClassVar[str] = ''
     dry: ClassVar[bool] = False
     motor_side: ClassVar[bool] = False
+    steady: ClassVar[bool] = False
     dynamic: ClassVar[bool] = False
     late: ClassVar[bool] = False
     uses_load: ClassVar[bool] = False

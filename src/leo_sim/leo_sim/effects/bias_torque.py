@@ -16,6 +16,7 @@ class BiasTorque(Effect):
     looks_like = 'One direction is easier than the other at every angle.'
     confused_with = 'encoder_offset and external_force while the angle stays in a narrow range.'
     reveal = 'Slow motion over the full turn: a bias stays constant, gravity terms change sign.'
+    steady = True
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
         """Torque at the joints, N m."""

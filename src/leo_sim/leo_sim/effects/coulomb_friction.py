@@ -22,6 +22,7 @@ class CoulombFriction(Effect):
     reveal = ('Slow triangles and free swings that come to rest: the missing torque is a step at'
               ' zero speed.')
     dry = True
+    steady = True
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
         """Torque at the joints, N m."""

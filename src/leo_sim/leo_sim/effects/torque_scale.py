@@ -19,6 +19,7 @@ class TorqueScale(Effect):
     reveal = ('Runs with the motors shorted (0 V): braking changes with torque_scale, not with '
               'voltage_scale.')
     motor_side = True
+    steady = True
     rank = 20
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:

@@ -17,6 +17,7 @@ class ViscousFriction(Effect):
                   'at rest.')
     confused_with = 'back_emf_scale on a voltage-driven joint that is never free: the same torque.'
     reveal = 'Let it swing with the motors free: back-EMF is gone then, viscous friction is not.'
+    steady = True
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
         """Torque at the joints, N m."""

@@ -31,30 +31,29 @@ class Flat(Stateless, Planar):
                ) -> tuple[Any, Factor]:
         """See `Free`; here all at once."""
         size, h = q.shape[-1], np.asarray(h)
-        shape = common(self._shape(q, dq), diagonal.shape[:-1], driving.shape[:-1],
+        shape = common(self.leading(q, dq), diagonal.shape[:-1], driving.shape[:-1],
                        held.shape[:-1], h.shape[:-1])
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
         given = rows(diagonal, shape, size), rows(driving, shape, size), rows(held, shape, size)
         mass = np.empty((math.prod(shape), size, size))
         rates, inverse = np.empty((len(mass), size)), np.empty_like(mass)
-        body = (*self.tree, self._figures(shape), self._gravity(shape))
-        _kick(*body, *states, *given, rows(h, shape, 1), mass, inverse, rates)
+        _kick(self.tree, self.world(shape), *states, *given, rows(h, shape, 1), mass, inverse,
+              rates)
         return rates.reshape(*shape, size), Factor.of(inverse.reshape(*shape, size, size))
 
 
 @compiled
-def _kick(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, figures: Any,
-          gravity: Any, q: Any, dq: Any, diagonal: Any, driving: Any, held: Any, h: Any, mass: Any,
-          inverse: Any, rates: Any) -> None:
+def _kick(tree: Any, world: Any, q: Any, dq: Any, diagonal: Any, driving: Any, held: Any,
+          h: Any, mass: Any, inverse: Any, rates: Any) -> None:
     """Fill mass (N, J, J), its inverse with the diagonal, and rates (N, J)."""
     bias, push, mean = np.empty_like(dq), np.empty_like(dq), np.empty_like(dq)
     none = np.empty((0, dq.shape[1], dq.shape[1]))
-    dynamics(kind, parent, column, turn, sense, place, figures, gravity, q, dq, mass, bias)
+    dynamics(tree, world, q, dq, mass, bias)
     invert(mass, diagonal, inverse)
     _less(held, bias, push)
     times(inverse, push, mean)
     _ahead(dq, mean, h, 0.5, mean)
-    dynamics(kind, parent, column, turn, sense, place, figures, gravity, q, mean, none, bias)
+    dynamics(tree, world, q, mean, none, bias)
     _less(driving, bias, push)
     times(inverse, push, rates)
     _ahead(dq, rates, h, 1.0, rates)

@@ -106,7 +106,7 @@ def integrate(laws: Laws, world: Any, q: Any, dq: Any, memory: Memory, inputs: A
     falling = slowing(laws, world, q, dq, memory, u, on)
     drag = falling.motor + falling.joint
     world.begin(q, dq, h, drag, BASE if HELD in memory else 0)
-    together = count if laws.steady else 1
+    together = count if laws.steady and not laws.remembers else 1
     for i in range(0, count, together):
         if i and laws.dynamic:
             u, on, memory = laws.command(inputs, enabled, memory, h)

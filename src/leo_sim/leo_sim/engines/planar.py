@@ -44,6 +44,18 @@ class Tree(NamedTuple):
     place: Any
 
 
+class World(NamedTuple):
+    """What the links weigh; rows of N or 1 states.
+
+    Attributes:
+        figures: Mass, CoM, inertia and external force of each link, (., L, 6).
+        gravity: m/s2, (.,).
+    """
+
+    figures: Any
+    gravity: Any
+
+
 class Planar:
     """Dynamics of a planar tree over any leading axes.
 
@@ -61,7 +73,7 @@ class Planar:
 
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
         """Joint-space inertia (..., J, J) and bias torques (..., J); see `Rigid`."""
-        shape, size = self._shape(q, dq), q.shape[-1]
+        shape, size = self.leading(q, dq), q.shape[-1]
         mass = np.empty((math.prod(shape), size, size))
         bias = self._filled(shape, q, dq, mass)
         return mass.reshape(*shape, size, size), bias
@@ -69,13 +81,14 @@ class Planar:
     def bias(self, q: Any, dq: Any) -> Any:
         """The bias torques alone, (..., J)."""
         none = np.empty((0, q.shape[-1], q.shape[-1]))
-        return self._filled(self._shape(q, dq), q, dq, none)
+        return self._filled(self.leading(q, dq), q, dq, none)
 
     def load(self, q: Any) -> Any:
         """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
         return -self.bias(q, np.zeros_like(q))
 
-    def _shape(self, q: Any, dq: Any) -> tuple[int, ...]:
+    def leading(self, q: Any, dq: Any) -> tuple[int, ...]:
+        """Leading axes of what is computed for such states."""
         return common(q.shape[:-1], dq.shape[:-1], self.figures.shape[:-2],
                       self.gravity.shape)
 
@@ -84,14 +97,13 @@ class Planar:
         size = q.shape[-1]
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
         bias = np.empty((len(states[0]), size))
-        dynamics(*self.tree, self._figures(shape), self._gravity(shape), *states, mass, bias)
+        dynamics(self.tree, self.world(shape), *states, mass, bias)
         return bias.reshape(*shape, size)
 
-    def _figures(self, shape: tuple[int, ...]) -> Any:
-        return rows(self.figures, shape, self.figures.shape[-2:])
-
-    def _gravity(self, shape: tuple[int, ...]) -> Any:
-        return rows(self.gravity[..., None], shape, 1)[:, 0]
+    def world(self, shape: tuple[int, ...]) -> World:
+        """Inertial figures and gravity for states of leading axes `shape`."""
+        return World(rows(self.figures, shape, self.figures.shape[-2:]),
+                     rows(self.gravity[..., None], shape, 1)[:, 0])
 
 
 def tree_of(joints: Sequence[Joint]) -> Tree:
@@ -159,15 +171,15 @@ def rows(values: Any, shape: tuple[int, ...], tail: int | tuple[int, ...], whole
 
 
 @compiled
-def poses(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, q: Any, dq: Any,
-          pose: Any) -> Any:
+def poses(tree: Any, q: Any, dq: Any, pose: Any) -> Any:
     """Fill pose (L, POSE): angle, origin, rate, velocity, acceleration, axis, cosine and sine.
 
     Of the link's frame; vectors as x z; cosine and sine are of the angle. The acceleration is that
     without joint accelerations, gravity as -g upwards not included.
     """
+    kind, column, turn, sense, place = tree.kind, tree.column, tree.turn, tree.sense, tree.place
     for i in range(kind.shape[0]):
-        above = parent[i]
+        above = tree.parent[i]
         angle, ox, oz, rate, vx, vz, ax, az = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         c, s = 1.0, 0.0
         if above >= 0:
@@ -200,9 +212,9 @@ def poses(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any
 
 
 @compiled
-def jacobian(kind: Any, parent: Any, column: Any, sense: Any, pose: Any, link: Any, px: Any,
-             pz: Any, out: Any) -> Any:
+def jacobian(tree: Any, pose: Any, link: Any, px: Any, pz: Any, out: Any) -> Any:
     """Fill out (3, J): x, z and angle rates of a point of a link per joint rate."""
+    kind, column, sense = tree.kind, tree.column, tree.sense
     out[:] = 0.0
     i = link
     while i >= 0:
@@ -214,29 +226,27 @@ def jacobian(kind: Any, parent: Any, column: Any, sense: Any, pose: Any, link: A
         elif kind[i] == SLIDE:
             out[0, j] = pose[i, 8]
             out[1, j] = pose[i, 9]
-        i = parent[i]
+        i = tree.parent[i]
 
 
 @compiled_without_gil
-def dynamics(kind: Any, parent: Any, column: Any, turn: Any, sense: Any, place: Any, figures: Any,
-              gravity: Any, q: Any, dq: Any, mass: Any, bias: Any) -> Any:
+def dynamics(tree: Any, world: Any, q: Any, dq: Any, mass: Any, bias: Any) -> Any:
     """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows."""
     size, wanted = q.shape[1], mass.shape[0] > 0
     none = np.empty((size, size))
-    pose, lever = np.zeros((kind.shape[0], POSE)), np.empty((3, size))
+    pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, size))
     for n in range(q.shape[0]):
-        poses(kind, parent, column, turn, sense, place, q[n], dq[n], pose)
-        body = figures[n if figures.shape[0] > 1 else 0]
-        down = gravity[n if gravity.shape[0] > 1 else 0]
+        poses(tree, q[n], dq[n], pose)
+        body = world.figures[n if world.figures.shape[0] > 1 else 0]
+        down = world.gravity[n if world.gravity.shape[0] > 1 else 0]
         m, b = mass[n] if wanted else none, bias[n]
         m[:], b[:] = 0.0, 0.0
-        for i in range(kind.shape[0]):
+        for i in range(tree.kind.shape[0]):
             weight, inertia = body[i, MASS], body[i, INERTIA]
             c, s = pose[i, 10], pose[i, 11]
             rx = c * body[i, COM_X] - s * body[i, COM_Z]
             rz = s * body[i, COM_X] + c * body[i, COM_Z]
-            jacobian(kind, parent, column, sense, pose, i, pose[i, 1] + rx, pose[i, 2] + rz,
-                     lever)
+            jacobian(tree, pose, i, pose[i, 1] + rx, pose[i, 2] + rz, lever)
             square = pose[i, 3] * pose[i, 3]
             fx = weight * (pose[i, 6] - square * rx) - body[i, FORCE_X]
             fz = weight * (pose[i, 7] - square * rz + down) - body[i, FORCE_Z]
