@@ -2,6 +2,7 @@
 """Fixtures of tests that talk over DDS: a domain of their own, processes that end."""
 
 from collections.abc import Callable, Iterator
+import signal
 import subprocess
 import sys
 
@@ -10,6 +11,11 @@ import pytest
 from leo_learner.experiments.processes import free_domain
 
 Spawn = Callable[..., subprocess.Popen]
+
+
+def pytest_configure() -> None:
+    """Let SIGINT interrupt again: a shell that starts the tests behind it has it ignored."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope='session')

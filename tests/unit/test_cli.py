@@ -116,10 +116,7 @@ raise SystemExit(main([]))
 
 @pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGINT])
 def test_sigterm_interrupts_as_ctrl_c_does(number):
-    process = subprocess.Popen(
-        [sys.executable, '-c', SLEEPER], stdout=subprocess.PIPE, text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
+    process = subprocess.Popen([sys.executable, '-c', SLEEPER], stdout=subprocess.PIPE, text=True)
     assert process.stdout.readline() == 'ready\n'
     process.send_signal(number)
     assert process.communicate()[0] == 'tidied\n'
