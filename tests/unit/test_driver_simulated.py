@@ -2,11 +2,13 @@
 """The simulated robot behind the driver contract, with and without something hidden in it."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+from leo_diffmodel.blind import kinds
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.wire.types import serialize
 from leo_sim import drawing
@@ -49,6 +51,23 @@ def test_a_seed_repeats_to_the_bit_and_another_does_not():
     first, again, other = (swing(SimulatedDriver(options(seed=s, **given))) for s in (3, 3, 4))
     assert first == again
     assert first[0] != other[0]
+
+
+def test_what_goes_by_the_time_goes_on_while_the_robot_is_put_up(tmp_path):
+    warm = {
+        'name': str(Path(kinds.__file__).with_name('winding_drift.py')),
+        'where': 'pivot',
+        'parameters': {'rise': {'value': 1.0, 'unit': ''}, 'tau': {'value': 1.0, 'unit': 's'}},
+    }
+    hidden = tmp_path / 'hidden.yaml'
+    hidden.write_text(yaml.safe_dump({'effects': [warm]}))
+    driver = SimulatedDriver(options(private={'hidden': str(hidden)}))
+    cold = [driver.read().position, swing(driver), driver.read().position][::2]
+    swing(driver, ticks=500)
+    driver.reset()
+    start, end = [driver.read().position, swing(driver), driver.read().position][::2]
+    assert start == cold[0]
+    assert 0.4 < (end - start) / (cold[1] - cold[0]) < 0.8
 
 
 def test_noise_is_measured_only_and_has_the_given_size():

@@ -14,7 +14,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.effects.base import Placed
 from leo_sim.engines.rigid import Rigid
 from leo_sim.gait import Gait
-from leo_sim.laws import HELD, Laws
+from leo_sim.laws import HELD, Laws, TIME
 from leo_sim.names import nearest
 from leo_sim.robot import load_robot, Robot
 from leo_sim.starts import start_pose
@@ -101,19 +101,21 @@ class Model:
             del kept['integration_step']
         return Model(**{**kept, **changes})
 
-    def start(self, pose: str = 'nominal', rng: np.random.Generator | None = None) -> State:
+    def start(self, pose: str = 'nominal', rng: np.random.Generator | None = None,
+              elapsed: float = 0.0) -> State:
         """The state at the start of an episode.
 
         Args:
             pose: A start pose of the robot; poses with ranges draw from `rng`.
             rng: Random numbers; needed for poses with ranges.
+            elapsed: Time since the run began, s: a motor stays warm while a robot is put up.
 
         Raises:
             UserError: Unknown pose.
         """
         q, dq = start_pose(self.robot, pose, rng or np.random.default_rng(), self._gait)
         held = self.held or self.robot.start_poses[pose].held
-        return State(q, dq, _memory(held))
+        return State(q, dq, _memory(held) | ({TIME: np.array([elapsed])} if elapsed else {}))
 
     @cached_property
     def _gait(self) -> Gait | None:

@@ -80,7 +80,7 @@ def _along(path: Path, seconds: float, dt: float) -> Ahead:
     history = (path.q[before], path.dq[before], path.inputs[before], path.enabled[before],
                np.full(before.shape, dt))  # fmt: skip
     return Ahead(path.q[first], path.dq[first], path.inputs[then], path.enabled[then],
-                 np.full(len(first), path.held), first * dt, history)  # fmt: skip
+                 np.full(len(first), path.held), path.since + first * dt, history)  # fmt: skip
 
 
 class OpenLoop:

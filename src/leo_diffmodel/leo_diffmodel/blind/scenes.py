@@ -12,7 +12,7 @@ import numpy as np
 from leo_sim.batch import rollout
 from leo_sim.effects import Placed
 from leo_sim.model import Model, State
-from leo_sim.motions import MOTIONS, Routine
+from leo_sim.motions import MOTIONS, PUT_UP, Routine
 from leo_sim.robot import Robot
 
 Array = np.ndarray
@@ -32,6 +32,7 @@ class Path(NamedTuple):
             last, shape (N+1, J).
         inputs, enabled: held over each, shape (N, A).
         held: the base does not move.
+        since: when it begins, after the run did [s].
     """
 
     q: Array
@@ -39,6 +40,7 @@ class Path(NamedTuple):
     inputs: Array
     enabled: Array
     held: bool = False
+    since: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -116,28 +118,31 @@ class Moving:
             UserError: the robot runs away.
         """
         ways = self._ways(Model(robot, effects, engine='rigid', scheme='search'), noise)
-        return [_path(rows, end, self.held) for rows, end in ways if rows]
+        return [_path(rows, end, self.held, since) for rows, end, since in ways if rows]
 
-    def _ways(self, model: Model, noise: tuple[float, float]) -> Iterator[tuple[Rows, State]]:
-        """The rows of each way and the state at its end."""
-        step, rng = self.begin(), np.random.default_rng(self.seed)
+    def _ways(
+        self, model: Model, noise: tuple[float, float]
+    ) -> Iterator[tuple[Rows, State, float]]:
+        """The rows of each way, the state at its end, and when it began [s]."""
+        step, rng, since = self.begin(), np.random.default_rng(self.seed), 0.0
         state, rows = model.start(self.start, rng), Rows()
         for k in range(self.count):
             seen = np.stack(model.sense(state))
             seen = seen + np.array(noise)[:, None] * rng.standard_normal(seen.shape)
             driven = step(k, *seen)
             if driven is None:
-                yield rows, state
-                state, rows = model.start(self.start, rng), Rows()
+                yield rows, state, since
+                since = (k + PUT_UP) * model.robot.control_period
+                state, rows = model.start(self.start, rng, since), Rows()
                 continue
             rows.append((state.q, state.dq, *driven))
             state = model.step(state, driven[0], model.robot.control_period)
-        yield rows, state
+        yield rows, state, since
 
 
-def _path(rows: Rows, end: State, held: bool) -> Path:
+def _path(rows: Rows, end: State, held: bool, since: float) -> Path:
     q, dq, inputs, enabled = (np.array(column) for column in zip(*rows, strict=True))
-    return Path(np.vstack([q, end.q]), np.vstack([dq, end.dq]), inputs, enabled, held)
+    return Path(np.vstack([q, end.q]), np.vstack([dq, end.dq]), inputs, enabled, held, since)
 
 
 Scene = Given | Moving

@@ -84,7 +84,8 @@ class SimulatedDriver:
         self._input = np.zeros_like(self._input)
 
     def _begin(self) -> None:
-        self._state = self._model.start(self._start_pose, self._start_rng)
+        elapsed = self._ticks / self.info.state_rate
+        self._state = self._model.start(self._start_pose, self._start_rng, elapsed)
         self._measured = self._measure()
 
     def _measure(self) -> JointStates:
