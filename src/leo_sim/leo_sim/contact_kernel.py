@@ -102,7 +102,7 @@ class Work(NamedTuple):
         joint: Figures of the joints, (18, J), see the names of its rows below.
         stiffness, damping, over, bend: Of the spheres, (P,); bend (P, 2).
         kind, place: Which law a row is, at which joint or sphere.
-        line: Figures of the rows, (6, R), see below.
+        line: Figures of the rows, (7, R), see below.
         lever: What the impulse multiplies, (R, J).
         moves: Rates that a unit impulse causes, (R, J).
         gram: The rate of each row (first axis) that the impulse of each (second) causes.
@@ -132,9 +132,10 @@ class Work(NamedTuple):
 # rows of Work.joint
 (Q, DQ, OFFSET, SPEED, SMOOTH, DRAG, AT, ROTOR, LEVEL, LOW, HIGH, GAP_WIDTH, MOTOR, MOTOR_DRAG,
  MOTOR_AT, INERTIA, BEFORE, PUSH) = range(18)
-# rows of Work.line: impulse, rate now and at the start of the substep; of spheres, how long they
-# are in the ground, their mean height without damping, the weight of the last rate in the damper
-GIVEN, RATE, FIRST, TIME, DEPTH, LATE = range(6)
+# rows of Work.line: impulse, rate now and at the start of the substep; of spheres, their height at
+# the start, how long they are in the ground, their mean height without damping, the weight of the
+# last rate in the damper
+GIVEN, RATE, FIRST, OVER, TIME, DEPTH, LATE = range(7)
 
 
 @compiled
@@ -166,7 +167,7 @@ def advance(motion: Any, mass: Any, forces: Any, play: Any, touch: Any, h: Any, 
     most = 3 * size + 2 * points
     work = Work(np.empty((18, size)), np.empty(points), np.empty(points), np.empty(points),
                 np.empty((points, 2)),
-                np.empty(most, np.int64), np.empty(most, np.int64), np.zeros((6, most)),
+                np.empty(most, np.int64), np.empty(most, np.int64), np.zeros((7, most)),
                 np.empty((most, size)), np.empty((most, size)), np.empty((most, most)),
                 np.empty((size, size)), np.empty((2, size, size)), np.empty((most, most + 1)),
                 np.empty(most, np.int64))
@@ -267,13 +268,14 @@ def height(t: Any, work: Any, r: Any) -> Any:
 def next_strike(t: Any, work: Any, used: Any) -> Any:
     """Time to the next impact at the present rates, s; infinite without one.
 
-    T is the time since the middle of the period, s.
+    T is the time since the middle of the period, s. Fills heights of spheres and their rates.
     """
-    joint, soon = work.joint, np.inf
+    joint, line, soon = work.joint, work.line, np.inf
     for r in range(used):
         kind, j = work.kind[r], work.place[r]
         if kind == NORMAL:
             over, rate = height(t, work, r)
+            line[OVER, r], line[FIRST, r] = over, rate
             if rate < -STRIKING and over > 0.0:
                 soon = min(soon, -over / rate)
         elif kind == STOP:
@@ -298,10 +300,15 @@ def factorised(n: Any, mass: Any, h: Any, held: Any, work: Any, used: Any) -> An
         work.matrix[0, j, j] += work.joint[ROTOR, j] + 0.5 * h * work.joint[DRAG, j]
     inverted(work.matrix, held, work.inverse)
     for r in range(used):
-        for i in range(size):
-            work.moves[r, i] = along(work.inverse, i, work.lever, r)
+        if work.kind[r] < NORMAL:  # at one joint, its lever is 1 there
+            work.moves[r] = work.inverse[work.place[r]]
+        else:
+            for i in range(size):
+                work.moves[r, i] = along(work.inverse, i, work.lever, r)
         for k in range(r + 1):
-            work.gram[r, k] = work.gram[k, r] = along(work.lever, k, work.moves, r)
+            work.gram[r, k] = work.gram[k, r] = (
+                work.moves[r, work.place[k]] if work.kind[k] < NORMAL
+                else along(work.lever, k, work.moves, r))
 
 
 @compiled
@@ -365,15 +372,17 @@ def sunk(t: Any, h: Any, grip: Any, work: Any, used: Any) -> Any:
     for r in range(used):
         if work.kind[r] == NORMAL:
             j = work.place[r]
-            over, rate = height(t, work, r)
-            slip, time = along(work.lever, r + 1, joint, DQ) + work.bend[j, 1] * t, h
+            over, rate, time = line[OVER, r], line[FIRST, r], h
             if over > 0.0:
                 time = max(0.0, h + over / rate) if rate < 0.0 else 0.0
                 over = 0.0
+            line[TIME, r], line[DEPTH, r], line[LATE, r] = time, over + 0.5 * time * rate, 0.5
+            if time == 0.0:
+                continue
+            slip = along(work.lever, r + 1, joint, DQ) + work.bend[j, 1] * t
             answer = work.gram[r, r]
             if abs(slip) > STRIKING:
                 answer = max(answer, answer - np.sign(slip) * grip * work.gram[r, r + 1])
-            line[FIRST, r], line[TIME, r], line[DEPTH, r] = rate, time, over + 0.5 * time * rate
             line[LATE, r] = lateness(time * work.damping[j] * answer)
 
 
@@ -396,8 +405,10 @@ def pushed(t: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
     for j in range(held, size):
         joint[DQ, j] += along(work.inverse, j, joint, PUSH)
     for r in range(used):
-        line[RATE, r] = along(work.lever, r, joint, DQ) + along(work.gram[:used, :used], r,
-                                                                line[:, :used], GIVEN)
+        caused = 0.0
+        for k in range(used):
+            caused += work.gram[r, k] * line[GIVEN, k]
+        line[RATE, r] = along(work.lever, r, joint, DQ) + caused
         if work.kind[r] >= NORMAL:
             line[RATE, r] += work.bend[work.place[r], work.kind[r] - NORMAL] * t
         if work.kind[r] == GAP:
