@@ -131,7 +131,7 @@ def test_an_effect_on_a_walker_has_its_size_along_the_run_it_causes(walker):
     assert 1.0 * np.exp(-0.15) < size < 30.0 * np.exp(0.15)
     loop = OpenLoop(walker.run, walker.effects)
     assert loop.size(placed)[0] == pytest.approx(size, rel=1e-9)
-    assert walker.engine == ('rigid', 1.3e-5)
+    assert walker.engine == ('rigid', 2.6e-5)
 
 
 def test_the_truth_is_sealed_until_it_is_revealed(tmp_path):

@@ -23,7 +23,7 @@ from leo_sim.robot import load_robot, Robot
 
 ROBOTS = ('pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')
 ENGINES = (('pybullet', 0.0), ('rk4', 0.0019))
-WALKER_ENGINES = (('pybullet', 0.0), ('rigid', 1.3e-5))
+WALKER_ENGINES = (('pybullet', 0.0), ('rigid', 2.6e-5))
 WALKER_SCENES = (('swinging', 6.0), ('standing', 4.0), ('stepping', 10.0))
 """What a walker does, and for how long [s]."""
 SIZES, LEAST_OF_PAIR = (1.0, 30.0), 2.0

@@ -19,7 +19,8 @@ from leo_sim.model import Model
 from leo_sim.robot import Robot
 
 Array = np.ndarray
-AHEAD, AHEAD_ON_GROUND, HISTORY = 0.5, 0.3, 0.15  # s
+AHEAD, HISTORY = 0.5, 0.15  # s
+AHEAD_ON_GROUND, APART_ON_GROUND = 0.3, 0.6  # s; a walker's take long
 ROUNDS, TOLERANCE = 6, 0.15
 LEFT, REFITS = 0.15, 4
 STILL = 0.3
@@ -62,9 +63,9 @@ class Ahead(NamedTuple):
     history: tuple[Array, ...]
 
 
-def ahead(paths: list[Path], seconds: float, dt: float) -> Ahead:
-    """One loop after another; what went before each is its history."""
-    pieces = [p for p in (_along(path, seconds, dt) for path in paths) if len(p.q)]
+def ahead(paths: list[Path], seconds: float, apart: float, dt: float) -> Ahead:
+    """A loop of so many seconds after every `apart`; what went before each is its history."""
+    pieces = [p for p in (_along(path, seconds, apart, dt) for path in paths) if len(p.q)]
     q, dq, inputs, enabled, held, start = (
         np.concatenate(column) for column in zip(*(p[:6] for p in pieces), strict=True)
     )
@@ -73,9 +74,9 @@ def ahead(paths: list[Path], seconds: float, dt: float) -> Ahead:
     return Ahead(q, dq, inputs, enabled, held, start, history)
 
 
-def _along(path: Path, seconds: float, dt: float) -> Ahead:
+def _along(path: Path, seconds: float, apart: float, dt: float) -> Ahead:
     steps, past = round(seconds / dt), round(HISTORY / dt)
-    first = np.arange(past, len(path.inputs) - steps, steps)
+    first = np.arange(past, len(path.inputs) - steps, round(apart / dt))
     then, before = first[:, None] + np.arange(steps), first[:, None] + np.arange(-past, 0)
     history = (path.q[before], path.dq[before], path.inputs[before], path.enabled[before],
                np.full(before.shape, dt))  # fmt: skip
@@ -95,10 +96,10 @@ class OpenLoop:
         """Run the robot with the effects `along`; sizes are changes on top of `others`."""
         self.robot, self._others = run.robot, others
         self._on_ground = bool(run.robot.contacts)
-        seconds = AHEAD_ON_GROUND if self._on_ground else AHEAD
+        seconds = (AHEAD_ON_GROUND, APART_ON_GROUND) if self._on_ground else (AHEAD, AHEAD)
         paths = run.paths(along)
         self.rates = _rms(np.concatenate([p.dq for p in paths]).T)
-        self._ahead = ahead(paths, seconds, run.robot.control_period)
+        self._ahead = ahead(paths, *seconds, run.robot.control_period)
         self._ideal = self._end(self._model(others))
         self._floor = self._noise_floor(self._model(others), run.noise)
         self._tuned = self._by_constants()
