@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from leo_msgs_py.errors import UserError
+from leo_sim import multirate
 from leo_sim.batch import rollout
-from leo_sim.effects import place
+from leo_sim.effects import EFFECTS, place
+from leo_sim.engines.rigid import Rigid
 from leo_sim.model import Model, State
 from leo_sim.robot import load_robot
 
@@ -126,6 +128,46 @@ def test_a_scan_is_the_same_as_one_by_one(effect, parameter, values):
     for one, value in zip(scanned, values, strict=True):
         assert one == pytest.approx(run(value), abs=1e-9)
     assert np.abs(scanned[0] - scanned[1]).max() > 1e-3
+
+
+def ends(robot, effects):
+    """States after each of some steps from where a robot staggers."""
+    model = Model(robot, effects, engine='rigid', scheme='training')
+    after = [model.step(state, volts, 0.03) for state, volts in walked(model, 8)]
+    return np.array([[s.q, s.dq] for s in after])
+
+
+@pytest.mark.parametrize(('robot', 'effect', 'values'), [
+    ('leo', None, {}), ('leo_ode', 'backlash', {'gap': 0.03}),
+    ('leo', 'coulomb_friction', {'c': 0.05})])
+def test_periods_in_one_call_are_those_one_by_one_to_the_bit(robot, effect, values, monkeypatch):
+    made = ROBOTS[robot]
+    effects = [place(made, effect, 'all', **values)] if effect else []
+    together = ends(made, effects)
+    calls = []
+    kernel = multirate.advance
+    monkeypatch.setattr(multirate, 'Planar', Rigid)
+    monkeypatch.setattr(multirate, 'advance', lambda *a: calls.append(1) or kernel(*a))
+    assert np.array_equal(ends(made, effects), together)
+    assert calls
+
+
+STEADY = {
+    'back_emf_scale': {'k': 1.3}, 'bias_torque': {'t': 0.2}, 'coulomb_friction': {'c': 0.1},
+    'torque_scale': {'k': 0.8}, 'viscous_friction': {'b': 0.05},
+}
+
+
+def test_these_laws_are_asked_once_per_step():
+    assert {name for name, effect in EFFECTS.items() if effect.steady} == set(STEADY)
+
+
+@pytest.mark.parametrize('name', STEADY)
+def test_a_steady_law_may_as_well_be_asked_every_period(name, monkeypatch):
+    placed = place(ROBOTS['leo'], name, 'all', **STEADY[name])
+    once = ends(ROBOTS['leo'], [placed])
+    monkeypatch.setattr(type(placed.effect), 'steady', False)
+    assert ends(ROBOTS['leo'], [placed]) == pytest.approx(once, abs=1e-8)
 
 
 def test_schemes_are_close_to_short_steps():
