@@ -131,6 +131,18 @@ def test_effects_do_what_they_do_elsewhere(effect):
     assert change[1] == pytest.approx(change[0], abs=0.1 * np.abs(change[0]).max())
 
 
+def test_a_late_sensor_is_as_late_as_elsewhere():
+    placed = (place(LEO, 'measurement_delay', LEO.joint_names, delay=0.02),)
+    state, volts = airborne(np.random.default_rng(1)), np.full(6, 6.0)
+    late = []
+    for engine, step in (('rigid', None), ('mujoco', 2e-4)):
+        model = Model(LEO, placed, engine=engine, integration_step=step)
+        after = model.step(state, volts, 0.03)
+        late.append(after.q - model.sense(after)[0])
+    assert np.abs(late[0]).max() > 0.02
+    assert late[1] == pytest.approx(late[0], abs=0.1 * np.abs(late[0]).max())
+
+
 def test_steps_are_pure_in_contact_too():
     rng = np.random.default_rng(2)
     volts, model = rng.uniform(-8.6, 8.6, (60, 6)), Model(LEO, engine='mujoco')
