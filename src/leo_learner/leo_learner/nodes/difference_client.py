@@ -26,7 +26,7 @@ class DifferenceClient:
 
     def __init__(self, node: Any, robot: str) -> None:
         self._node, self._robot = node, robot
-        self._weights = b''
+        self._weights, self._said = b'', ''
         self._version = 0
         weights = topics.DIFFERENCE_WEIGHTS
         node.create_subscription(weights.type, weights.name, self._on_weights, weights.qos)
@@ -60,7 +60,10 @@ class DifferenceClient:
         self._log(f'difference model: {future.result().message}')
 
     def _log(self, text: str) -> None:
-        self._node.get_logger().info(text)
+        """Say it once, however often it is the answer."""
+        if text != self._said:
+            self._node.get_logger().info(text)
+        self._said = text
 
     def _on_weights(self, message: Any) -> None:
         data = bytes(message.data)
