@@ -88,6 +88,7 @@ def test_update_weights_and_query(asker, spawn, tmp_path):
     assert first.success and first.message.startswith('accepted')
     assert not asker.call_update().success
     asker.until(lambda: asker.weights)
+    assert asker.call_update().message == 'an update has just ended'
     difference = from_bytes(asker.weights[0])
     assert (difference.version, difference.robot) == (1, 'pendulum')
     assert difference.trained_on > 700

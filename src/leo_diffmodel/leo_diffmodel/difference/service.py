@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+import time
 from typing import Any, TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,8 @@ from leo_sim.model_file import load_model
 
 POLL_PERIOD = 0.2
 """How often the fit's progress is read [s]."""
+JUST_NOW = 4.0
+"""Less than a client waits before it asks again [s]: its weights may still be on their way."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,7 @@ class DifferenceService:
         )
         self._corrected = self._model
         self._difference: DifferenceModel | None = None
+        self._fitted_at = float('-inf')
         self._corrections = node.create_publisher(*topics.DIFFERENCE_CORRECTION)
         self._weights = node.create_publisher(*topics.DIFFERENCE_WEIGHTS)
         query = topics.DIFFERENCE_QUERY
@@ -89,6 +93,9 @@ class DifferenceService:
         if self._updates.busy:
             response.success, response.message = False, 'busy: an update is under way'
             return response
+        if time.monotonic() - self._fitted_at < JUST_NOW:
+            response.success, response.message = False, 'an update has just ended'
+            return response
         try:
             self._updates.begin(self._settings.bags())
         except UserError as error:
@@ -105,6 +112,7 @@ class DifferenceService:
             self._node.get_logger().error(f'update failed: {self._updates.progress.error}')
         else:
             self._publish_newest()
+            self._fitted_at = time.monotonic()
 
     def _publish_newest(self) -> None:
         path = self._updates.newest()
