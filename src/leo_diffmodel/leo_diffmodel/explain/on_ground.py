@@ -21,9 +21,10 @@ from leo_diffmodel.explain.scored import dispersion
 MOST_CONTENDERS, WORTH, WORTH_ALL, WORTH_MORE = 10, 0.35, 0.8, 0.5
 """How many are tried, and the share of the threshold that a scan, then a fit in some windows, and
 what that comes to in all must promise."""
-KNOCK_OUT, KNOCK_OUT_WINDOWS = ((6, np.inf), (4, np.inf), (3, 60.0)), 40
-"""How many go on at first and after each step, and by how many nats (for a dispersion of 1) behind
-the best at most; in how many windows."""
+KNOCK_OUT, KNOCK_OUT_WINDOWS = ((4, np.inf), (3, 60.0)), 40
+"""How many go on after each step, and by how many nats (for a dispersion of 1) behind the best at
+most; in how many windows. None goes before a step: a scan may stop far from where an effect fits.
+"""
 STRIDES = (1.0, 0.3)
 MOST_STEPS, ENOUGH_NATS = 10, 2.0
 
@@ -73,9 +74,8 @@ def _played(
     """The last contenders, best first, and what the best of them gains [nats]."""
     stands = _each(_footed, posed, [_with(null, s) for s in scans])
     field = list(zip(scans, stands, strict=True))
-    for step, (left, behind) in enumerate(KNOCK_OUT):
-        if step:
-            field = _further(field)
+    for left, behind in KNOCK_OUT:
+        field = _further(field)
         spread = min(dispersion(at.fit) for _, at in field)
         saved = gains(null, [at.fit for _, at in field], posed.problem.train, spread)
         order, least = np.argsort(saved)[::-1], max(0.0, max(saved) - behind * spread)
