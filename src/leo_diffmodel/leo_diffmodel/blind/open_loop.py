@@ -96,10 +96,10 @@ class OpenLoop:
         """Run the robot with the effects `along`; sizes are changes on top of `others`."""
         self.robot, self._others = run.robot, others
         self._on_ground = bool(run.robot.contacts)
-        seconds = (AHEAD_ON_GROUND, APART_ON_GROUND) if self._on_ground else (AHEAD, AHEAD)
+        far, apart = (AHEAD_ON_GROUND, APART_ON_GROUND) if self._on_ground else (AHEAD, AHEAD)
         paths = run.paths(along)
         self.rates = _rms(np.concatenate([p.dq for p in paths]).T)
-        self._ahead = ahead(paths, *seconds, run.robot.control_period)
+        self._ahead = ahead(paths, far, apart, run.robot.control_period)
         self._ideal = self._end(self._model(others))
         self._floor = self._noise_floor(self._model(others), run.noise)
         self._tuned = self._by_constants()
