@@ -207,6 +207,15 @@ def test_a_scan_on_settled_windows_finds_effect_joint_and_size(model, braked):
     assert low - 0.003 < 0.05 < high + 0.003
 
 
+def test_a_scan_finds_an_inertia_many_times_that_of_the_link(model):
+    heavy = recorded(place(LEO, 'armature', 'left_ankle', J=0.01))
+    _, _, scanner = scanned(model, heavy)
+    names = ('armature', 'actuator_lag', 'viscous_friction', 'velocity_lag')
+    scans = {n: scanner.scan(candidate(model, f'{n}:left_ankle')) for n in names}
+    assert scans['armature'].theta[0] == pytest.approx(0.01, rel=0.5)
+    assert scans['armature'].gain == max(s.gain for s in scans.values())
+
+
 def test_a_window_that_answers_loudly_does_not_decide_a_scan(model, braked):
     _, _, scanner = scanned(model, braked)
     friction = candidate(model, 'viscous_friction:left_knee')
@@ -373,5 +382,5 @@ def test_a_window_that_a_push_throws_out_of_the_ground_is_no_trace(model, braked
 
 def test_straight_effects_are_those_in_proportion_to_their_size(model):
     straight = {c.effect.name for c in candidates(model) if is_straight(c)}
-    assert {'viscous_friction', 'link_mass', 'encoder_offset', 'armature'} <= straight
-    assert not {'coulomb_friction', 'command_delay', 'ground_friction'} & straight
+    assert {'viscous_friction', 'link_mass', 'encoder_offset', 'torque_scale'} <= straight
+    assert not {'coulomb_friction', 'command_delay', 'ground_friction', 'armature'} & straight

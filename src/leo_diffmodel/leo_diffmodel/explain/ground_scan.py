@@ -134,7 +134,10 @@ class GroundScanner(Scanner):
 
     def _sizes(self, candidate: Candidate) -> Array:
         """Every other amplitude: what lies between is a matter of the fit."""
-        return super()._sizes(candidate)[:: 1 if is_straight(candidate) else 2]
+        sizes = super()._sizes(candidate)
+        if is_straight(candidate):
+            return sizes
+        return sizes[is_inertia(candidate) :: 2]
 
     def _shape(self, parameter: Parameter) -> tuple[float, ...]:
         return super()._shape(parameter)[:MOST_SHAPES]
@@ -177,8 +180,10 @@ class GroundScanner(Scanner):
         along = heard @ self.residual
         low, high = stretch_limits(candidate)
         stretch = np.clip(along / length2, min(low, 1 / BETWEEN), max(high, BETWEEN))
-        gains = self._saved(stretch[:, None] * change)
-        best = int(np.argmax(gains))
+        taken = stretch[:, None] * change
+        gains = self._saved(taken)
+        alike = gains == gains.max()
+        best = int(np.argmax(np.where(alike, self._saved(taken, np.inf), -np.inf)))
         theta = self._stretched(candidate, points[best], float(stretch[best]))
         return theta, float(gains[best])
 
@@ -189,17 +194,24 @@ class GroundScanner(Scanner):
         weight: Array = calm(self._problem, by_theta)[:, 0] ** 2
         return np.repeat(weight[:, 0], by_theta.shape[1])
 
-    def _saved(self, change: Array) -> Array:
+    def _saved(self, change: Array, most: float = WINDOW_NATS) -> Array:
         """Nats saved by changes (..., M) of the residual, in no window more than it is worth."""
         each = self.residual * change - 0.5 * change**2
         windows = len(self._null.start)
         each = each.reshape(*each.shape[:-1], windows, -1).sum(axis=-1)
-        return np.clip(each, -WINDOW_NATS, WINDOW_NATS).sum(axis=-1)
+        return np.clip(each, -most, most).sum(axis=-1)
+
+
+def is_inertia(candidate: Candidate) -> bool:
+    """Whether it adds inertia, perhaps many times what a light link has."""
+    return candidate.parameters[0].unit == 'kg m2'
 
 
 def is_straight(candidate: Candidate) -> bool:
     """Whether the answer is nearly in proportion to the effect's amplitudes."""
     effect, unit = candidate.effect, candidate.parameters[0].unit
+    if is_inertia(candidate):
+        return False
     if effect.hook == 'torque':
         return not effect.dry
     if effect.hook == 'command':
