@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.compiled import compiled, compiled_without_gil
+from leo_sim.compiled import compiled_in_place, compiled_without_gil
 
 SWEEPS = 60
 SOLVES = 20  # of them with a linear solve behind
@@ -138,7 +138,7 @@ class Work(NamedTuple):
 GIVEN, RATE, FIRST, OVER, TIME, DEPTH, LATE = range(7)
 
 
-@compiled
+@compiled_in_place
 def along(matrix: Any, r: Any, vector: Any, v: Any) -> Any:
     """Scalar product of row r of a matrix with row v of another."""
     total = 0.0
@@ -183,7 +183,7 @@ def advance(motion: Any, mass: Any, forces: Any, play: Any, touch: Any, h: Any, 
             motion.offset[n, j], motion.speed[n, j] = work.joint[OFFSET, j], work.joint[SPEED, j]
 
 
-@compiled
+@compiled_in_place
 def run(n: Any, mass: Any, longest: Any, count: Any, held: Any, grip: Any, work: Any, used: Any,
         impulses: Any) -> Any:
     """The substeps of one state, cut where something strikes."""
@@ -204,31 +204,34 @@ def run(n: Any, mass: Any, longest: Any, count: Any, held: Any, grip: Any, work:
         left -= current
 
 
-@compiled
+@compiled_in_place
 def taken(n: Any, motion: Any, forces: Any, play: Any, touch: Any, work: Any) -> Any:
     """Copy the figures of state n to work."""
     first = copied(n, motion, work.joint, 0)
     first = copied(n, forces, work.joint, first)
     copied(n, play, work.joint, first)
-    work.stiffness[:] = touch.stiffness[n if touch.stiffness.shape[0] > 1 else 0]
-    work.damping[:] = touch.damping[n if touch.damping.shape[0] > 1 else 0]
+    soft = n if touch.stiffness.shape[0] > 1 else 0
+    damped = n if touch.damping.shape[0] > 1 else 0
     for p in range(touch.over.shape[1]):
+        work.stiffness[p], work.damping[p] = touch.stiffness[soft, p], touch.damping[damped, p]
         work.over[p] = touch.over[n, p]
-        work.bend[p] = touch.bend[n, p]
+        work.bend[p, 0], work.bend[p, 1] = touch.bend[n, p, 0], touch.bend[n, p, 1]
         for j in range(touch.at.shape[1]):
             work.over[p] -= touch.normal[n, p, j] * touch.at[n, j]
 
 
-@compiled
+@compiled_in_place
 def copied(n: Any, part: Any, out: Any, first: Any) -> Any:
     """Copy row n of each array of a tuple to the rows of out from `first` on; returns the next."""
     for values in part:
-        out[first] = values[n if values.shape[0] > 1 else 0]
+        row = n if values.shape[0] > 1 else 0
+        for j in range(out.shape[1]):
+            out[first, j] = values[row, j]
         first += 1
     return first
 
 
-@compiled
+@compiled_in_place
 def gathered(n: Any, touch: Any, period: Any, held: Any, work: Any) -> Any:
     """List the impulses that may act in the period, none given yet; returns their number."""
     joint, used, size = work.joint, 0, work.joint.shape[1]
@@ -239,8 +242,8 @@ def gathered(n: Any, touch: Any, period: Any, held: Any, work: Any) -> Any:
                             (GAP, joint[GAP_WIDTH, j] > 0.0)):
             if there:
                 work.kind[used], work.place[used], work.line[GIVEN, used] = kind, j, 0.0
-                work.lever[used] = 0.0
-                work.lever[used, j] = 1.0
+                for k in range(size):
+                    work.lever[used, k] = 1.0 if k == j else 0.0
                 used += 1
     for p in range(touch.over.shape[1]):
         height, fall = work.over[p], 0.0
@@ -251,12 +254,14 @@ def gathered(n: Any, touch: Any, period: Any, held: Any, work: Any) -> Any:
             continue
         for kind in (NORMAL, TANGENT):
             work.kind[used], work.place[used], work.line[GIVEN, used] = kind, p, 0.0
-            work.lever[used] = touch.normal[n, p] if kind == NORMAL else touch.tangent[n, p]
+            for j in range(size):
+                work.lever[used, j] = (touch.normal[n, p, j] if kind == NORMAL
+                                       else touch.tangent[n, p, j])
             used += 1
     return used
 
 
-@compiled
+@compiled_in_place
 def height(t: Any, work: Any, r: Any) -> Any:
     """Height of the sphere of the normal row r and its rate, t s after the middle."""
     p = work.place[r]
@@ -264,7 +269,7 @@ def height(t: Any, work: Any, r: Any) -> Any:
     return (work.over[p] + over + 0.5 * work.bend[p, 0] * t * t, rate + work.bend[p, 0] * t)
 
 
-@compiled
+@compiled_in_place
 def next_strike(t: Any, work: Any, used: Any) -> Any:
     """Time to the next impact at the present rates, s; infinite without one.
 
@@ -291,17 +296,19 @@ def next_strike(t: Any, work: Any, used: Any) -> Any:
     return soon
 
 
-@compiled
+@compiled_in_place
 def factorised(n: Any, mass: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
     """Fill inverse, moves and gram for substeps of h s."""
     size = mass.shape[1]
-    work.matrix[0] = mass[n]
-    for j in range(size):
-        work.matrix[0, j, j] += work.joint[ROTOR, j] + 0.5 * h * work.joint[DRAG, j]
+    for i in range(size):
+        for j in range(size):
+            work.matrix[0, i, j] = mass[n, i, j]
+        work.matrix[0, i, i] += work.joint[ROTOR, i] + 0.5 * h * work.joint[DRAG, i]
     inverted(work.matrix, held, work.inverse)
     for r in range(used):
         if work.kind[r] < NORMAL:  # at one joint, its lever is 1 there
-            work.moves[r] = work.inverse[work.place[r]]
+            for i in range(size):
+                work.moves[r, i] = work.inverse[work.place[r], i]
         else:
             for i in range(size):
                 work.moves[r, i] = along(work.inverse, i, work.lever, r)
@@ -311,7 +318,7 @@ def factorised(n: Any, mass: Any, h: Any, held: Any, work: Any, used: Any) -> An
                 else along(work.lever, k, work.moves, r))
 
 
-@compiled
+@compiled_in_place
 def inverted(matrix: Any, held: Any, out: Any) -> Any:
     """Fill out with the inverse of matrix[0], positive definite; zero for the first `held`.
 
@@ -339,7 +346,7 @@ def inverted(matrix: Any, held: Any, out: Any) -> Any:
             out[i, j] = out[j, i] = total / matrix[1, i, i]
 
 
-@compiled
+@compiled_in_place
 def substep(t: Any, h: Any, held: Any, grip: Any, work: Any, used: Any) -> Any:
     """Drift, kick and drift by h s, from t s after the middle of the period."""
     joint = work.joint
@@ -365,7 +372,7 @@ def substep(t: Any, h: Any, held: Any, grip: Any, work: Any, used: Any) -> Any:
             joint[OFFSET, j] += h * (joint[SPEED, j] - joint[DQ, j])
 
 
-@compiled
+@compiled_in_place
 def sunk(t: Any, h: Any, grip: Any, work: Any, used: Any) -> Any:
     """Fill how long the spheres are in the ground in this substep, and how high on average."""
     joint, line = work.joint, work.line
@@ -386,7 +393,7 @@ def sunk(t: Any, h: Any, grip: Any, work: Any, used: Any) -> Any:
             line[LATE, r] = lateness(time * work.damping[j] * answer)
 
 
-@compiled
+@compiled_in_place
 def lateness(stiffness: Any) -> Any:
     """Weight of the last rate that makes a step of a decaying rate exact: 1/2 to 1."""
     if stiffness < 1e-3:
@@ -394,7 +401,7 @@ def lateness(stiffness: Any) -> Any:
     return 1.0 / (1.0 - np.exp(-stiffness)) - 1.0 / stiffness
 
 
-@compiled
+@compiled_in_place
 def pushed(t: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
     """Rates after the smooth torques, and those of the rows with the impulses given before."""
     joint, line = work.joint, work.line
@@ -417,13 +424,13 @@ def pushed(t: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
             joint[SPEED, j] += (h * (joint[MOTOR, j] - fall) - line[GIVEN, r]) * share(h, work, j)
 
 
-@compiled
+@compiled_in_place
 def share(h: Any, work: Any, j: Any) -> Any:
     """Rate of the motor side of joint j that a unit impulse causes."""
     return 1.0 / (work.joint[INERTIA, j] + 0.5 * h * work.joint[MOTOR_DRAG, j])
 
 
-@compiled
+@compiled_in_place
 def swept(h: Any, grip: Any, work: Any, used: Any) -> Any:
     """Correct every impulse once; returns the largest change of a rate."""
     joint, line, moved = work.joint, work.line, 0.0
@@ -453,7 +460,7 @@ def swept(h: Any, grip: Any, work: Any, used: Any) -> Any:
     return moved
 
 
-@compiled
+@compiled_in_place
 def changed(work: Any, used: Any, r: Any, total: Any) -> Any:
     """Give row r another impulse; returns the change of its rate."""
     change = total - work.line[GIVEN, r]
@@ -465,7 +472,7 @@ def changed(work: Any, used: Any, r: Any, total: Any) -> Any:
     return abs(change * work.gram[r, r])
 
 
-@compiled
+@compiled_in_place
 def pressed(grip: Any, work: Any, r: Any) -> Any:
     """Normal and tangential impulse of a sphere: it sticks, slides or leaves the ground."""
     line, up, cross, side = (work.line, work.gram[r, r], work.gram[r, r + 1],
@@ -484,7 +491,7 @@ def pressed(grip: Any, work: Any, r: Any) -> Any:
     return normal, way * grip * normal
 
 
-@compiled
+@compiled_in_place
 def yielding(work: Any, r: Any) -> Any:
     """Normal impulse of a sphere at the rate 0 after the substep, and its fall with that rate."""
     line, p = work.line, work.place[r]
@@ -493,7 +500,7 @@ def yielding(work: Any, r: Any) -> Any:
             work.damping[p] * line[LATE, r] * line[TIME, r])
 
 
-@compiled
+@compiled_in_place
 def agreed(h: Any, grip: Any, work: Any, used: Any) -> Any:
     """Solve for all impulses at once, with what holds, sticks and slides as it is now."""
     a, line, count = work.system, work.line, 0
@@ -523,7 +530,7 @@ def agreed(h: Any, grip: Any, work: Any, used: Any) -> Any:
         changed(work, used, r, total)
 
 
-@compiled
+@compiled_in_place
 def holds(h: Any, grip: Any, work: Any, r: Any) -> Any:
     """Whether the impulse of row r is what it takes, and not at a limit of its own."""
     kind, line = work.kind[r], work.line
@@ -535,13 +542,13 @@ def holds(h: Any, grip: Any, work: Any, r: Any) -> Any:
     return line[GIVEN, r] != 0.0
 
 
-@compiled
+@compiled_in_place
 def slides(grip: Any, line: Any, r: Any) -> Any:
     """Whether the sphere of the normal row r slides."""
     return abs(line[GIVEN, r + 1]) >= 0.999999 * grip * line[GIVEN, r]
 
 
-@compiled
+@compiled_in_place
 def complete(h: Any, work: Any, r: Any, i: Any, count: Any) -> Any:
     """Add to equation i what is particular to its row r."""
     a, kind, j, joint = work.system, work.kind[r], work.place[r], work.joint
@@ -562,7 +569,7 @@ def complete(h: Any, work: Any, r: Any, i: Any, count: Any) -> Any:
         a[i, count] += joint[SPEED, j] + motor * given - edge
 
 
-@compiled
+@compiled_in_place
 def solved(a: Any, size: Any) -> Any:
     """Solve in place by elimination, the solution in column `size`; whether there is one."""
     for i in range(size):
@@ -580,7 +587,7 @@ def solved(a: Any, size: Any) -> Any:
     return True
 
 
-@compiled
+@compiled_in_place
 def slowed(before: Any, free: Any, reach: Any) -> Any:
     """Rate after dry friction, exact for a constant driving torque; see impulses.py."""
     if before == 0.0:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.compiled import compiled, compiled_without_gil
+from leo_sim.compiled import compiled_in_place, compiled_without_gil
 from leo_sim.effects.base import Body
 from leo_sim.filled import common, filled
 from leo_sim.urdf import Joint
@@ -170,7 +170,7 @@ def rows(values: Any, shape: tuple[int, ...], tail: int | tuple[int, ...], whole
     return np.ascontiguousarray(values).reshape(-1, *tail)
 
 
-@compiled
+@compiled_in_place
 def poses(tree: Any, q: Any, dq: Any, pose: Any) -> Any:
     """Fill pose (L, POSE): angle, origin, rate, velocity, acceleration, axis, cosine and sine.
 
@@ -211,7 +211,7 @@ def poses(tree: Any, q: Any, dq: Any, pose: Any) -> Any:
         pose[i, 10], pose[i, 11] = np.cos(angle), np.sin(angle)
 
 
-@compiled
+@compiled_in_place
 def jacobian(tree: Any, pose: Any, link: Any, px: Any, pz: Any, out: Any) -> Any:
     """Fill out (3, J): x, z and angle rates of a point of a link per joint rate."""
     kind, column, sense = tree.kind, tree.column, tree.sense
