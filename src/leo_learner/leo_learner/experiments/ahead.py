@@ -23,12 +23,18 @@ def mse_ahead(env: ModelEnv, recording: Recording, steps: int) -> float | None:
             end of an episode.
         steps: 1 for the one-step error.
     """
+    squares = squares_ahead(env, recording, steps)
+    return float(squares.mean()) if squares.size else None
+
+
+def squares_ahead(env: ModelEnv, recording: Recording, steps: int) -> np.ndarray:
+    """The same of each window, shape (W,)."""
     layout = layout_of(env.robot)
     errors = [
         layout.state(*reached) - layout.state(*predicted)
         for reached, predicted in _pairs(env, recording, steps)
     ]
-    return float(np.mean(np.square(errors))) if errors else None
+    return np.array([np.mean(np.square(e)) for e in errors])
 
 
 def _pairs(
