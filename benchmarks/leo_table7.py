@@ -39,7 +39,7 @@ from leo_sim.model import Model
 
 TRANSITIONS, NEW, AHEAD = 5000, 1250, (1, 10)
 CABLE = {'k': 1.5, 'slack': -0.6, 'side': 1.0}
-"""N m/rad beyond an angle in rad that a walking knee passes in every step."""
+"""N m/rad beyond an angle in rad, where the left knee of the shipped policy is at times."""
 FORMS = {'recommended': "s' form", 'torque': 'torque form'}
 
 
@@ -112,13 +112,14 @@ def main() -> None:
         answer = explain([bag], Model('leo'))
         print(f'{title}, seed {seed}: {answer.verdict}: '
               f'{[(e["name"], e["where"], e["parameters"]) for e in answer.effects]}; '
-              f'falls in {len(bag.episodes)} episodes of {TRANSITIONS} transitions', flush=True)
+              f'{TRANSITIONS} transitions in {len(bag.episodes)} episodes', flush=True)
         rows = {
             name: [squares_ahead(ModelEnv(model, difference), b, k)
                    for b in new.values() for k in AHEAD]
             for name, (model, difference) in corrected(bag, answer.model, seed).items()
         }
-        show(title, rows, [f'{n}, {0.03 * k:.2g} s' for n in new for k in AHEAD])
+        step = real.robot.control_period
+        show(title, rows, [f'{n}, {step * k:.2g} s' for n in new for k in AHEAD])
 
 
 if __name__ == '__main__':

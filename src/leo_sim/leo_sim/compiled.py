@@ -12,5 +12,5 @@ compiled_without_gil = njit(cache=True, error_model='numpy', nogil=True)
 """For what takes long enough that threads should run it side by side."""
 compiled_in_place = njit(  # its own types do not know the option
     cache=True, error_model='numpy', _nrt=False)  # type: ignore[call-overload]
-"""For what neither allocates nor returns arrays: references to them are not counted, which takes a
-quarter of the contact kernel's time."""
+"""For what neither allocates nor returns arrays: references to them are not counted, which took a
+quarter of the contact kernel's time. Arrays cannot be assigned to rows in it: loops do that."""

@@ -133,11 +133,14 @@ class GroundScanner(Scanner):
         return points
 
     def _sizes(self, candidate: Candidate) -> Array:
-        """Every other amplitude: what lies between is a matter of the fit."""
+        """Every other amplitude: what lies between is a matter of the fit.
+
+        Of an inertia the largest is among them, which is many times what a light link has.
+        """
         sizes = super()._sizes(candidate)
         if is_straight(candidate):
             return sizes
-        return sizes[is_inertia(candidate) :: 2]
+        return sizes[1::2] if is_inertia(candidate) else sizes[::2]
 
     def _shape(self, parameter: Parameter) -> tuple[float, ...]:
         return super()._shape(parameter)[:MOST_SHAPES]
@@ -174,7 +177,10 @@ class GroundScanner(Scanner):
     def _picked(
         self, candidate: Candidate, points: Array, change: Array
     ) -> tuple[Array, float]:
-        """The best point of a grid; along each ray the closed form picks the amplitude."""
+        """The best point of a grid; along each ray the closed form picks the amplitude.
+
+        Of points that save the most in all windows, the one that would save most without that.
+        """
         heard = change * np.stack([self._quiet(row[None]) for row in change])
         length2 = np.maximum((heard * change).sum(-1), 1e-12)
         along = heard @ self.residual
@@ -195,7 +201,7 @@ class GroundScanner(Scanner):
         return np.repeat(weight[:, 0], by_theta.shape[1])
 
     def _saved(self, change: Array, most: float = WINDOW_NATS) -> Array:
-        """Nats saved by changes (..., M) of the residual, in no window more than it is worth."""
+        """Nats saved by changes (..., M) of the residual, in no window more than `most`."""
         each = self.residual * change - 0.5 * change**2
         windows = len(self._null.start)
         each = each.reshape(*each.shape[:-1], windows, -1).sum(axis=-1)
