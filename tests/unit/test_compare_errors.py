@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """compare.json: how far off a model is, where, and how much of it is noise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from tests.simulate import record, TORQUE
+from tests.simulate import NOISE, record, TORQUE
 
+from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.comparison import compare
+from leo_diffmodel.explain.headline import Headline, headline
 from leo_sim.effects import place
 from leo_sim.model import Model
+from leo_sim.robot import load_robot
 
 
 def test_a_right_model_scores_its_noise_floor():
@@ -41,3 +46,21 @@ def test_the_step_is_the_control_period_unless_told():
     assert compare(data, Model(TORQUE)).data['step_seconds'] == 0.01
     told = compare(data, Model(TORQUE), step=0.05).data
     assert told['horizon'][0]['seconds'] == pytest.approx(0.05)
+
+
+def test_a_few_windows_that_go_astray_do_not_move_the_median():
+    windows = errors.horizon_windows([record(TORQUE, seconds=20)], Model(TORQUE), 0.5)
+    right = errors.predict_windows(Model(TORQUE), windows, np.array([NOISE]))
+    floor = errors.median_floor_ahead(right, 0.3)
+    np.testing.assert_allclose(errors.median_ahead(right, 0.3), floor, rtol=0.2)
+    astray = right.predicted.copy()
+    astray[:: len(astray) // 10] += 3.0
+    told = replace(right, predicted=astray)
+    np.testing.assert_allclose(errors.median_ahead(told, 0.3), floor, rtol=0.3)
+    assert np.all(np.array(errors.ahead(told, 0.3)) > 10 * np.array(floor))
+
+
+def test_a_robot_on_the_ground_is_told_of_by_the_median():
+    assert headline(TORQUE) == headline(TORQUE, 0.49) == Headline('rmse', 0.5)
+    assert headline(TORQUE, 0.3).words == 'held-out error 0.3 s ahead'
+    assert headline(load_robot('leo')).words == 'median held-out error 0.3 s ahead'

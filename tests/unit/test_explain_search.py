@@ -14,7 +14,7 @@ from leo_diffmodel.explain.engine import scales_of, Search, Trial
 from leo_diffmodel.explain.evidence import rivals
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.fit import fit
-from leo_diffmodel.explain.review import review
+from leo_diffmodel.explain.review import as_one, review
 from leo_diffmodel.explain.scored import dispersion
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -135,6 +135,28 @@ def test_two_effects_give_way_to_one_that_does_what_both_do():
     found = review(first.posed, full, {}, tried)
     assert found.changed and found.final.hypothesis.candidates == (of['back_emf_scale'],)
     assert found.final.theta == pytest.approx([1.3], rel=0.05)
+
+
+def test_several_effects_at_a_place_give_way_to_one_that_none_of_them_alone_leads_to():
+    stribeck = {'stribeck_friction': {'c': 0.1, 'c_static': 0.25, 'v_s': 1.0}}
+    pair = {'coulomb_friction': {'c': 0.1}, 'joint_spring': {'k': 0.5, 'rest': 0.3}}
+    sets = ('coulomb_friction', 'viscous_friction'), ('coulomb_friction', 'joint_spring')
+    for truth, names in zip((stribeck, pair), sets, strict=True):
+        effects = [place(TORQUE, name, 'pivot', **values) for name, values in truth.items()]
+        data = record(TORQUE, *effects, seconds=10)
+        first = first_search([data], Model(TORQUE))
+        of = {s.candidate.effect.name: s.candidate for s in first.rounds[0].scored}
+        tried = Trial(list(of.values()), scales_of(Model(TORQUE), first.problem.windows),
+                      noise.short_windows([data]))  # fmt: skip
+        several = first.null.hypothesis
+        for name in names:
+            several = several.with_candidate(of[name])
+        found = as_one(first.posed, fit(first.problem, several), tried)
+        if truth is pair:
+            assert found is None
+        else:
+            assert found.final.hypothesis.candidates == (of['stribeck_friction'],)
+            assert list(found.members) == [of['stribeck_friction']]
 
 
 def test_a_constant_at_its_bound_hides_no_effect():

@@ -184,6 +184,7 @@ def test_a_page_that_fails_leaves_the_last_one(model, recording, tmp_path, monke
 def test_budget_shares_add_up():
     errors = {
         'states': STATES,
+        'statistic': 'rmse',
         'ladder': [
             {'model': 'as given', 'rmse': [0.10, 1.0], 'seconds': 0.5},
             {'model': '+ a:pivot', 'rmse': [0.05, 0.6], 'seconds': 0.5},
@@ -240,7 +241,7 @@ def test_every_hypothesis_has_a_status_in_words():
         hypothesis('f', 3.0, 1.0),
         hypothesis('g', 11.0, None),
     ]
-    section = hypotheses.section([named], [named, *others], {}, threshold=12.0)
+    section = hypotheses.section([named], [named, *others], {}, 12.0, 'rms, 0.5 s ahead')
     assert [r['name'] for r in section.values['more']] == ['f', 'g']
     rows = [*section.values['rows'], *section.values['more']]
     status = {r['name']: (r['kind'], r['status']) for r in rows}
@@ -302,6 +303,7 @@ def test_the_heat_map_has_a_strip_for_each_variable(missing, model, recording):
 def test_errors_within_chance_of_the_floor_are_noise():
     errors = {
         'states': STATES,
+        'statistic': 'rmse',
         'ladder': [
             {'model': 'as given', 'rmse': [0.011, 0.11], 'seconds': 0.5},
             {'model': 'noise floor', 'rmse': [0.01, 0.1], 'seconds': 0.5},

@@ -25,6 +25,7 @@ MOST_WINDOWS, MOST_ROLLOUTS = 400, 2000
 MOST_SECONDS, DRAWS = 300.0, 6
 """On the ground: simulated time that predictions may take, and starts drawn for the floor."""
 NEAR_STEPS, NEAR = 0.75, 0.05
+MEDIAN_OF_NORMAL = 0.6745
 REACHED = 0.5
 """Share of the windows that must be long enough for an error that far ahead."""
 
@@ -120,13 +121,13 @@ def horizon_windows(
     """
     total = sum(e.t[-1] - e.t[0] for r in recordings for e in r.episodes if len(e.t) > 1)
     period = sample_period(recordings)
-    stride = max(period, total / (most or _most(model, seconds)))
+    stride = max(period, total / (most or most_windows(model, seconds)))
     seconds *= period / min(sample_period([r]) for r in recordings)
     history = HISTORY if has_memory(model) else 0.0
     return cut(recordings, seconds, stride=stride, history=history)
 
 
-def _most(model: Model, seconds: float) -> int:
+def most_windows(model: Model, seconds: float) -> int:
     """How many windows of that length are affordable."""
     if model.robot.contacts:
         return min(MOST_WINDOWS, int(MOST_SECONDS / (seconds * (1 + DRAWS))))
@@ -203,6 +204,12 @@ def median_ahead(prediction: Prediction, seconds: float) -> list[float]:
 def floor_ahead(prediction: Prediction, seconds: float) -> list[float]:
     """The rms error a perfect model would make of each state `seconds` ahead."""
     return _root_mean(_at(prediction, seconds).of(prediction.floor))
+
+
+def median_floor_ahead(prediction: Prediction, seconds: float) -> list[float]:
+    """The median absolute error a perfect model would make of each state `seconds` ahead."""
+    deviation = np.sqrt(_at(prediction, seconds).of(prediction.floor))
+    return (MEDIAN_OF_NORMAL * np.median(deviation, axis=0)).tolist()
 
 
 @dataclass(frozen=True)

@@ -182,6 +182,7 @@ def _answer(
     tables = rows.error_tables(context, after) | {
         'ladder': rows.ladder(context, after),
         'windows': context.held.count,
+        'statistic': context.told.statistic,
         'chi2_ratio': rest.ratio,
         'unexplained_share': rest.share,
     }
@@ -222,23 +223,23 @@ def _note(context: rows.Context) -> str | None:
 
 def _change(context: rows.Context, after: errors.Prediction) -> str:
     """How the held-out error of each state changed, in words."""
-    seconds = rows.HEADLINE_SECONDS
-    before = errors.ahead(context.predict(context.found.null), seconds)
-    states = zip(
-        errors.state_names(context.base),
-        before,
-        errors.ahead(after, seconds),
-        errors.floor_ahead(after, seconds),
-        strict=True,
+    told, kind = context.told, context.told.statistic
+    listed = list(
+        zip(
+            errors.state_names(context.base),
+            told.figures(context.predict(context.found.null))[kind],
+            told.figures(after)[kind],
+            told.floor(after)[kind],
+            strict=True,
+        )
     )
-    listed = list(states)
-    told = sorted(listed, key=lambda row: -max(row[1:3]) / max(row[3], 1e-12))
-    told = listed if len(listed) <= MOST_TOLD else told[:FEW_TOLD]
+    first = sorted(listed, key=lambda row: -max(row[1:3]) / max(row[3], 1e-12))
+    first = listed if len(listed) <= MOST_TOLD else first[:FEW_TOLD]
     parts = [
-        f'{s["name"]} {b:.2g} -> {a:.2g} {s["unit"]} (noise {f:.2g})' for s, b, a, f in told
+        f'{s["name"]} {b:.2g} -> {a:.2g} {s["unit"]} (noise {f:.2g})' for s, b, a, f in first
     ]
-    rest = f' and {len(listed) - len(told)} more states' if len(told) < len(listed) else ''
-    return f'held-out error {seconds:g} s ahead: ' + ', '.join(parts) + rest
+    rest = f' and {len(listed) - len(first)} more states' if len(first) < len(listed) else ''
+    return f'{told.words}: ' + ', '.join(parts) + rest
 
 
 def _next_run(decision: str, context: rows.Context, unknown: Unknown | None) -> str | None:

@@ -9,11 +9,14 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
+from leo_diffmodel.compare.blocks import Blocks, HELD_OUT_EVERY
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.engine import Search
 from leo_sim.model import Model
 
-HORIZON_SECONDS = 1.0
+HORIZON_SECONDS = (1.0, 0.5, 0.3, 0.15)
+ENOUGH_ON_GROUND = 40
+"""Windows, which overlap: in a few, contacts that flip decide the error."""
 PUSH_SIGMAS = 6.0
 PUSH_TIMES = 6.0
 
@@ -21,23 +24,27 @@ PUSH_TIMES = 6.0
 def held_windows(recordings: Sequence[Recording], found: Search, model: Model) -> Windows:
     """Windows of the data no fit has seen, as long as the longest horizon that fits."""
     held = found.problem.windows.take(~found.problem.train)
-    seconds = HORIZON_SECONDS
-    while seconds > float(held.dt[0].sum()):
-        windows = _windows_of(recordings, model, seconds)
-        mask = found.posed.blocks.held(windows) if windows else np.zeros(0, dtype=bool)
-        if windows and mask.any():
-            return _undisturbed(windows.take(mask), found)
-        seconds /= 2
+    enough = ENOUGH_ON_GROUND if model.robot.contacts else 1
+    for seconds in HORIZON_SECONDS:
+        if seconds <= float(held.dt[0].sum()):
+            break
+        windows = _windows_of(recordings, found.posed.blocks, model, seconds)
+        if windows and windows.count >= enough:
+            return _undisturbed(windows, found)
     return held
 
 
 def _windows_of(
-    recordings: Sequence[Recording], model: Model, seconds: float
+    recordings: Sequence[Recording], blocks: Blocks, model: Model, seconds: float
 ) -> Windows | None:
+    most = errors.most_windows(model, seconds)
+    if model.robot.contacts and not blocks.held_sources:
+        most *= HELD_OUT_EVERY
     try:
-        return errors.horizon_windows(recordings, model, seconds)
+        windows = errors.horizon_windows(recordings, model, seconds, most)
     except ValueError:
         return None
+    return windows.take(blocks.held(windows))
 
 
 def _undisturbed(windows: Windows, found: Search) -> Windows:

@@ -8,7 +8,7 @@ as much as its distance from what else could stand there once everything else is
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,7 +52,8 @@ def review(
     others without it: on a robot with much that no effect explains, each trifle fits best in its
     own way, and the order in which effects explain most is worth more. There the effect found
     last goes before one that it has made worthless. Two effects that do together what one does
-    give way to the one.
+    give way to the one; on the ground, where a first pick is made in few windows, all effects at
+    one place are taken out at once to see whether one does.
 
     Args:
         posed: the problem.
@@ -60,6 +61,8 @@ def review(
         known: rounds already made with all the others kept.
         explore: tries all candidates on top of a fit; its last argument is the fit of the set.
     """
+    if posed.problem.footing and (one := as_one(posed, final, explore)) is not None:
+        return replace(review(one.posed, one.final, one.members, explore), changed=True)
     members, swaps, changed = dict(known), 0, False
     while True:
         stale = [c for c in final.hypothesis.candidates if c not in members]
@@ -85,6 +88,33 @@ def review(
             swaps += 1
 
 
+def as_one(posed: Posed, final: Fit, explore: Explore) -> Reviewed | None:
+    """The set with one effect for several at one place that it does as well as.
+
+    Args:
+        posed: the problem.
+        final: the set, jointly fitted.
+        explore: tries all candidates on top of a fit.
+
+    Returns:
+        The other set, of which the round of the one is made; None where there is none.
+    """
+    places = [c.where for c in final.hypothesis.candidates]
+    for where in sorted({w for w in places if places.count(w) > 1}):
+        rest = final
+        for c in (c for c in final.hypothesis.candidates if c.where == where):
+            rest = without(posed.problem, rest, rest.hypothesis.candidates.index(c))
+        found = explore(posed, rest, None)
+        best = found.best
+        if best is None or best.fit is None or not _completes(best.fit):
+            continue
+        more = max(best.fit.hypothesis.size - final.hypothesis.size, 0)
+        price = 0.5 * more * float(np.log(final.residual.size))
+        if _behind(posed.problem, best.fit, final, best.dispersion) + price < MARGIN_NATS:
+            return Reviewed(best.fit, {best.candidate: found}, found.posed, True)
+    return None
+
+
 def _fewer(problem: Problem, final: Fit, member: Candidate, found: Round) -> Fit | None:
     """The set less one effect, where what is as good in a member's place has no need of it."""
     best, constants = found.scored[0], final.hypothesis.constants
@@ -98,10 +128,15 @@ def _fewer(problem: Problem, final: Fit, member: Candidate, found: Round) -> Fit
                 fewer = Hypothesis(tuple(c for c in taken if c != other), constants)
                 theta = fewer.carried(full.hypothesis, full.theta)
                 fitted = fit(problem, fewer, theta, full.start)
-                lost = gain(fitted, full, problem.train) / best.dispersion
+                lost = _behind(problem, fitted, full, best.dispersion)
                 if lost < MARGIN_NATS and _completes(fitted):
                     return fitted
     return None
+
+
+def _behind(problem: Problem, fitted: Fit, other: Fit, spread: float) -> float:
+    """Nats that a fit is behind another, in residuals of that dispersion."""
+    return gain(fitted, other, problem.train, spread if problem.footing else np.inf) / spread
 
 
 def _fades(before: Fit, after: Fit, candidate: Candidate) -> bool:

@@ -16,12 +16,12 @@ from leo_diffmodel.explain import evidence
 from leo_diffmodel.explain.classes import Facts
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit, fit
+from leo_diffmodel.explain.headline import Headline, headline
 from leo_diffmodel.explain.ranking import Round
 from leo_diffmodel.explain.scored import Scored
 from leo_diffmodel.explain.verdict import Named
 from leo_sim.model import Model
 
-HEADLINE_SECONDS = 0.5
 MOST_DECIMALS = 8
 
 
@@ -53,8 +53,13 @@ class Context:
         return self._made[id(fitted)][1]
 
     def headline(self, fitted: Fit) -> float:
-        """Mean held-out rms error over the states, 0.5 s ahead."""
-        return float(np.mean(errors.ahead(self.without_floor(fitted), HEADLINE_SECONDS)))
+        """Mean held-out error over the states, as it is told."""
+        return self.told.mean(self.without_floor(fitted))
+
+    @property
+    def told(self) -> Headline:
+        """Which figure an answer is told with."""
+        return headline(self.base.robot, float(np.median(self.held.dt.sum(axis=1))))
 
     def without_floor(self, fitted: Fit) -> Prediction:
         """The same where only the errors are asked for, which takes one prediction a window."""
@@ -160,16 +165,10 @@ def ladder(context: Context, after: Prediction) -> list[dict]:
     steps = [('as given', found.null)]
     steps += [(f'+ {c.label}', _up_to(found, i + 1)) for i, c in enumerate(kept)]
     rows = [
-        {
-            'model': name,
-            'rmse': errors.ahead(context.without_floor(f), HEADLINE_SECONDS),
-            'median': errors.median_ahead(context.without_floor(f), HEADLINE_SECONDS),
-        }
-        for name, f in steps
+        {'model': name, **context.told.figures(context.without_floor(f))} for name, f in steps
     ]
-    floor = errors.floor_ahead(after, HEADLINE_SECONDS)
-    rows.append({'model': 'noise floor', 'rmse': floor, 'median': [0.6745 * f for f in floor]})
-    return [{**row, 'seconds': HEADLINE_SECONDS} for row in rows]
+    rows.append({'model': 'noise floor', **context.told.floor(after)})
+    return [{**row, 'seconds': context.told.seconds} for row in rows]
 
 
 def _up_to(found: Search, count: int) -> Fit:

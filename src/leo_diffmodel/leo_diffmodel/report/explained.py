@@ -10,6 +10,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.where import where as places_of
 from leo_diffmodel.explain.explanation import Explanation
+from leo_diffmodel.explain.headline import Headline
 from leo_diffmodel.explain.seen import training_errors
 from leo_diffmodel.report import page
 from leo_diffmodel.report.section import Section
@@ -71,6 +72,7 @@ def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list
             explanation.hypotheses,
             explanation.constants,
             found.rounds[0].threshold,
+            Headline(errors['statistic'], errors['ladder'][0]['seconds']).short,
         ),
         horizon.held_out(errors, bool(explanation.effects), _training(explanation, recordings)),
         health.section(found, errors),

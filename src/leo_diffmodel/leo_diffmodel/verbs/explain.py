@@ -85,8 +85,9 @@ def _values(row: dict) -> str:
 
 
 def _gains(row: dict) -> str:
-    held = row['gain_held_out']
-    return f'{row["gain_train"]:.1f} / {"-" if held is None else f"{held:.1f}"}'
+    if row['gain_held_out'] is None:
+        return f'(a scan promised {row["gain_train"]:.1f})'
+    return f'{row["gain_train"]:.1f} / {row["gain_held_out"]:.1f}'
 
 
 def _fresh_effect(path: str | None) -> Path | None:

@@ -15,7 +15,9 @@ from leo_diffmodel.report.text import percent, quantity
 MOST_ACROSS = 6
 """States that a table shows side by side."""
 NOISE_ALONE = 1.2
-"""Rms errors up to this many times the noise floor are put down to chance."""
+"""Errors up to this many times the noise floor are put down to chance."""
+TOLD = {'rmse': ('rms', 'mean squared error'), 'median': ('median', 'squared median error')}
+"""In words, by the figure that an answer is told with."""
 
 
 def explained(errors: Mapping[str, Any]) -> Section:
@@ -25,13 +27,15 @@ def explained(errors: Mapping[str, Any]) -> Section:
     or to the noise where that is more, as in a state that the effect does not reach.
     """
     *models, noise = errors['ladder']
-    square = np.array([row['rmse'] for row in models]) ** 2
-    whole = np.maximum(square[0], np.array(noise['rmse']) ** 2)
+    kind = errors['statistic']
+    word, squared = TOLD[kind]
+    square = np.array([row[kind] for row in models]) ** 2
+    whole = np.maximum(square[0], np.array(noise[kind]) ** 2)
     whole = whole * (square[0] / whole).mean()
     share = (square / whole).mean(axis=1)
     gained = np.maximum(share[:-1] - share[1:], 0.0)
-    floor = float((np.minimum(np.array(noise['rmse']) ** 2, square[-1]) / whole).mean())
-    if np.mean(square[-1] / np.array(noise['rmse']) ** 2) < NOISE_ALONE**2:
+    floor = float((np.minimum(np.array(noise[kind]) ** 2, square[-1]) / whole).mean())
+    if np.mean(square[-1] / np.array(noise[kind]) ** 2) < NOISE_ALONE**2:
         floor = float(share[-1])
     rest = max(float(share[-1]) - floor, 0.0)
     named = [
@@ -41,11 +45,12 @@ def explained(errors: Mapping[str, Any]) -> Section:
     return _section(
         [*named, *_remainder(rest, floor)],
         'Where the error goes',
-        f'Shares of the mean squared error of the model as given, {noise["seconds"]:g} s ahead on '
+        f'Shares of the {squared} of the model as given, {noise["seconds"]:g} s ahead on '
         'held-out data; every state counts alike. Noise is what a perfect model would be charged, '
         f'and what exceeds it by less than {percent(NOISE_ALONE - 1)}, as chance does.',
-        _ladder(errors['ladder'], errors['states']),
+        _ladder(errors['ladder'], errors['states'], kind),
         [s['name'] for s in errors['states']],
+        word,
     )
 
 
@@ -74,12 +79,12 @@ def _part(name: str, share: float, colour: str) -> dict[str, Any]:
 
 
 def _ladder(
-    rows: Sequence[Mapping[str, Any]], states: Sequence[Mapping[str, Any]]
+    rows: Sequence[Mapping[str, Any]], states: Sequence[Mapping[str, Any]], kind: str
 ) -> list[dict[str, Any]]:
     return [
         {
             'model': row['model'],
-            'rmse': [quantity(e, s['unit']) for e, s in zip(row['rmse'], states, strict=True)],
+            'error': [quantity(e, s['unit']) for e, s in zip(row[kind], states, strict=True)],
         }
         for row in rows
     ]
@@ -91,6 +96,7 @@ def _section(
     note: str,
     ladder: list[dict[str, Any]],
     states: list[str],
+    word: str = '',
 ) -> Section:
     whole = max(sum(p['share'] for p in parts), 1e-12)
     bar = [{**p, 'width': 100 * p['share'] / whole} for p in parts if p['share'] > 0]
@@ -100,6 +106,7 @@ def _section(
         'bar': bar,
         'parts': parts,
         'ladder': ladder,
+        'word': word,
         'states': states,
         'tall': len(states) > MOST_ACROSS,
     }

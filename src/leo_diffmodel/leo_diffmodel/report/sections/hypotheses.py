@@ -20,6 +20,7 @@ def section(
     hypotheses: Sequence[Row],
     constants: Mapping[str, Row],
     threshold: float | None,
+    told: str,
 ) -> Section:
     """The table of hypotheses, supported effects first.
 
@@ -28,10 +29,12 @@ def section(
         hypotheses: all candidates ranked, rows of explain.json.
         constants: the uncertain constants as refitted.
         threshold: gain that noise alone can give [nats].
+        told: what the errors are, in words.
     """
     taken = {label(e) for e in effects}
     others = [h for h in hypotheses if label(h) not in taken]
-    top = max([*(_gain(r) for r in [*effects, *hypotheses]), threshold or 0.0])
+    tried = [r for r in [*effects, *hypotheses] if r['gain_held_out'] is not None]
+    top = max([*(_gain(r) for r in tried), threshold or 0.0])
     best = _gain(hypotheses[0]) if hypotheses else 0.0
     near = _near(effects)
     rows = [_row(e, top, 'supported', _supported(e)) for e in effects]
@@ -43,6 +46,7 @@ def section(
         'rows': rows[:shown],
         'more': rows[shown:],
         'threshold': threshold,
+        'told': told,
         'constants': [{'path': p, 'value': estimates({p: c})[0]} for p, c in constants.items()],
     }
     return Section('hypotheses.html', values)
@@ -50,13 +54,14 @@ def section(
 
 def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
     before, after = row['error_before'], row['error_after']
+    fitted = row['gain_held_out'] is not None
     return {
         'name': row['name'],
         'where': row['where'],
         'parameters': estimates(row['parameters']),
-        'gain_train': nats(row['gain_train']),
-        'gain_held_out': nats(row['gain_held_out']),
-        'width': 100 * max(_gain(row), 0.0) / top if top > 0 else 0.0,
+        'gain': f'{nats(row["gain_train"])} / {nats(row["gain_held_out"])}' if fitted else None,
+        'promised': nats(row['gain_train']),
+        'width': 100 * max(_gain(row), 0.0) / top if top > 0 and fitted else 0.0,
         'change': None if after is None or not before else change(before, after),
         'errors': None if after is None else f'{number(before)} → {number(after)}',
         'probability': percent(row['inclusion_probability']),

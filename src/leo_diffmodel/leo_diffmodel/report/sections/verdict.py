@@ -81,17 +81,25 @@ def _effect(row: Mapping[str, Any], model: Model) -> dict[str, Any]:
 
 
 def _figures(errors: Mapping[str, Any]) -> list[str]:
-    """Held-out change of the error one step and furthest ahead, and what noise alone gives."""
+    """Held-out change of the error one step and furthest ahead, and what noise alone gives.
+
+    Where medians are told, that of the ladder.
+    """
+    if errors['statistic'] == 'median':
+        given, *_, repaired, floor = (row['median'] for row in errors['ladder'])
+        row = {'before': given, 'after': repaired, 'noise_floor': floor}
+        ahead = f'{errors["ladder"][0]["seconds"]:.2g} s ahead'
+        return [_change(ahead, row, 'median held-out error')]
     near, far = errors['horizon'][0], errors['horizon'][-1]
     return [_change(f'{row["seconds"]:.2g} s ahead', row) for row in (near, far)]
 
 
-def _change(ahead: str, row: Mapping[str, Any]) -> str:
+def _change(ahead: str, row: Mapping[str, Any], what: str = 'held-out error') -> str:
     before, after = (np.asarray(row[k]) for k in ('before', 'after'))
     ratio = float(np.sqrt(np.mean((after / before) ** 2)))
     size = f'{percent(abs(1 - ratio))} {"smaller" if ratio < 1 else "larger"}'
     over = number(_over_noise(row['after'], row['noise_floor']), 2)
-    return f'{ahead} the held-out error is {size}: {over} × what noise alone leaves'
+    return f'{ahead} the {what} is {size}: {over} × what noise alone leaves'
 
 
 def _states(states: Sequence[Mapping[str, Any]], rmse: Sequence[float]) -> str:

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The one error of each state that an answer is told with: which figure, and how far ahead."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.compare import errors
+from leo_diffmodel.compare.errors import Prediction
+from leo_sim.robot import Robot
+
+NEARLY = 0.95
+
+
+@dataclass(frozen=True)
+class Headline:
+    """Errors as an answer tells them.
+
+    Attributes:
+        statistic: rmse or median, as in explain.json.
+        seconds: how far ahead of the measured start [s].
+    """
+
+    statistic: str
+    seconds: float
+
+    @property
+    def words(self) -> str:
+        """What is told, in words."""
+        median = 'median ' if self.statistic == 'median' else ''
+        return f'{median}held-out error {self.seconds:.2g} s ahead'
+
+    @property
+    def short(self) -> str:
+        """The same in a column that is headed 'held-out error'."""
+        return f'{"median" if self.statistic == "median" else "rms"}, {self.seconds:.2g} s ahead'
+
+    def figures(self, prediction: Prediction) -> dict[str, list[float]]:
+        """Both figures of each state."""
+        return {
+            'rmse': errors.ahead(prediction, self.seconds),
+            'median': errors.median_ahead(prediction, self.seconds),
+        }
+
+    def floor(self, prediction: Prediction) -> dict[str, list[float]]:
+        """Both figures of the errors that a perfect model would make."""
+        return {
+            'rmse': errors.floor_ahead(prediction, self.seconds),
+            'median': errors.median_floor_ahead(prediction, self.seconds),
+        }
+
+    def mean(self, prediction: Prediction) -> float:
+        """The mean over the states."""
+        return float(np.mean(self.figures(prediction)[self.statistic]))
+
+
+def headline(robot: Robot, longest: float = np.inf) -> Headline:
+    """How the errors of a robot are told, on windows of a length [s].
+
+    On the ground a foot that comes down a little early or late turns the motion after it, with
+    any model: a few such windows make up the mean square there, and more of them with the time.
+    """
+    statistic, seconds = ('median', 0.3) if robot.contacts else ('rmse', 0.5)
+    return Headline(statistic, longest if longest < NEARLY * seconds else seconds)
