@@ -76,7 +76,8 @@ def _print(data: dict) -> None:
         events = '; '.join(_event(e, data) for e in data['events'][:WINDOWS])
         console.print(f'left out below as single events (a push? a glitch?): {events}')
     if data['noise_only']:
-        console.print('No place stands out: the torque it lacks stays within its noise (leo explain sees smaller things).')
+        console.print('No place stands out: the torque it lacks stays within its noise '
+                      '(leo explain sees smaller things).')
         return
     console.print(_joints(data['joints']))
     worst = worst_places(data['where'])
