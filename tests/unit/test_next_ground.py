@@ -6,7 +6,7 @@ import pytest
 
 from leo_diffmodel.explain.fit import Fit
 from leo_diffmodel.explain.hypothesis import Hypothesis
-from leo_diffmodel.next_run.motions import MotionRun, walker_menu
+from leo_diffmodel.next_run.motions import MotionRun, performed, walker_menu
 from leo_diffmodel.next_run.proposal import Proposal
 from leo_diffmodel.next_run.run_file import read_run, write_run
 from leo_diffmodel.next_run.separate import separable
@@ -42,6 +42,19 @@ def test_runs_are_simulated_as_they_will_be_recorded():
     assert np.ptp(episode.q[:, 3:], axis=0).min() > 0.01
     assert not step.held and len(step.episodes) > 1
     assert all(np.all(np.diff(e.t) > 0) for e in step.episodes)
+
+
+def test_time_goes_on_while_the_robot_is_put_up_again(monkeypatch):
+    begun, start = [], Model.start
+
+    def noted(self, pose, rng, elapsed=0.0):
+        begun.append(elapsed)
+        return start(self, pose, rng, elapsed)
+
+    monkeypatch.setattr(Model, 'start', noted)
+    episodes = performed(named('stepping'), MODEL, PERIOD)
+    assert len(episodes) > 1
+    assert begun[: len(episodes)] == pytest.approx([e.t[0] for e in episodes])
 
 
 def test_a_run_begins_in_its_pose_and_only_a_robot_with_that_pose_takes_it(tmp_path):

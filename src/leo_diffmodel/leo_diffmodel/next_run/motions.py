@@ -92,8 +92,8 @@ def performed(run: MotionRun, model: Model, period: float) -> tuple[Episode, ...
     for _ in range(round(min(run.seconds, TRIED_SECONDS) / robot.control_period)):
         volts = routine.volts(*model.sense(state))
         if volts is None:
-            state = model.start(routine.start, rng)
             track.cut()
+            state = model.start(routine.start, rng, track.seconds)
             continue
         for _ in range(repeat):
             track.add(*model.sense(state), volts)
@@ -109,6 +109,11 @@ class _Track:
         self.episodes: list[Episode] = []
         self._rows: list[tuple[Array, ...]] = []
         self._dt, self._count = dt, 0
+
+    @property
+    def seconds(self) -> float:
+        """Since the run began, at the last cut."""
+        return self._dt * self._count
 
     def add(self, *row: Array) -> None:
         """Angles, rates and inputs held from then on."""
