@@ -108,10 +108,12 @@ def show(rows: Sequence[dict]) -> None:
     for motion in AHEAD:
         one = np.sqrt([r['scores'][motion]['one_step'] for r in rows])
         far = np.array([r['scores'][motion]['ahead'] for r in rows]) - 1
+        shown = far[far[:, 0] != 0]
+        median = 100 * np.median(1 - shown[:, 1] / shown[:, 0])
         print(f'{motion}: one step, times the error of a perfect model, {np.median(one[:, 0]):.2f}'
               f' -> {np.median(one[:, 1]):.3f} (most {one[:, 1].max():.3f}); of the excess '
               f'{AHEAD[motion]:g} s ahead {100 * (1 - far[:, 1].sum() / far[:, 0].sum()):.1f} % '
-              f'is gone, in the median case {100 * np.median(1 - far[:, 1] / far[:, 0]):.1f} %')
+              f'is gone, in the median case {median:.1f} %')
 
 
 def main() -> None:

@@ -15,6 +15,7 @@ from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.fit import Fit, fit, Problem
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.on_ground import polished
 from leo_diffmodel.explain.pose import pose, Posed, standing
 from leo_diffmodel.explain.ranking import Round
 from leo_diffmodel.explain.review import Explore, review, Reviewed
@@ -96,6 +97,14 @@ def search(
     first = fit(reviewed.posed.problem, first.hypothesis, first.theta, first.start)
     members = tuple(reviewed.members[c] for c in reviewed.final.hypothesis.candidates)
     return Search(first, reviewed.final, tuple(rounds), members, reviewed.posed)
+
+
+def finished(found: Search) -> Search:
+    """The same with the final parameters of a robot on the ground brought to their best."""
+    if not (found.problem.footing and found.final.hypothesis.size):
+        return found
+    at = polished(found.posed, found.final)
+    return replace(found, final=at.fit, posed=at.posed)
 
 
 def forward(posed: Posed, null: Fit, tried: Explore) -> list[Round]:

@@ -14,7 +14,7 @@ from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.explain import evidence, helper, rows, verdict
 from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.classes import Facts, pair_note
-from leo_diffmodel.explain.engine import Search, search
+from leo_diffmodel.explain.engine import finished, Search, search
 from leo_diffmodel.explain.held import held_windows
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import pose, Posed
@@ -115,6 +115,8 @@ def explain(
     if outside:
         members = tuple(found.members[i] for i in outside.kept)
         found = replace(found, final=outside.beside, members=members)
+    else:
+        found = finished(found)
     whole = outside.attempt.fit if outside else None
     best = replace(found, final=whole or found.final)
     held = held_windows([*recordings, *hold_out], best, model)

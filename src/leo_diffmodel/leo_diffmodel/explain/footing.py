@@ -57,7 +57,11 @@ class Footing:
 
 
 def settled(
-    model: Model, windows: Windows, sigma: Array, before: Footing | None = None
+    model: Model,
+    windows: Windows,
+    sigma: Array,
+    before: Footing | None = None,
+    anew: bool = False,
 ) -> tuple[Array, Footing]:
     """Which windows can be trusted, as indices, and their footing.
 
@@ -69,9 +73,12 @@ def settled(
         windows: short windows.
         sigma: noise of each recording and channel, shape (R, 2J).
         before: the footing with another model, to go on from; its windows are all kept.
+        anew: ask all windows for their answer again, not only those where it was off by much.
     """
     settling = _Settling(model, windows, sigma, before)
     active = np.arange(windows.count)
+    if anew:
+        settling.ask(active)
     for round_ in range(ROUNDS):
         going = settling.step(active)
         if before and not round_:  # their answer may be too old to have led anywhere

@@ -91,13 +91,16 @@ def standing(posed: Posed) -> Posed:
     return replace(posed, problem=replace(problem.take(kept), footing=footing))
 
 
-def resettled(posed: Posed, fitted: Fit, finer: bool = False) -> Posed:
+def resettled(
+    posed: Posed, fitted: Fit, finer: bool = False, anew: bool = False
+) -> Posed:
     """The same on the ground with the footing of a fitted hypothesis.
 
     Args:
         posed: the problem.
         fitted: the hypothesis at its values and start states.
         finer: ask a finer integration anew what the coarse one is off by.
+        anew: ask all windows anew for their answer to the starts.
     """
     problem = posed.problem
     model = fitted.hypothesis.model(problem.base, fitted.theta)
@@ -105,7 +108,7 @@ def resettled(posed: Posed, fitted: Fit, finer: bool = False) -> Posed:
     windows, before = problem.windows, replace(problem.footing, start=fitted.start)
     if finer:
         windows, before = refined(model, windows, before)
-    _, footing = settled(model, windows, problem.sigma, before)
+    _, footing = settled(model, windows, problem.sigma, before, anew)
     return replace(posed, problem=replace(problem, windows=windows, footing=footing))
 
 
