@@ -30,7 +30,8 @@ from leo_diffmodel.explain.ground_scan import (
     TWO_ANGLES,
 )
 from leo_diffmodel.explain.hypothesis import Hypothesis
-from leo_diffmodel.explain.on_ground import finalists
+from leo_diffmodel.explain.on_ground import converged, finalists, polished
+from leo_diffmodel.explain.pose import pose, standing
 from leo_diffmodel.explain.ranking import gains, WINDOW_NATS
 from leo_diffmodel.explain.unknown import find as unknown_find
 from leo_diffmodel.explain.unknown.curves import curves
@@ -310,6 +311,21 @@ def test_explain_names_an_effect_on_the_ground():
     given, repaired, floor = (row['median'][KNEE] for row in found.errors['ladder'])
     assert found.errors['windows'] >= 12 and given > 5 * repaired and repaired < 2 * floor
     assert 'median held-out error 0.15 s ahead: left_knee' in found.sentence
+
+
+def test_where_the_last_fit_came_from_does_not_show_in_it(model):
+    truth = np.array([1.5, -6.0])
+    bag = recorded(place(LEO, 'external_force', 'arm', x=1.5, z=-6.0), start='standing', seconds=3)
+    posed = standing(pose([bag], [], model))
+    held = Hypothesis().with_candidate(candidate(model, 'external_force:arm'))
+    null = fit(posed.problem, Hypothesis())
+    best = converged(posed, replace(null, hypothesis=held, theta=0.8 * truth))
+    sure = np.sqrt(np.diagonal(best.fit.covariance))
+    assert np.all(np.abs(best.fit.theta - truth) < 3 * sure)
+    for way in (-2.0, 0.0, 2.0):
+        off = replace(best.fit, theta=best.fit.theta + way * sure)
+        again = polished(best.posed, off).fit
+        assert np.all(np.abs(again.theta - best.fit.theta) < 0.7 * sure)
 
 
 def test_a_cable_on_the_ground_is_no_known_effect():
