@@ -191,7 +191,7 @@ def polished(posed: Posed, best: Fit) -> Stand:
     at = _footed(posed, best, finer=True, anew=True)
     for _ in range(LAST_STEPS):
         far = np.abs(at.step.theta) / np.sqrt(np.diagonal(at.fit.covariance))
-        if far.max(initial=0.0) < NEARLY:
+        if not far.max(initial=0.0) >= NEARLY:
             break
         fitted = moved(at.fit, at.step, min(1.0, FARTHEST / float(far.max())))
         at = _footed(at.posed, fitted, finer=True, anew=True)
