@@ -60,6 +60,19 @@ def test_a_few_windows_that_go_astray_do_not_move_the_median():
     assert np.all(np.array(errors.ahead(told, 0.3)) > 10 * np.array(floor))
 
 
+def test_the_median_of_a_mixture_is_that_of_all_its_errors():
+    windows = errors.horizon_windows([record(TORQUE, seconds=20)], Model(TORQUE), 0.5)
+    count, size = len(windows.dt), windows.measured.shape
+    rng = np.random.default_rng(0)
+    for calm in (0.3, 0.45, 0.6):
+        deviation = np.where(np.arange(count) < calm * count, 0.1, 1.0)[:, None, None]
+        error = deviation * rng.standard_normal(size)
+        told = errors.Prediction(windows, windows.measured - error, deviation**2 + np.zeros(size))
+        found = [errors.median_ahead(told, s) for s in 0.01 * np.arange(1, 50)]
+        floor = errors.median_floor_ahead(told, 0.3)
+        np.testing.assert_allclose(floor, np.median(found, axis=0), rtol=0.2)
+
+
 def test_a_robot_on_the_ground_is_told_of_by_the_median():
     assert headline(TORQUE) == headline(TORQUE, 0.49) == Headline('rmse', 0.5)
     assert headline(TORQUE, 0.3).words == 'held-out error 0.3 s ahead'

@@ -309,7 +309,7 @@ def test_explain_names_an_effect_on_the_ground():
         'named', 'coulomb_friction', 'left_knee')  # fmt: skip
     assert effect['parameters']['c']['value'] == pytest.approx(0.15, rel=0.02)
     given, repaired, floor = (row['median'][KNEE] for row in found.errors['ladder'])
-    assert found.errors['windows'] >= 12 and given > 5 * repaired and repaired < 2 * floor
+    assert found.errors['windows'] >= 20 and given > 5 * repaired and repaired < 2 * floor
     assert 'median held-out error 0.15 s ahead: left_knee' in found.sentence
 
 
@@ -324,7 +324,7 @@ def test_where_the_last_fit_came_from_does_not_show_in_it(model):
     assert np.all(np.abs(best.fit.theta - truth) < 3 * sure)
     for way in (-2.0, 0.0, 2.0):
         off = replace(best.fit, theta=best.fit.theta + way * sure)
-        again = polished(best.posed, off).fit
+        again = polished(best.posed, off)[1]
         assert np.all(np.abs(again.theta - best.fit.theta) < 0.7 * sure)
 
 

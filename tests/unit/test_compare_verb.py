@@ -42,7 +42,7 @@ def test_json_to_stdout_is_the_file(rubbing, tmp_path, capsys):
     assert json.loads(capsys.readouterr().out) == written
 
 
-def test_a_model_that_is_right_is_said_to_fail_nowhere(tmp_path, capsys):
+def test_a_model_that_is_right_stands_out_nowhere(tmp_path, capsys):
     path = bag(tmp_path / 'right', record(PENDULUM, seconds=20, seed=4))
     assert main([str(path), '--model', 'pendulum']) == 0
     assert 'No place stands out' in capsys.readouterr().out

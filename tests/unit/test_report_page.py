@@ -198,6 +198,23 @@ def test_budget_shares_add_up():
     assert parts['noise'] == pytest.approx(0.01)
 
 
+def test_medians_are_told_where_they_are_what_counts():
+    row = {'rmse': [5.0, 5.0], 'seconds': 0.3}
+    errors = {
+        'states': STATES,
+        'statistic': 'median',
+        'ladder': [
+            {'model': 'as given', 'median': [0.10, 0.0], **row},
+            {'model': '+ a:pivot', 'median': [0.05, 0.0], **row},
+            {'model': 'noise floor', 'median': [0.01, 0.1], **row},
+        ],
+    }
+    values = budget.explained(errors).values
+    assert values['word'] == 'median' and values['ladder'][0]['error'][0].startswith('0.1')
+    (line,) = verdict_section._figures(errors)
+    assert '0.3 s ahead the median held-out error is 50 % smaller' in line
+
+
 def test_every_state_has_its_floor():
     errors = {
         'states': STATES,
@@ -240,9 +257,10 @@ def test_every_hypothesis_has_a_status_in_words():
         hypothesis('e', 40.0, -3.0),
         hypothesis('f', 3.0, 1.0),
         hypothesis('g', 11.0, None),
+        hypothesis('h', 99.0, None),
     ]
     section = hypotheses.section([named], [named, *others], {}, 12.0, 'rms, 0.5 s ahead')
-    assert [r['name'] for r in section.values['more']] == ['f', 'g']
+    assert [r['name'] for r in section.values['more']] == ['f', 'g', 'h']
     rows = [*section.values['rows'], *section.values['more']]
     status = {r['name']: (r['kind'], r['status']) for r in rows}
     assert status['a'] == ('supported', 'supported, but not told apart from its rivals')
@@ -252,7 +270,9 @@ def test_every_hypothesis_has_a_status_in_words():
     assert status['e'] == ('out', 'does not hold on held-out data')
     assert status['f'] == ('out', 'gains no more than noise would')
     assert status['g'] == ('out', 'ruled out by the first scan')
-    assert [r['near'] for r in rows if r['kind'] == 'out'] == [[]] * 4
+    assert status['h'] == ('out', 'fell behind before it was fitted to the end')
+    assert next(r for r in rows if r['name'] == 'h')['width'] == 0
+    assert [r['near'] for r in rows if r['kind'] == 'out'] == [[]] * 5
 
 
 def test_an_angle_of_many_turns_is_folded_into_one(model, missing):

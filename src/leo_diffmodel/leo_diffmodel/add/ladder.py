@@ -7,7 +7,7 @@ from leo_diffmodel.explain.explanation import Explanation
 
 
 def ladder(result: Explanation) -> list[dict]:
-    """Rows {model, seconds, rmse per state} from ideal to repaired, the noise floor last."""
+    """Rows {model, seconds, rmse, median per state} from ideal to repaired, noise last."""
     if result.search is None:
         return []
     return [*result.errors['ladder']]

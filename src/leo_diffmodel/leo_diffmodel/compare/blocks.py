@@ -47,6 +47,13 @@ class Blocks:
         first, last = self.index(windows), self.index(windows, 1.0)
         return (first == last) & (first % HELD_OUT_EVERY == FIRST_HELD)
 
+    def held_share(self, recordings: Sequence[Recording]) -> float:
+        """Which part of the recordings, by time, is held out."""
+        if not self.held_sources:
+            return 1.0 / HELD_OUT_EVERY
+        seconds = [sum(float(e.t[-1] - e.t[0]) for e in r.episodes) for r in recordings]
+        return sum(seconds[i] for i in self.held_sources) / sum(seconds)
+
     def train(self, windows: Windows) -> Array:
         """Which windows share no time with held-out data, shape (W,)."""
         if self.held_sources:

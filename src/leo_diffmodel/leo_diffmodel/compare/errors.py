@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtri
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.noise import HISTORY, per_window
@@ -25,7 +26,8 @@ MOST_WINDOWS, MOST_ROLLOUTS = 400, 2000
 MOST_SECONDS, DRAWS = 300.0, 6
 """On the ground: simulated time that predictions may take, and starts drawn for the floor."""
 NEAR_STEPS, NEAR = 0.75, 0.05
-MEDIAN_OF_NORMAL = 0.6745
+NORMAL = ndtri(0.5 + (np.arange(64) + 0.5) / 128)
+"""Sizes of a standard normal variable, each as likely as the others."""
 REACHED = 0.5
 """Share of the windows that must be long enough for an error that far ahead."""
 
@@ -209,7 +211,7 @@ def floor_ahead(prediction: Prediction, seconds: float) -> list[float]:
 def median_floor_ahead(prediction: Prediction, seconds: float) -> list[float]:
     """The median absolute error a perfect model would make of each state `seconds` ahead."""
     deviation = np.sqrt(_at(prediction, seconds).of(prediction.floor))
-    return (MEDIAN_OF_NORMAL * np.median(deviation, axis=0)).tolist()
+    return np.median(NORMAL[:, None, None] * deviation, axis=(0, 1)).tolist()
 
 
 @dataclass(frozen=True)

@@ -103,8 +103,8 @@ def finished(found: Search) -> Search:
     """The same with the final parameters of a robot on the ground brought to their best."""
     if not (found.problem.footing and found.final.hypothesis.size):
         return found
-    at = polished(found.posed, found.final)
-    return replace(found, final=at.fit, posed=at.posed)
+    posed, final = polished(found.posed, found.final)
+    return replace(found, final=final, posed=posed)
 
 
 def forward(posed: Posed, null: Fit, tried: Explore) -> list[Round]:

@@ -116,6 +116,7 @@ def explain(
         members = tuple(found.members[i] for i in outside.kept)
         found = replace(found, final=outside.beside, members=members)
     else:
+        progress('the last fit')
         found = finished(found)
     whole = outside.attempt.fit if outside else None
     best = replace(found, final=whole or found.final)

@@ -9,7 +9,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
-from leo_diffmodel.compare.blocks import Blocks, HELD_OUT_EVERY
+from leo_diffmodel.compare.blocks import Blocks
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.engine import Search
 from leo_sim.model import Model
@@ -17,29 +17,35 @@ from leo_sim.model import Model
 HORIZON_SECONDS = (1.0, 0.5, 0.3, 0.15)
 ENOUGH_ON_GROUND = 40
 """Windows, which overlap: in a few, contacts that flip decide the error."""
+LONGER = 1.05
+"""Times the windows of the search, for windows of their own to be worth it."""
 PUSH_SIGMAS = 6.0
 PUSH_TIMES = 6.0
 
 
 def held_windows(recordings: Sequence[Recording], found: Search, model: Model) -> Windows:
-    """Windows of the data no fit has seen, as long as the longest horizon that fits."""
+    """Windows of the data no fit has seen, as long as the longest horizon that fits.
+
+    On the ground, the longest of which there are enough, or else the shortest.
+    """
     held = found.problem.windows.take(~found.problem.train)
     enough = ENOUGH_ON_GROUND if model.robot.contacts else 1
-    for seconds in HORIZON_SECONDS:
-        if seconds <= float(held.dt[0].sum()):
-            break
+    shortest = LONGER * float(held.dt[0].sum())
+    chosen = None
+    for seconds in (s for s in HORIZON_SECONDS if s > shortest):
         windows = _windows_of(recordings, found.posed.blocks, model, seconds)
+        chosen = windows if windows and windows.count else chosen
         if windows and windows.count >= enough:
-            return _undisturbed(windows, found)
-    return held
+            break
+    return _undisturbed(chosen, found) if chosen else held
 
 
 def _windows_of(
     recordings: Sequence[Recording], blocks: Blocks, model: Model, seconds: float
 ) -> Windows | None:
     most = errors.most_windows(model, seconds)
-    if model.robot.contacts and not blocks.held_sources:
-        most *= HELD_OUT_EVERY
+    if model.robot.contacts:
+        most = round(most / blocks.held_share(recordings))
     try:
         windows = errors.horizon_windows(recordings, model, seconds, most)
     except ValueError:

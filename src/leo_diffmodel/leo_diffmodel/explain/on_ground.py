@@ -16,7 +16,7 @@ from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import Posed, resettled
 from leo_diffmodel.explain.ranking import gain, gains, ranking, Round
 from leo_diffmodel.explain.scan import Scan
-from leo_diffmodel.explain.scored import dispersion
+from leo_diffmodel.explain.scored import dispersion, MARGIN_NATS
 
 MOST_CONTENDERS, WORTH, WORTH_ALL, WORTH_MORE = 10, 0.35, 0.8, 0.5
 """How many are tried, and the share of the threshold that a scan, then a fit in some windows, and
@@ -181,12 +181,13 @@ def converged(posed: Posed, best: Fit) -> Stand:
     return at if at is first else _footed(at.posed, at.fit, finer=True)
 
 
-def polished(posed: Posed, best: Fit) -> Stand:
+def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
     """A converged hypothesis with all windows asked anew for their answer to the starts.
 
     Before, only those are asked whose answer was off by much: the starts then remember the way on
-    which the parameters came, which holds these back by about a standard deviation. What a step
-    gains is no judge here: it is less than the few windows say whose contacts settle otherwise.
+    which the parameters came, which holds these back by about a standard deviation. What a single
+    step gains is no judge here: it is less than the few windows say whose contacts settle
+    otherwise. All together must not make it worse.
     """
     at = _footed(posed, best, finer=True, anew=True)
     for _ in range(LAST_STEPS):
@@ -195,7 +196,9 @@ def polished(posed: Posed, best: Fit) -> Stand:
             break
         fitted = moved(at.fit, at.step, min(1.0, FARTHEST / float(far.max())))
         at = _footed(at.posed, fitted, finer=True, anew=True)
-    return at
+    spread = dispersion(best)
+    worse = -gain(best, at.fit, posed.problem.train, spread) / spread
+    return (at.posed, at.fit) if worse < MARGIN_NATS else (posed, best)
 
 
 def _footed(posed: Posed, point: Fit, finer: bool = False, anew: bool = False) -> Stand:

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.explain.fit import Fit, fit, Problem
+from leo_diffmodel.explain.fit import Fit, fit, Problem, settled_as
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.pose import Posed
 from leo_diffmodel.explain.ranking import gain, Round
 from leo_diffmodel.explain.scan import amplitude_indices
-from leo_diffmodel.explain.scored import MARGIN_NATS, unexplained
+from leo_diffmodel.explain.scored import MARGIN_NATS, Scored, unexplained
 from leo_diffmodel.explain.verdict import UNEXPLAINED_RATIO
 
 MOST_SWAPS = 4
@@ -61,8 +61,10 @@ def review(
         known: rounds already made with all the others kept.
         explore: tries all candidates on top of a fit; its last argument is the fit of the set.
     """
-    if posed.problem.footing and (one := as_one(posed, final, explore)) is not None:
-        return replace(review(one.posed, one.final, one.members, explore), changed=True)
+    if posed.problem.footing and (one := as_one(posed, final, explore)):
+        assert one.best and one.best.fit
+        again = review(one.posed, one.best.fit, {one.best.candidate: one}, explore)
+        return replace(again, changed=True)
     members, swaps, changed = dict(known), 0, False
     while True:
         stale = [c for c in final.hypothesis.candidates if c not in members]
@@ -88,8 +90,8 @@ def review(
             swaps += 1
 
 
-def as_one(posed: Posed, final: Fit, explore: Explore) -> Reviewed | None:
-    """The set with one effect for several at one place that it does as well as.
+def as_one(posed: Posed, final: Fit, explore: Explore) -> Round | None:
+    """One effect that does as well as several that were found at one place.
 
     Args:
         posed: the problem.
@@ -97,7 +99,7 @@ def as_one(posed: Posed, final: Fit, explore: Explore) -> Reviewed | None:
         explore: tries all candidates on top of a fit.
 
     Returns:
-        The other set, of which the round of the one is made; None where there is none.
+        The round without those, whose best is the one, wherever it acts; None where there is none.
     """
     places = [c.where for c in final.hypothesis.candidates]
     for where in sorted({w for w in places if places.count(w) > 1}):
@@ -105,14 +107,20 @@ def as_one(posed: Posed, final: Fit, explore: Explore) -> Reviewed | None:
         for c in (c for c in final.hypothesis.candidates if c.where == where):
             rest = without(posed.problem, rest, rest.hypothesis.candidates.index(c))
         found = explore(posed, rest, None)
-        best = found.best
-        if best is None or best.fit is None or not _completes(best.fit):
-            continue
-        more = max(best.fit.hypothesis.size - final.hypothesis.size, 0)
-        price = 0.5 * more * float(np.log(final.residual.size))
-        if _behind(posed.problem, best.fit, final, best.dispersion) + price < MARGIN_NATS:
-            return Reviewed(best.fit, {best.candidate: found}, found.posed, True)
+        if found.best and found.best.fit and _stands_for(found.best, found.posed.problem, final):
+            return found
     return None
+
+
+def _stands_for(best: Scored, problem: Problem, final: Fit) -> bool:
+    """Whether a set with one effect leaves as little as one with several, parameters counted."""
+    one = best.fit
+    assert one
+    if problem.footing:
+        final = settled_as(problem, final, one)
+    more = max(one.hypothesis.size - final.hypothesis.size, 0)
+    price = 0.5 * more * float(np.log(final.residual.size))
+    return _completes(one) and _behind(problem, one, final, best.dispersion) + price < MARGIN_NATS
 
 
 def _fewer(problem: Problem, final: Fit, member: Candidate, found: Round) -> Fit | None:

@@ -33,14 +33,14 @@ def section(
     """
     taken = {label(e) for e in effects}
     others = [h for h in hypotheses if label(h) not in taken]
-    tried = [r for r in [*effects, *hypotheses] if r['gain_held_out'] is not None]
-    top = max([*(_gain(r) for r in tried), threshold or 0.0])
+    fitted = [r for r in [*effects, *others] if r['gain_held_out'] is not None]
+    top = max([*map(_gain, fitted), threshold or 0.0])
     best = _gain(hypotheses[0]) if hypotheses else 0.0
     near = _near(effects)
     rows = [_row(e, top, 'supported', _supported(e)) for e in effects]
     rows += [_row(h, top, *_status(h, best, near, threshold, bool(effects))) for h in others]
     least = threshold or 0.0
-    worth = sum(_gain(r) >= least for r in [*effects, *others])
+    worth = sum(_gain(r) >= least for r in fitted)
     shown = min(max(worth, FEWEST), SHOWN)
     values = {
         'rows': rows[:shown],
@@ -92,6 +92,8 @@ def _status(
         return 'rival', f'cannot be ruled out: {nats(rival["separable_nats"])} nats behind'
     if rival:
         return 'out', _distance(rival['separable_nats'])
+    if row['gain_held_out'] is None and row['gain_train'] >= (threshold or 0.0):
+        return 'out', 'fell behind before it was fitted to the end'
     if row['gain_held_out'] is None:
         return 'out', 'ruled out by the first scan'
     if threshold is not None and max(row['gain_train'], _gain(row)) < threshold:

@@ -96,7 +96,8 @@ def _figures(errors: Mapping[str, Any]) -> list[str]:
 
 def _change(ahead: str, row: Mapping[str, Any], what: str = 'held-out error') -> str:
     before, after = (np.asarray(row[k]) for k in ('before', 'after'))
-    ratio = float(np.sqrt(np.mean((after / before) ** 2)))
+    seen = before > 0
+    ratio = float(np.sqrt(np.mean((after[seen] / before[seen]) ** 2))) if seen.any() else 1.0
     size = f'{percent(abs(1 - ratio))} {"smaller" if ratio < 1 else "larger"}'
     over = number(_over_noise(row['after'], row['noise_floor']), 2)
     return f'{ahead} the {what} is {size}: {over} × what noise alone leaves'
