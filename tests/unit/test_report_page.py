@@ -218,6 +218,7 @@ def test_medians_are_told_where_they_are_what_counts():
 def test_every_state_has_its_floor():
     errors = {
         'states': STATES,
+        'statistic': 'rmse',
         'horizon': [
             {'seconds': s, 'before': [0.1, 1.0], 'after': [0.01, 0.1], 'noise_floor': [0.01, 0.1]}
             for s in (0.03, 0.3)
@@ -339,7 +340,7 @@ def test_training_errors_are_lines_beside_the_held_out_ones():
          'noise_floor': [0.01, 0.1]}
         for n in (1, 10)
     ]  # fmt: skip
-    errors = {'states': STATES, 'horizon': rows}
+    errors = {'states': STATES, 'statistic': 'rmse', 'horizon': rows}
     seen = [{'steps': 1, 'before': [0.1, 1.0], 'after': [0.002, 0.02]}]
     values = horizon.held_out(errors, True, seen).values
     assert [name for name, _ in values['legend']] == [
