@@ -133,14 +133,22 @@ def cpu_seconds(child):
     return (int(user) + int(system)) / os.sysconf('SC_CLK_TCK')
 
 
-def test_ctrl_c_leaves_nothing_half_done(folder, tmp_path):
-    out = tmp_path / 'out'
+def interrupted(folder, out):
+    """Status, output and errors of an explanation that gets Ctrl-C on its way."""
     argv = [LEO, 'explain', folder / 'friction', folder / 'friction_too', *MODEL, '-o', out]
     child = subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while cpu_seconds(child) < 2.5:  # past its imports, far from its end
         time.sleep(0.05)
     child.send_signal(signal.SIGINT)
     told, err = child.communicate(timeout=300)
-    assert child.returncode == 130
-    assert (told, err) == ('', '')
+    return child.returncode, told, err
+
+
+def test_ctrl_c_leaves_nothing_half_done(folder, tmp_path):
+    for attempt in range(3):
+        out = tmp_path / str(attempt)
+        found = interrupted(folder, out)
+        if 'Exception ignored' not in found[2]:  # Python drops an interrupt during a callback
+            break
+    assert found == (130, '', '')
     assert not out.exists()
