@@ -99,6 +99,7 @@ class Work(NamedTuple):
     """One state at work: what moves it, and the impulses that may act, one row each.
 
     Attributes:
+        axes: One entry per joint. The compiler knows how long a tuple is, and writes loops out.
         joint: Figures of the joints, (18, J), see the names of its rows below.
         stiffness, damping, over, bend: Of the spheres, (P,); bend (P, 2).
         kind, place: Which law a row is, at which joint or sphere.
@@ -107,11 +108,11 @@ class Work(NamedTuple):
         moves: Rates that a unit impulse causes, (R, J).
         gram: The rate of each row (first axis) that the impulse of each (second) causes.
         inverse: Of inertia with drag, (J, J).
-        matrix: Two matrices (2, J, J) to compute it in.
         system: Matrix and right-hand side of the linear solve, (R, R + 1).
         unknown: The row each unknown of it belongs to.
     """
 
+    axes: Any
     joint: Any
     stiffness: Any
     damping: Any
@@ -124,7 +125,6 @@ class Work(NamedTuple):
     moves: Any
     gram: Any
     inverse: Any
-    matrix: Any
     system: Any
     unknown: Any
 
@@ -139,17 +139,22 @@ GIVEN, RATE, FIRST, OVER, TIME, DEPTH, LATE = range(7)
 
 
 @compiled_in_place
-def along(matrix: Any, r: Any, vector: Any, v: Any) -> Any:
-    """Scalar product of row r of a matrix with row v of another."""
-    total = 0.0
-    for i in range(matrix.shape[1]):
-        total += matrix[r, i] * vector[v, i]
-    return total
+def along(axes: Any, matrix: Any, r: Any, vector: Any, v: Any) -> Any:
+    """Scalar product of row r of a matrix with row v of another, four sums side by side."""
+    size, a, b, c, d = len(axes), 0.0, 0.0, 0.0, 0.0
+    for i in range(0, size - 3, 4):
+        a += matrix[r, i] * vector[v, i]
+        b += matrix[r, i + 1] * vector[v, i + 1]
+        c += matrix[r, i + 2] * vector[v, i + 2]
+        d += matrix[r, i + 3] * vector[v, i + 3]
+    for i in range(size - size % 4, size):
+        a += matrix[r, i] * vector[v, i]
+    return (a + b) + (c + d)
 
 
 @compiled_without_gil
 def advance(motion: Any, mass: Any, forces: Any, play: Any, touch: Any, h: Any, count: Any,
-            held: Any, impulses: Any) -> Any:
+            held: Any, impulses: Any, axes: Any) -> Any:
     """Move states in place by `count` substeps of h s.
 
     Args:
@@ -162,14 +167,14 @@ def advance(motion: Any, mass: Any, forces: Any, play: Any, touch: Any, h: Any, 
         count: Substeps.
         held: How many joints, the first ones, do not move, (N or 1,).
         impulses: Filled: normal and tangential impulse of each sphere, N s, (N, P, 2).
+        axes: A tuple with one entry per joint, see `Work`.
     """
-    size, points = motion.q.shape[1], touch.over.shape[1]
+    size, points = len(axes), touch.over.shape[1]
     most = 3 * size + 2 * points
-    work = Work(np.empty((18, size)), np.empty(points), np.empty(points), np.empty(points),
-                np.empty((points, 2)),
-                np.empty(most, np.int64), np.empty(most, np.int64), np.zeros((7, most)),
-                np.empty((most, size)), np.empty((most, size)), np.empty((most, most)),
-                np.empty((size, size)), np.empty((2, size, size)), np.empty((most, most + 1)),
+    work = Work(axes, np.empty((18, size)), np.empty(points), np.empty(points), np.empty(points),
+                np.empty((points, 2)), np.empty(most, np.int64), np.empty(most, np.int64),
+                np.zeros((7, most)), np.empty((most, size)), np.empty((most, size)),
+                np.empty((most, most)), np.empty((size, size)), np.empty((most, most + 1)),
                 np.empty(most, np.int64))
     for n in range(motion.q.shape[0]):
         longest = h[n if h.shape[0] > 1 else 0]
@@ -234,7 +239,7 @@ def copied(n: Any, part: Any, out: Any, first: Any) -> Any:
 @compiled_in_place
 def gathered(n: Any, touch: Any, period: Any, held: Any, work: Any) -> Any:
     """List the impulses that may act in the period, none given yet; returns their number."""
-    joint, used, size = work.joint, 0, work.joint.shape[1]
+    joint, used, size = work.joint, 0, len(work.axes)
     for j in range(held, size):
         reach = period * (abs(joint[DQ, j]) + SUDDEN)
         near = joint[Q, j] - joint[LOW, j] < reach or joint[HIGH, j] - joint[Q, j] < reach
@@ -265,7 +270,8 @@ def gathered(n: Any, touch: Any, period: Any, held: Any, work: Any) -> Any:
 def height(t: Any, work: Any, r: Any) -> Any:
     """Height of the sphere of the normal row r and its rate, t s after the middle."""
     p = work.place[r]
-    over, rate = along(work.lever, r, work.joint, Q), along(work.lever, r, work.joint, DQ)
+    over = along(work.axes, work.lever, r, work.joint, Q)
+    rate = along(work.axes, work.lever, r, work.joint, DQ)
     return (work.over[p] + over + 0.5 * work.bend[p, 0] * t * t, rate + work.bend[p, 0] * t)
 
 
@@ -299,58 +305,50 @@ def next_strike(t: Any, work: Any, used: Any) -> Any:
 @compiled_in_place
 def factorised(n: Any, mass: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
     """Fill inverse, moves and gram for substeps of h s."""
-    size = mass.shape[1]
+    size = len(work.axes)
     for i in range(size):
         for j in range(size):
-            work.matrix[0, i, j] = mass[n, i, j]
-        work.matrix[0, i, i] += work.joint[ROTOR, i] + 0.5 * h * work.joint[DRAG, i]
-    inverted(work.matrix, held, work.inverse)
+            work.inverse[i, j] = mass[n, i, j]
+        work.inverse[i, i] += work.joint[ROTOR, i] + 0.5 * h * work.joint[DRAG, i]
+    inverted(work.axes, held, work.inverse)
     for r in range(used):
         if work.kind[r] < NORMAL:  # at one joint, its lever is 1 there
             for i in range(size):
                 work.moves[r, i] = work.inverse[work.place[r], i]
         else:
             for i in range(size):
-                work.moves[r, i] = along(work.inverse, i, work.lever, r)
+                work.moves[r, i] = along(work.axes, work.inverse, i, work.lever, r)
         for k in range(r + 1):
             work.gram[r, k] = work.gram[k, r] = (
                 work.moves[r, work.place[k]] if work.kind[k] < NORMAL
-                else along(work.lever, k, work.moves, r))
+                else along(work.axes, work.lever, k, work.moves, r))
 
 
 @compiled_in_place
-def inverted(matrix: Any, held: Any, out: Any) -> Any:
-    """Fill out with the inverse of matrix[0], positive definite; zero for the first `held`.
-
-    The second matrix is overwritten with the Cholesky factor.
-    """
-    size = out.shape[0]
-    for i in range(held, size):
-        for j in range(held, i + 1):
-            total = matrix[0, i, j]
-            for k in range(held, j):
-                total -= matrix[1, i, k] * matrix[1, j, k]
-            matrix[1, i, j] = np.sqrt(total) if i == j else total / matrix[1, j, j]
-    out[:] = 0.0
-    for j in range(held, size):
-        for i in range(j, size):
-            total = 1.0 if i == j else 0.0
-            for k in range(j, i):
-                total -= matrix[1, i, k] * out[k, j]
-            out[i, j] = total / matrix[1, i, i]
-    for j in range(held, size):
-        for i in range(size - 1, j - 1, -1):
-            total = out[i, j]
-            for k in range(i + 1, size):
-                total -= matrix[1, k, i] * out[k, j]
-            out[i, j] = out[j, i] = total / matrix[1, i, i]
+def inverted(axes: Any, held: Any, matrix: Any) -> Any:
+    """Invert a positive definite matrix in place (Gauss and Jordan); zero for the first `held`."""
+    size = len(axes)
+    for i in range(held):
+        for j in range(size):
+            matrix[i, j] = matrix[j, i] = 0.0
+    for p in range(held, size):
+        scale = 1.0 / matrix[p, p]
+        matrix[p, p] = 1.0
+        for j in range(size):
+            matrix[p, j] *= scale
+        for i in range(size):
+            if i != p:
+                factor = matrix[i, p]
+                matrix[i, p] = 0.0
+                for j in range(size):
+                    matrix[i, j] -= factor * matrix[p, j]
 
 
 @compiled_in_place
 def substep(t: Any, h: Any, held: Any, grip: Any, work: Any, used: Any) -> Any:
     """Drift, kick and drift by h s, from t s after the middle of the period."""
     joint = work.joint
-    size = joint.shape[1]
+    size = len(work.axes)
     sunk(t, h, grip, work, used)
     for j in range(held, size):
         joint[BEFORE, j] = joint[DQ, j]
@@ -386,7 +384,7 @@ def sunk(t: Any, h: Any, grip: Any, work: Any, used: Any) -> Any:
             line[TIME, r], line[DEPTH, r], line[LATE, r] = time, over + 0.5 * time * rate, 0.5
             if time == 0.0:
                 continue
-            slip = along(work.lever, r + 1, joint, DQ) + work.bend[j, 1] * t
+            slip = along(work.axes, work.lever, r + 1, joint, DQ) + work.bend[j, 1] * t
             answer = work.gram[r, r]
             if abs(slip) > STRIKING:
                 answer = max(answer, answer - np.sign(slip) * grip * work.gram[r, r + 1])
@@ -405,17 +403,17 @@ def lateness(stiffness: Any) -> Any:
 def pushed(t: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
     """Rates after the smooth torques, and those of the rows with the impulses given before."""
     joint, line = work.joint, work.line
-    size = joint.shape[1]
+    size = len(work.axes)
     for j in range(size):
         fall = joint[DRAG, j] * (joint[DQ, j] - joint[AT, j])
         joint[PUSH, j] = h * (joint[SMOOTH, j] - fall) if j >= held else 0.0
     for j in range(held, size):
-        joint[DQ, j] += along(work.inverse, j, joint, PUSH)
+        joint[DQ, j] += along(work.axes, work.inverse, j, joint, PUSH)
     for r in range(used):
         caused = 0.0
         for k in range(used):
             caused += work.gram[r, k] * line[GIVEN, k]
-        line[RATE, r] = along(work.lever, r, joint, DQ) + caused
+        line[RATE, r] = along(work.axes, work.lever, r, joint, DQ) + caused
         if work.kind[r] >= NORMAL:
             line[RATE, r] += work.bend[work.place[r], work.kind[r] - NORMAL] * t
         if work.kind[r] == GAP:

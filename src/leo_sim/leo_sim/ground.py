@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.compiled import compiled, compiled_without_gil
+from leo_sim.compiled import compiled, compiled_in_place, compiled_without_gil
 from leo_sim.contact_kernel import Touch
 from leo_sim.effects.base import Ground
 from leo_sim.engines.planar import jacobian, POSE, poses, rows, tree_of
@@ -100,22 +100,28 @@ def touching(tree: Any, floor: Any, dq: Any, touch: Any) -> Any:
     q, size = touch.at, touch.at.shape[1]
     pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, size))
     for n in range(q.shape[0]):
-        poses(tree, q[n], dq[n], pose)
-        angle = floor.slope[n if floor.slope.shape[0] > 1 else 0]
-        up, along = np.cos(angle), np.sin(angle)
-        for p in range(floor.links.shape[0]):
-            i = floor.links[p]
-            c, s = np.cos(pose[i, 0]), np.sin(pose[i, 0])
-            rx = c * floor.places[p, 0] - s * floor.places[p, 1]
-            rz = s * floor.places[p, 0] + c * floor.places[p, 1]
-            x, z, turn = pose[i, 1] + rx, pose[i, 2] + rz, pose[i, 3]
-            ax, az = pose[i, 6] - turn * turn * rx, pose[i, 7] - turn * turn * rz
-            rise = up * (pose[i, 5] + turn * rx) - along * (pose[i, 4] - turn * rz)
-            touch.bend[n, p, 0] = up * az - along * ax
-            touch.bend[n, p, 1] = up * ax + along * az + turn * rise
-            centre = up * z - along * x
-            touch.over[n, p] = centre - floor.places[p, 2]
-            jacobian(tree, pose, i, x + along * centre, z - up * centre, lever)
-            for j in range(size):
-                touch.normal[n, p, j] = up * lever[1, j] - along * lever[0, j]
-                touch.tangent[n, p, j] = up * lever[0, j] + along * lever[1, j]
+        poses(tree, n, q, dq, pose)
+        touched(tree, floor, n, pose, lever, touch)
+
+
+@compiled_in_place
+def touched(tree: Any, floor: Any, n: Any, pose: Any, lever: Any, touch: Any) -> Any:
+    """Fill row n of a `Touch` from the poses of the links; lever (3, J) is room to work in."""
+    angle = floor.slope[n if floor.slope.shape[0] > 1 else 0]
+    up, along = np.cos(angle), np.sin(angle)
+    for p in range(floor.links.shape[0]):
+        i = floor.links[p]
+        c, s = pose[i, 10], pose[i, 11]
+        rx = c * floor.places[p, 0] - s * floor.places[p, 1]
+        rz = s * floor.places[p, 0] + c * floor.places[p, 1]
+        x, z, turn = pose[i, 1] + rx, pose[i, 2] + rz, pose[i, 3]
+        ax, az = pose[i, 6] - turn * turn * rx, pose[i, 7] - turn * turn * rz
+        rise = up * (pose[i, 5] + turn * rx) - along * (pose[i, 4] - turn * rz)
+        touch.bend[n, p, 0] = up * az - along * ax
+        touch.bend[n, p, 1] = up * ax + along * az + turn * rise
+        centre = up * z - along * x
+        touch.over[n, p] = centre - floor.places[p, 2]
+        jacobian(tree, pose, i, x + along * centre, z - up * centre, lever)
+        for j in range(lever.shape[1]):
+            touch.normal[n, p, j] = up * lever[1, j] - along * lever[0, j]
+            touch.tangent[n, p, j] = up * lever[0, j] + along * lever[1, j]

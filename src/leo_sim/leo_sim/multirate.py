@@ -103,7 +103,8 @@ def _moved(laws: Laws, driven: _Driven, q: Any, dq: Any, memory: Memory,
     motion = _motion(laws, shape, q, dq, memory)
     impulses = np.zeros((*touch.over.shape, 2))
     advance(motion, _rows(mass, shape, (size, size), True), driven.forces._replace(smooth=smooth),
-            driven.play, touch, _rows(h, shape, 1)[:, 0], count, _still(memory, shape), impulses)
+            driven.play, touch, _rows(h, shape, 1)[:, 0], count, _still(memory, shape), impulses,
+            _axes(q))
     pressed = _torque(touch, impulses, shape) / (count * h) if laws.needs_load else 0.0
     return *_state(laws, shape, motion, memory), pressed
 
@@ -115,8 +116,13 @@ def _moved_on(laws: Laws, driven: _Driven, dynamics: Planar, q: Any, dq: Any, me
     motion = _motion(laws, shape, q, dq, memory)
     advance_periods(motion, dynamics.tree, dynamics.world(shape), laws.spheres.floor(shape),
                     driven.forces, driven.play, _rows(h, shape, 1)[:, 0], inner, count,
-                    _still(memory, shape))
+                    _still(memory, shape), _axes(q))
     return _state(laws, shape, motion, memory)
+
+
+def _axes(q: Any) -> tuple[int, ...]:
+    """One entry per joint, see `contact_kernel.Work`."""
+    return tuple(range(q.shape[-1]))
 
 
 def _motion(laws: Laws, shape: tuple[int, ...], q: Any, dq: Any, memory: Memory) -> Motion:

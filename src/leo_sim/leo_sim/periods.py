@@ -6,13 +6,13 @@ import numpy as np
 
 from leo_sim.compiled import compiled_without_gil
 from leo_sim.contact_kernel import advance, Forces
-from leo_sim.engines.planar import dynamics
-from leo_sim.ground import touching, untouched
+from leo_sim.engines.planar import POSE, poses, weighed
+from leo_sim.ground import touched, untouched
 
 
 @compiled_without_gil
 def advance_periods(motion: Any, tree: Any, world: Any, floor: Any, forces: Any, play: Any,
-                    h: Any, inner: Any, count: Any, held: Any) -> Any:
+                    h: Any, inner: Any, count: Any, held: Any, axes: Any) -> Any:
     """Move states in place by `count` periods of `inner` substeps of h s.
 
     Args:
@@ -26,11 +26,13 @@ def advance_periods(motion: Any, tree: Any, world: Any, floor: Any, forces: Any,
         inner: Substeps of a period.
         count: Periods.
         held: How many joints, the first ones, do not move, (N or 1,).
+        axes: A tuple with one entry per joint, see `contact_kernel.Work`.
     """
     states, size = motion.q.shape
     last, middle, ahead = motion.dq.copy(), np.empty((states, size)), np.empty((states, size))
     mass, bias = np.empty((states, size, size)), np.empty((states, size))
     touch = untouched(middle, floor)
+    pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, size))
     impulses = np.zeros((*touch.over.shape, 2))
     for _ in range(count):
         for n in range(states):
@@ -39,11 +41,12 @@ def advance_periods(motion: Any, tree: Any, world: Any, floor: Any, forces: Any,
                 middle[n, j] = motion.q[n, j] + half * motion.dq[n, j]
                 ahead[n, j] = 1.5 * motion.dq[n, j] - 0.5 * last[n, j]
                 last[n, j] = motion.dq[n, j]
-        dynamics(tree, world, middle, ahead, mass, bias)
-        touching(tree, floor, ahead, touch)
+            poses(tree, n, middle, ahead, pose)
+            weighed(tree, world, n, pose, lever, mass, bias)
+            touched(tree, floor, n, pose, lever, touch)
         driven = Forces(forces.smooth - bias, forces.drag, forces.at, forces.rotor, forces.level,
                         forces.low, forces.high)
-        advance(motion, mass, driven, play, touch, h, inner, held, impulses)
+        advance(motion, mass, driven, play, touch, h, inner, held, impulses, axes)
         _linked(motion, play)
 
 

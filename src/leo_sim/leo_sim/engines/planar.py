@@ -171,11 +171,11 @@ def rows(values: Any, shape: tuple[int, ...], tail: int | tuple[int, ...], whole
 
 
 @compiled_in_place
-def poses(tree: Any, q: Any, dq: Any, pose: Any) -> Any:
+def poses(tree: Any, n: Any, q: Any, dq: Any, pose: Any) -> Any:
     """Fill pose (L, POSE): angle, origin, rate, velocity, acceleration, axis, cosine and sine.
 
-    Of the link's frame; vectors as x z; cosine and sine are of the angle. The acceleration is that
-    without joint accelerations, gravity as -g upwards not included.
+    Of the links' frames in state n of (N, J); vectors as x z; cosine and sine are of the angle.
+    The acceleration is that without joint accelerations, gravity as -g upwards not included.
     """
     kind, column, turn, sense, place = tree.kind, tree.column, tree.turn, tree.sense, tree.place
     for i in range(kind.shape[0]):
@@ -193,9 +193,9 @@ def poses(tree: Any, q: Any, dq: Any, pose: Any) -> Any:
             c, s = np.cos(angle), np.sin(angle)
             ux = c * place[i, 2] - s * place[i, 3]
             uz = s * place[i, 2] + c * place[i, 3]
-            go = dq[column[i]]
-            rx += ux * q[column[i]]
-            rz += uz * q[column[i]]
+            go = dq[n, column[i]]
+            rx += ux * q[n, column[i]]
+            rz += uz * q[n, column[i]]
             vx += ux * go
             vz += uz * go
             ax -= 2.0 * rate * uz * go
@@ -205,8 +205,8 @@ def poses(tree: Any, q: Any, dq: Any, pose: Any) -> Any:
         pose[i, 4], pose[i, 5] = vx - rate * rz, vz + rate * rx
         pose[i, 6], pose[i, 7] = ax - rate * rate * rx, az - rate * rate * rz
         if kind[i] == HINGE:
-            angle += sense[i] * q[column[i]]
-            rate += sense[i] * dq[column[i]]
+            angle += sense[i] * q[n, column[i]]
+            rate += sense[i] * dq[n, column[i]]
         pose[i, 0], pose[i, 3] = angle, rate
         pose[i, 10], pose[i, 11] = np.cos(angle), np.sin(angle)
 
@@ -232,31 +232,41 @@ def jacobian(tree: Any, pose: Any, link: Any, px: Any, pz: Any, out: Any) -> Any
 @compiled_without_gil
 def dynamics(tree: Any, world: Any, q: Any, dq: Any, mass: Any, bias: Any) -> Any:
     """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows."""
-    size, wanted = q.shape[1], mass.shape[0] > 0
-    none = np.empty((size, size))
-    pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, size))
+    pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, q.shape[1]))
     for n in range(q.shape[0]):
-        poses(tree, q[n], dq[n], pose)
-        body = world.figures[n if world.figures.shape[0] > 1 else 0]
-        down = world.gravity[n if world.gravity.shape[0] > 1 else 0]
-        m, b = mass[n] if wanted else none, bias[n]
-        m[:], b[:] = 0.0, 0.0
-        for i in range(tree.kind.shape[0]):
-            weight, inertia = body[i, MASS], body[i, INERTIA]
-            c, s = pose[i, 10], pose[i, 11]
-            rx = c * body[i, COM_X] - s * body[i, COM_Z]
-            rz = s * body[i, COM_X] + c * body[i, COM_Z]
-            jacobian(tree, pose, i, pose[i, 1] + rx, pose[i, 2] + rz, lever)
-            square = pose[i, 3] * pose[i, 3]
-            fx = weight * (pose[i, 6] - square * rx) - body[i, FORCE_X]
-            fz = weight * (pose[i, 7] - square * rz + down) - body[i, FORCE_Z]
-            for j in range(size):
-                x, z, w = weight * lever[0, j], weight * lever[1, j], inertia * lever[2, j]
-                if x == 0.0 and z == 0.0 and w == 0.0:
-                    continue
-                b[j] += lever[0, j] * fx + lever[1, j] * fz
-                for k in range(j + 1 if wanted else 0):
-                    m[j, k] += x * lever[0, k] + z * lever[1, k] + w * lever[2, k]
+        poses(tree, n, q, dq, pose)
+        weighed(tree, world, n, pose, lever, mass, bias)
+
+
+@compiled_in_place
+def weighed(tree: Any, world: Any, n: Any, pose: Any, lever: Any, mass: Any, bias: Any) -> Any:
+    """Fill row n of bias, and of mass if it has rows, from the poses of the links.
+
+    Lever (3, J) is room to work in.
+    """
+    size, wanted = bias.shape[1], mass.shape[0] > 0
+    f = n if world.figures.shape[0] > 1 else 0
+    down = world.gravity[n if world.gravity.shape[0] > 1 else 0]
+    for j in range(size):
+        bias[n, j] = 0.0
+        for k in range(size if wanted else 0):
+            mass[n, j, k] = 0.0
+    for i in range(tree.kind.shape[0]):
+        weight, inertia = world.figures[f, i, MASS], world.figures[f, i, INERTIA]
+        c, s = pose[i, 10], pose[i, 11]
+        rx = c * world.figures[f, i, COM_X] - s * world.figures[f, i, COM_Z]
+        rz = s * world.figures[f, i, COM_X] + c * world.figures[f, i, COM_Z]
+        jacobian(tree, pose, i, pose[i, 1] + rx, pose[i, 2] + rz, lever)
+        square = pose[i, 3] * pose[i, 3]
+        fx = weight * (pose[i, 6] - square * rx) - world.figures[f, i, FORCE_X]
+        fz = weight * (pose[i, 7] - square * rz + down) - world.figures[f, i, FORCE_Z]
         for j in range(size):
-            for k in range(j):
-                m[k, j] = m[j, k]
+            x, z, w = weight * lever[0, j], weight * lever[1, j], inertia * lever[2, j]
+            if x == 0.0 and z == 0.0 and w == 0.0:
+                continue
+            bias[n, j] += lever[0, j] * fx + lever[1, j] * fz
+            for k in range(j + 1 if wanted else 0):
+                mass[n, j, k] += x * lever[0, k] + z * lever[1, k] + w * lever[2, k]
+    for j in range(size):
+        for k in range(j if wanted else 0):
+            mass[n, k, j] = mass[n, j, k]
