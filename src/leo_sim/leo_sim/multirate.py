@@ -37,26 +37,32 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
     h = np.asarray(h * (count / (periods * inner)))
     u, on, memory = laws.command(inputs, enabled, memory, inner * h)
     drag = slowing(laws, dynamics, q, dq, memory, u, on)
-    if laws.steady and not laws.remembers and isinstance(dynamics, Planar):
-        given = _driven(laws, drag, q, dq, memory, u, on, None, push, dynamics.leading(q, dq))
-        return _moved_on(laws, given, dynamics, q, dq, memory, h, inner, periods)
+    planar = dynamics if isinstance(dynamics, Planar) and not laws.needs_load else None
+    together = periods if planar and laws.steady and not laws.remembers else 1
     last, driven, pressed = dq, None, None
-    for i in range(periods):
+    for i in range(0, periods, together):
         if i and laws.dynamic:
             u, on, memory = laws.command(inputs, enabled, memory, inner * h)
-        middle = q + (0.5 * inner * h) * dq
-        ahead = 1.5 * dq - 0.5 * last
-        mass, bias = dynamics.mass_and_bias(middle, ahead)
-        last, lead = dq, mass.shape[:-2]
-        place = middle, ahead, mass, bias
-        if driven is None or not laws.steady:
-            load = dynamics.load(middle) if laws.needs_load else None
+        middle, now = q + (0.5 * inner * h) * dq, dq
+        fixed: _Driven | None = driven if laws.steady else None
+        if planar:
+            driven = fixed or _driven(laws, drag, middle, dq, memory, u, on, None, push,
+                                      planar.leading(q, dq), driven)
+            q, dq, memory = _moved_on(laws, driven, planar, q, dq, last, memory, h, inner,
+                                      together)
+        else:
+            ahead = 1.5 * dq - 0.5 * last
+            mass, bias = dynamics.mass_and_bias(middle, ahead)
+            place, lead = (middle, ahead, mass, bias), mass.shape[:-2]
+            load = dynamics.load(middle) if laws.needs_load and fixed is None else None
             if load is not None and pressed is None:
                 trial = _driven(laws, drag, middle, dq, memory, u, on, load, push, lead)
                 pressed = _moved(laws, trial, q, dq, memory, place, h, inner)[3]
             load = None if load is None else load + pressed
-            driven = _driven(laws, drag, middle, dq, memory, u, on, load, push, lead)
-        q, dq, memory, pressed = _moved(laws, driven, q, dq, memory, place, h, inner)
+            driven = fixed or _driven(laws, drag, middle, dq, memory, u, on, load, push, lead,
+                                      driven)
+            q, dq, memory, pressed = _moved(laws, driven, q, dq, memory, place, h, inner)
+        last = now
         if laws.remembers:
             memory = laws.remember(q, dq, memory, inner * h)
     return q, dq, memory
@@ -71,23 +77,41 @@ class _Driven(NamedTuple):
 
 
 def _driven(laws: Laws, drag: Drag, q: Any, dq: Any, memory: Memory, u: Any, enabled: Any,
-            load: Any, push: Any, lead: tuple[int, ...]) -> _Driven:
-    """The laws of the model at one instant, for the kernel; `lead` are axes of the dynamics."""
+            load: Any, push: Any, lead: tuple[int, ...], before: _Driven | None = None) -> _Driven:
+    """The laws of the model at one instant, for the kernel; `lead` are axes of the dynamics.
+
+    Before is an earlier instant with the same drag.
+    """
     offset, speed = (dq, dq) if laws.gap is None else memory[DRIVE]
     torques = laws.torques(q, dq, speed, u, enabled, load, memory)
     linked = True if laws.gap is None else laws.gap == 0
     smooth = np.where(linked, torques.motor, 0.0) + torques.joint + push
-    size = dq.shape[-1]
-    given = Forces(smooth, np.where(linked, drag.motor, 0.0) + drag.joint, dq,
-                   np.where(linked, laws.rotor_inertia, 0.0),
-                   0.0 if torques.level is None else torques.level,
-                   *(laws.stops or (-np.inf, np.inf)))
-    shape = np.broadcast_shapes(*(np.shape(f)[:-1] for f in (*given, offset)), lead,
+    level = 0.0 if torques.level is None else torques.level
+    if before is None:
+        before = _undriven(laws, drag, linked, (smooth, dq, level, offset), lead)
+    shape, size = before.shape, dq.shape[-1]
+    forces = before.forces._replace(smooth=_rows(smooth, shape, size), at=_rows(dq, shape, size),
+                                    level=_rows(level, shape, size))
+    play = before.play if laws.gap is None else before.play._replace(
+        torque=_rows(torques.motor, shape, size), at=_rows(speed, shape, size))
+    return _Driven(shape, forces, play)
+
+
+def _undriven(laws: Laws, drag: Drag, linked: Any, moving: tuple[Any, ...],
+              lead: tuple[int, ...]) -> _Driven:
+    """What stays the same over the periods of a step, the rest 0."""
+    fixed = (np.where(linked, drag.motor, 0.0) + drag.joint,
+             np.where(linked, laws.rotor_inertia, 0.0), *(laws.stops or (-np.inf, np.inf)))
+    shape = np.broadcast_shapes(*(np.shape(f)[:-1] for f in (*fixed, *moving)), lead,
                                 *(np.shape(figure) for figure in laws.ground))
-    forces = Forces(*(_rows(f, shape, size) for f in given))
-    play = (0.0, 0.0, 0.0, 0.0, 1.0) if laws.gap is None else (
-        laws.gap, torques.motor, drag.motor, speed, laws.rotor_inertia)
-    return _Driven(shape, forces, Play(*(_rows(f, shape, size) for f in play)))
+    size = moving[1].shape[-1]
+    falling, rotor, low, high = (_rows(f, shape, size) for f in fixed)
+    none = np.zeros((1, size))
+    play = (0.0, 1.0) if laws.gap is None else (drag.motor, laws.rotor_inertia)
+    gap = _rows(0.0 if laws.gap is None else laws.gap, shape, size)
+    motor, inertia = (_rows(f, shape, size) for f in play)
+    return _Driven(shape, Forces(none, falling, none, rotor, none, low, high),
+                   Play(gap, none, motor, none, inertia))
 
 
 def _moved(laws: Laws, driven: _Driven, q: Any, dq: Any, memory: Memory,
@@ -109,14 +133,17 @@ def _moved(laws: Laws, driven: _Driven, q: Any, dq: Any, memory: Memory,
     return *_state(laws, shape, motion, memory), pressed
 
 
-def _moved_on(laws: Laws, driven: _Driven, dynamics: Planar, q: Any, dq: Any, memory: Memory,
-              h: Any, inner: int, count: int) -> tuple[Any, Any, Memory]:
-    """State and memory after `count` periods of `inner` substeps of h s."""
+def _moved_on(laws: Laws, driven: _Driven, dynamics: Planar, q: Any, dq: Any, last: Any,
+              memory: Memory, h: Any, inner: int, count: int) -> tuple[Any, Any, Memory]:
+    """State and memory after `count` periods of `inner` substeps of h s.
+
+    Last are the rates one period before.
+    """
     shape = driven.shape
     motion = _motion(laws, shape, q, dq, memory)
-    advance_periods(motion, dynamics.tree, dynamics.world(shape), laws.spheres.floor(shape),
-                    driven.forces, driven.play, _rows(h, shape, 1)[:, 0], inner, count,
-                    _still(memory, shape), _axes(q))
+    advance_periods(motion, _rows(last, shape, q.shape[-1], True).copy(), dynamics.tree,
+                    dynamics.world(shape), laws.spheres.floor(shape), driven.forces, driven.play,
+                    _rows(h, shape, 1)[:, 0], inner, count, _still(memory, shape), _axes(q))
     return _state(laws, shape, motion, memory)
 
 

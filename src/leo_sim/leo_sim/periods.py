@@ -11,12 +11,13 @@ from leo_sim.ground import touched, untouched
 
 
 @compiled_without_gil
-def advance_periods(motion: Any, tree: Any, world: Any, floor: Any, forces: Any, play: Any,
-                    h: Any, inner: Any, count: Any, held: Any, axes: Any) -> Any:
+def advance_periods(motion: Any, last: Any, tree: Any, world: Any, floor: Any, forces: Any,
+                    play: Any, h: Any, inner: Any, count: Any, held: Any, axes: Any) -> Any:
     """Move states in place by `count` periods of `inner` substeps of h s.
 
     Args:
         motion: `contact_kernel.Motion`, before, and after.
+        last: Rates one period before, (N, J), and after.
         tree: `engines.planar.Tree`.
         world: `engines.planar.World`.
         floor: `ground.Floor`.
@@ -29,7 +30,7 @@ def advance_periods(motion: Any, tree: Any, world: Any, floor: Any, forces: Any,
         axes: A tuple with one entry per joint, see `contact_kernel.Work`.
     """
     states, size = motion.q.shape
-    last, middle, ahead = motion.dq.copy(), np.empty((states, size)), np.empty((states, size))
+    middle, ahead = np.empty((states, size)), np.empty((states, size))
     mass, bias = np.empty((states, size, size)), np.empty((states, size))
     touch = untouched(middle, floor)
     pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, size))
