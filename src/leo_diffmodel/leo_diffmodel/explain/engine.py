@@ -118,7 +118,10 @@ def forward(posed: Posed, null: Fit, tried: Explore) -> list[Round]:
 
 
 def _settled(rounds: Sequence[Round], tried: Explore) -> Reviewed:
-    """Review the set that forward search found; where that changes it, search on from there."""
+    """Review the set that forward search found; where that changes it, search on from there.
+
+    Where that finds nothing more, and no other noise, the review still holds.
+    """
     for _ in range(MOST_REVIEWS):
         last = rounds[-1]
         full = last.best.fit if last.best is not None and last.best.fit else last.null
@@ -126,7 +129,15 @@ def _settled(rounds: Sequence[Round], tried: Explore) -> Reviewed:
         if not reviewed.changed:
             break
         rounds = forward(reviewed.posed, reviewed.final, tried)
+        if _nothing_new(reviewed.posed, rounds):
+            return replace(reviewed, final=rounds[0].null, posed=rounds[0].posed)
     return reviewed
+
+
+def _nothing_new(posed: Posed, rounds: Sequence[Round]) -> bool:
+    """Whether forward search from there found no effect, and the noise to be the same."""
+    sigma = rounds[0].posed.problem.sigma
+    return rounds[0].best is None and np.array_equal(sigma, posed.problem.sigma)
 
 
 def _known(rounds: Sequence[Round], full: Fit) -> dict[Candidate, Round]:

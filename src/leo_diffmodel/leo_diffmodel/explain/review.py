@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from leo_diffmodel.explain.classes import Facts, same_thing
 from leo_diffmodel.explain.fit import Fit, fit, Problem, settled_as
 from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.pose import Posed
@@ -49,11 +50,12 @@ def review(
     """Let every effect defend its place; drop it or swap it where another does better.
 
     An effect gives way only to what leaves nothing, be that one effect in its place or all the
-    others without it: on a robot with much that no effect explains, each trifle fits best in its
-    own way, and the order in which effects explain most is worth more. There the effect found
-    last goes before one that it has made worthless. Two effects that do together what one does
-    give way to the one; on the ground, where a first pick is made in few windows, all effects at
-    one place are taken out at once to see whether one does.
+    others without it, and never to the same thing by another name that is no better: on a robot
+    with much that no effect explains, each trifle fits best in its own way, and the order in which
+    effects explain most is worth more. There the effect found last goes before one that it has
+    made worthless. Two effects that do together what one does give way to the one; on the ground,
+    where a first pick is made in few windows, all effects at one place are taken out at once to
+    see whether one does.
 
     Args:
         posed: the problem.
@@ -83,7 +85,11 @@ def review(
         ):
             final, members, changed = fewer, {}, True
             swaps += 1
-        elif best.candidate == stale[0] or swaps == MOST_SWAPS or not _completes(best.fit):
+        elif (
+            _holds(posed.problem, found, stale[0])
+            or swaps == MOST_SWAPS
+            or not _completes(best.fit)
+        ):
             members[stale[0]] = found
         else:
             final, members, changed = best.fit, {best.candidate: found}, True
@@ -121,6 +127,16 @@ def _stands_for(best: Scored, problem: Problem, final: Fit) -> bool:
     more = max(one.hypothesis.size - final.hypothesis.size, 0)
     price = 0.5 * more * float(np.log(final.residual.size))
     return _completes(one) and _behind(problem, one, final, best.dispersion) + price < MARGIN_NATS
+
+
+def _holds(problem: Problem, found: Round, member: Candidate) -> bool:
+    """Whether a member is the best in its place, or the same thing in any data and as good."""
+    assert found.best
+    mine, best = found.of(member), found.best
+    free = bool((problem.windows.enabled < 0.5).any())
+    same = same_thing(best.candidate, member, Facts(problem.base.robot, free))
+    as_good = mine.fit is not None and best.score - mine.score < MARGIN_NATS
+    return best.candidate == member or (same is not None and as_good)
 
 
 def _fewer(problem: Problem, final: Fit, member: Candidate, found: Round) -> Fit | None:
