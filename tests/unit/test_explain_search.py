@@ -10,10 +10,11 @@ from tests.simulate import DT, PENDULUM, record, TORQUE
 
 from leo_diffmodel.compare import noise
 from leo_diffmodel.explain.classes import Facts
-from leo_diffmodel.explain.engine import scales_of, Search, Trial
+from leo_diffmodel.explain.engine import scales_of, Search, settled, Trial
 from leo_diffmodel.explain.evidence import rivals
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.fit import fit
+from leo_diffmodel.explain.ranking import Round
 from leo_diffmodel.explain.review import as_one, review
 from leo_diffmodel.explain.scored import dispersion
 from leo_sim.effects import place
@@ -98,6 +99,41 @@ def test_a_spurious_effect_is_dropped_and_a_mixture_gives_way(friction):
         assert [c.effect.name for c in found.final.hypothesis.candidates] == ['coulomb_friction']
         (step,) = found.members.values()
         assert step.best.candidate.effect.name == 'coulomb_friction'
+
+
+def test_an_effect_does_not_give_way_to_the_same_thing_by_another_name():
+    data = record(PENDULUM, place(PENDULUM, 'viscous_friction', 'pivot', b=3e-5), seconds=10)
+    first = first_search([data], Model(PENDULUM))
+    of = {s.candidate.effect.name: s.candidate for s in first.rounds[0].scored}
+    pair = [of['viscous_friction'], of['back_emf_scale']]
+    scales = scales_of(Model(PENDULUM), first.problem.windows)
+    for mine, other in (pair, pair[::-1]):
+        tried = Trial(pair, scales, noise.short_windows([data]))
+        hypothesis = first.null.hypothesis.with_candidate(mine)
+        full = fit(first.problem, hypothesis, np.array([hypothesis.neutral[0]]))
+        found = review(first.posed, full, {}, tried)
+        assert found.final.hypothesis.candidates == (mine,) and not found.changed
+        assert abs(found.members[mine].of(other).score - found.members[mine].of(mine).score) < 5
+
+
+def test_a_set_that_is_found_to_be_whole_is_not_reviewed_again(friction):
+    of = {s.candidate.effect.name: s.candidate for s in friction.rounds[0].scored}
+    data = record(TORQUE, place(TORQUE, 'coulomb_friction', 'pivot', c=0.2), seconds=10)
+    trial = Trial(list(of.values()), scales_of(Model(TORQUE), friction.problem.windows),
+                  noise.short_windows([data]))  # fmt: skip
+    asked = []
+
+    def tried(posed, null, full):
+        asked.append([c.effect.name for c in null.hypothesis.candidates])
+        return trial(posed, null, full)
+
+    hypothesis = friction.null.hypothesis
+    for name in ('viscous_friction', 'coulomb_friction'):
+        hypothesis = hypothesis.with_candidate(of[name])
+    full = fit(friction.problem, hypothesis, np.array([0.01, 0.18]))
+    found = settled([Round(full, (), 0.0, friction.posed)], tried)
+    assert [c.effect.name for c in found.final.hypothesis.candidates] == ['coulomb_friction']
+    assert asked == [['coulomb_friction'], [], ['coulomb_friction']]
 
 
 def test_where_much_stays_unexplained_what_was_found_first_stays():

@@ -93,7 +93,7 @@ def search(
     tried = Trial(candidates(model, extra), scales, short, progress)
     first = fit(posed.problem, Hypothesis(constants=uncertain(model)))
     rounds = forward(posed, first, tried)
-    reviewed = _settled(rounds, tried)
+    reviewed = settled(rounds, tried)
     first = fit(reviewed.posed.problem, first.hypothesis, first.theta, first.start)
     members = tuple(reviewed.members[c] for c in reviewed.final.hypothesis.candidates)
     return Search(first, reviewed.final, tuple(rounds), members, reviewed.posed)
@@ -117,7 +117,7 @@ def forward(posed: Posed, null: Fit, tried: Explore) -> list[Round]:
     return rounds
 
 
-def _settled(rounds: Sequence[Round], tried: Explore) -> Reviewed:
+def settled(rounds: Sequence[Round], tried: Explore) -> Reviewed:
     """Review the set that forward search found; where that changes it, search on from there.
 
     Where that finds nothing more, and no other noise, the review still holds.
