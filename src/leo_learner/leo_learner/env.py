@@ -52,11 +52,12 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
         """Observation, reward and end of the step from one sensed state to the next."""
         self._steps += 1
         self.sensed, self.applied = after, inputs
-        reward, self._memory = self._task.reward(self._memory, before, inputs, after)
+        ended = self._task.terminated(after)
+        reward, self._memory = self._task.reward(self._memory, before, inputs, after, ended)
         return (
             self._task.observation(after.q, after.dq),
             float(reward),
-            bool(self._task.terminated(after)),
+            bool(ended),
             self._steps >= self.episode_steps,
             info or {},
         )

@@ -32,6 +32,7 @@ class Gait:
         self._ankles = self._plane.points([(foot, 0.0, 0.0) for foot in robot.feet])
         feet = [[c for c in robot.contacts if c.link == foot] for foot in robot.feet]
         self._soles = [Soles(self._plane, contacts, slope) for contacts in feet]
+        self._feet = Soles(self._plane, [c for contacts in feet for c in contacts], slope)
         self._heights = {joint.name: self._plane.points([(joint.child, 0.0, 0.0)])
                          for joint in robot.joints}
         self._touching = Soles(self._plane, robot.contacts, slope)
@@ -66,8 +67,7 @@ class Gait:
 
     def height_over_feet(self, joint: str, q: Any) -> Any:
         """Height of a joint over the lowest point of the feet, m, (...)."""
-        height = self._heights[joint](q)[1][..., 0]
-        return height - np.min([soles.lowest(q) for soles in self._soles], axis=0)
+        return self._heights[joint](q)[1][..., 0] - self._feet.lowest(q)
 
 
 class Soles:

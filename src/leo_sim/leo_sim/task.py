@@ -40,12 +40,13 @@ class Memory(NamedTuple):
 
 
 class _Step(NamedTuple):
-    """One control step and the foot that carries at its end."""
+    """One control step, the foot that carries at its end, and whether it ends the episode."""
 
     before: Motion
     inputs: np.ndarray
     after: Motion
     stance: Any
+    ended: Any
 
 
 class Task:
@@ -70,8 +71,8 @@ class Task:
         """What the agent sees, (..., n) in the order of robot.yaml."""
         return observation(self.robot, q, dq)
 
-    def reward(self, memory: Memory, before: Motion, inputs: Any, after: Motion
-               ) -> tuple[Any, Memory]:
+    def reward(self, memory: Memory, before: Motion, inputs: Any, after: Motion,
+               ended: Any = None) -> tuple[Any, Memory]:
         """Reward of one control step, (...): sum of weight (quantity - target)^power.
 
         Args:
@@ -79,9 +80,12 @@ class Task:
             before: State at the start of the step.
             inputs: V or N m applied in it, (..., A).
             after: State at its end; quantities of joints are those of this state.
+            ended: What `terminated` says of it, where that is known already.
         """
+        if ended is None:
+            ended = self.terminated(after)
         stance = self._gait.stance(after.q, memory.stance) if self._remembers else memory.stance
-        step = _Step(before, np.asarray(inputs), after, stance)
+        step = _Step(before, np.asarray(inputs), after, stance, ended)
         total: Any = 0.0
         for term in self.robot.reward:
             total = total + term.weight * self._error(term, step) ** term.power
@@ -131,7 +135,7 @@ class Task:
         if name == 'step':
             return 1.0
         if name == 'fall':
-            return np.where(self.terminated(step.after), 1.0, 0.0)
+            return np.where(step.ended, 1.0, 0.0)
         if name == 'motor_power':
             return self.motor_power(step.before.dq, step.inputs, step.after.dq)
         if name == 'com_forward':
