@@ -152,6 +152,7 @@ def test_explain_names_an_effect_on_the_ground():
     assert (found.verdict, effect['name'], effect['where']) == (
         'named', 'coulomb_friction', 'left_knee')  # fmt: skip
     assert effect['parameters']['c']['value'] == pytest.approx(0.15, rel=0.02)
+    assert 3 < found.search.rounds[0].best.away < np.inf
     given, repaired, floor = (row['median'][KNEE] for row in found.errors['ladder'])
     assert found.errors['windows'] >= 20 and given > 5 * repaired and repaired < 2 * floor
     assert 'median held-out error 0.15 s ahead: left_knee' in found.sentence

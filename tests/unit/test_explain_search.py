@@ -16,7 +16,7 @@ from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.fit import fit
 from leo_diffmodel.explain.ranking import Round
 from leo_diffmodel.explain.review import as_one, review
-from leo_diffmodel.explain.scored import dispersion
+from leo_diffmodel.explain.scored import away, dispersion
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model_file import load_model
@@ -99,6 +99,15 @@ def test_a_spurious_effect_is_dropped_and_a_mixture_gives_way(friction):
         assert [c.effect.name for c in found.final.hypothesis.candidates] == ['coulomb_friction']
         (step,) = found.members.values()
         assert step.best.candidate.effect.name == 'coulomb_friction'
+
+
+def test_what_is_not_surely_away_from_neutral_is_not_confirmed(friction):
+    best = friction.rounds[0].best
+    (value,), deviation = best.fit.theta, best.fit.covariance[0, 0] ** 0.5
+    assert away(best.fit) == pytest.approx(value / deviation) and value / deviation > 3
+    assert replace(best, away=away(best.fit)).confirmed
+    near = replace(best.fit, theta=np.array([2.9 * deviation]))
+    assert not replace(best, away=away(near)).confirmed
 
 
 def test_an_effect_does_not_give_way_to_the_same_thing_by_another_name():

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from leo_diffmodel.explain.fit import Fit
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import Posed
 from leo_diffmodel.explain.scan import Scan
-from leo_diffmodel.explain.scored import dispersion, MARGIN_NATS, Scored
+from leo_diffmodel.explain.scored import away, dispersion, MARGIN_NATS, Scored
 from leo_diffmodel.explain.shooting import robust_weight
 
 Array = np.ndarray
@@ -95,6 +95,8 @@ def ranking(
         _score(train, null, s, f, spread, *of)
         for s, f, of in zip(scans, leading, saved, strict=False)
     ]
+    if posed.problem.footing:
+        scored = [replace(s, away=away(f)) for s, f in zip(scored, leading, strict=True)]
     if max(s.total for s in scored) > limit:
         scored = contest(posed.longer, scored)
     out = [

@@ -18,11 +18,11 @@ from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.pose import Posed
 from leo_diffmodel.explain.ranking import gain, Round
 from leo_diffmodel.explain.scan import amplitude_indices
-from leo_diffmodel.explain.scored import MARGIN_NATS, Scored, unexplained
+from leo_diffmodel.explain.scored import MARGIN_NATS, NEUTRAL_SIGMAS, Scored, unexplained
 from leo_diffmodel.explain.verdict import UNEXPLAINED_RATIO
 
 MOST_SWAPS = 4
-NEUTRAL_SIGMAS, FADED = 3.0, 0.05
+FADED = 0.05
 Explore = Callable[[Posed, Fit, Fit | None], Round]
 
 

@@ -13,6 +13,7 @@ from leo_diffmodel.explain.hypothesis import Candidate
 
 AGREEMENT = 0.1
 TELLING_NATS = 2.0
+NEUTRAL_SIGMAS = 3.0
 MARGIN_NATS = 5.0
 """Nats by which the best must be ahead to be named alone: odds of 150 to 1."""
 
@@ -31,6 +32,7 @@ class Scored:
             much the candidate changes the prediction there.
         dispersion: how many times what is left exceeds white noise; see `dispersion`.
         decider: nats by which longer windows put it behind the best of its rivals, 0 or less.
+        away: how far the surest of its parameters is from neutral, in standard deviations.
     """
 
     candidate: Candidate
@@ -41,13 +43,17 @@ class Scored:
     expected_held_out: float = 0.0
     dispersion: float = 1.0
     decider: float = 0.0
+    away: float = np.inf
 
     @property
     def confirmed(self) -> bool:
         """Whether held-out windows agree: they gain, and not a mere trace of what they should.
 
-        Held-out windows that could hardly show the effect have no say.
+        Held-out windows that could hardly show the effect have no say. Where contacts may flip, a
+        few windows can gain much from a change that all of them together do not show.
         """
+        if self.away < NEUTRAL_SIGMAS:
+            return False
         if self.expected_held_out < TELLING_NATS:
             return self.gain_held_out > -TELLING_NATS
         return self.gain_held_out > AGREEMENT * self.expected_held_out
@@ -77,6 +83,16 @@ class Scored:
         """Nats that the candidate's parameters must earn (Bayesian information criterion)."""
         assert self.fit is not None
         return 0.5 * len(self.candidate.parameters) * float(np.log(self.fit.residual.size))
+
+
+def away(fitted: Fit) -> float:
+    """How far the surest parameter of the last effect is from neutral, in standard deviations."""
+    hypothesis = fitted.hypothesis
+    first = hypothesis.offset(len(hypothesis.candidates) - 1)
+    own = slice(first, first + len(hypothesis.candidates[-1].parameters))
+    deviation = np.sqrt(np.diagonal(fitted.covariance))[own]
+    beyond = np.abs(fitted.theta - hypothesis.neutral)[own]
+    return float(np.max(beyond / np.maximum(deviation, 1e-300)))
 
 
 def dispersion(fitted: Fit) -> float:
