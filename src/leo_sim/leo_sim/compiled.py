@@ -2,11 +2,13 @@
 """How functions are compiled: once per machine, divisions as numpy has them.
 
 numba's own check of every divisor for zero would take a quarter of the time of the contact
-kernel and change no bit. What a file's functions were compiled to is kept in its `__pycache__`,
-which has to be removed after a change here: numba looks at the file of each function alone.
+kernel and change no bit.
 """
 from numba import njit
 
+from leo_sim import compiled_cache
+
+compiled_cache.use()
 compiled = njit(cache=True, error_model='numpy')
 compiled_without_gil = njit(cache=True, error_model='numpy', nogil=True)
 """For what takes long enough that threads should run it side by side."""

@@ -6,8 +6,6 @@ Motor drag, contact dampers, dry friction, stops and play are solved together: s
 impulses (Moreau), each exact for its row, find what holds, sticks and slides, and a linear solve
 in between brings all into agreement. A substep in which something strikes (a sphere the ground, a
 joint its stop, a gear the end of its play) is cut there.
-
-One module, long as it is: numba's cache does not notice a change in a module it calls into.
 """
 from typing import Any, NamedTuple
 

@@ -3,8 +3,9 @@
 
 Inertia, bias, laws and contact geometry are evaluated once per period of some substeps, at its
 middle; the compiled kernel then runs the substeps. Both are of second order. Rates in the bias
-are extrapolated to the middle with the change over the period before. Where the laws stay what
-they are while the input is held, all periods are one compiled call.
+are extrapolated to the middle with the change over the period before. With planar dynamics a
+period is one compiled call, unless a law asks for the load; where the laws stay what they are
+while the input is held, all periods are.
 """
 from typing import Any, NamedTuple
 
