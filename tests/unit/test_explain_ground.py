@@ -13,6 +13,7 @@ from leo_diffmodel.blind import kinds
 from leo_diffmodel.compare.pushes import predict, respond
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.candidates import candidates
+from leo_diffmodel.explain.engine import scales_of, Trial
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.fit import fit
 from leo_diffmodel.explain.footing import refined, settled
@@ -21,6 +22,8 @@ from leo_diffmodel.explain.hypothesis import Hypothesis
 from leo_diffmodel.explain.on_ground import converged, finalists, polished
 from leo_diffmodel.explain.pose import pose, standing
 from leo_diffmodel.explain.ranking import gains, WINDOW_NATS
+from leo_diffmodel.explain.review import review
+from leo_diffmodel.explain.scored import shows
 from leo_diffmodel.explain.unknown import find as unknown_find
 from leo_diffmodel.explain.unknown.curves import curves
 from leo_diffmodel.explain.unknown.influence import influence
@@ -171,6 +174,24 @@ def test_where_the_last_fit_came_from_does_not_show_in_it(model):
         off = replace(best.fit, theta=best.fit.theta + way * sure)
         again = polished(best.posed, off)[1]
         assert np.all(np.abs(again.theta - best.fit.theta) < 0.7 * sure)
+
+
+def test_an_effect_comes_back_from_values_at_which_a_parameter_does_not_show():
+    truth = place(LEO, 'stribeck_friction', 'left_knee', c=0.05, c_static=0.25, v_s=1.5)
+    model = Model(LEO, engine='rigid')
+    posed = standing(pose([recorded(truth, seconds=3.0)], [], model))
+    pair = [candidate(model, f'{name}:left_knee')
+            for name in ('coulomb_friction', 'stribeck_friction')]  # fmt: skip
+    null = fit(posed.problem, Hypothesis())
+    start = null.hypothesis.with_candidate(pair[1])
+    posed, stuck, _ = converged(
+        posed, replace(null, hypothesis=start, theta=np.array([0.1, 0.1, 0.0]))
+    )
+    assert stuck.theta[2] == 0.0 and not shows(stuck, pair[1])
+    found = review(posed, stuck, {}, Trial(pair, scales_of(model, posed.problem.windows), []))
+    assert found.changed and [*found.members] == [*found.final.hypothesis.candidates] == pair[1:]
+    assert found.final.theta == pytest.approx([0.05, 0.25, 1.5], rel=0.15)
+    assert [s.candidate for s in found.members[pair[1]].scored] == pair[::-1]
 
 
 def test_a_cable_on_the_ground_is_no_known_effect():

@@ -16,7 +16,7 @@ from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.fit import fit
 from leo_diffmodel.explain.ranking import Round
 from leo_diffmodel.explain.review import as_one, review
-from leo_diffmodel.explain.scored import away, dispersion
+from leo_diffmodel.explain.scored import away, dispersion, shows
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model_file import load_model
@@ -104,10 +104,12 @@ def test_a_spurious_effect_is_dropped_and_a_mixture_gives_way(friction):
 def test_what_is_not_surely_away_from_neutral_is_not_confirmed(friction):
     best = friction.rounds[0].best
     (value,), deviation = best.fit.theta, best.fit.covariance[0, 0] ** 0.5
-    assert away(best.fit) == pytest.approx(value / deviation) and value / deviation > 3
-    assert replace(best, away=away(best.fit)).confirmed
-    near = replace(best.fit, theta=np.array([2.9 * deviation]))
-    assert not replace(best, away=away(near)).confirmed
+    (surely,) = away(best.fit, best.candidate)
+    assert surely == pytest.approx(value / deviation) and surely > 3
+    assert replace(best, away=surely).confirmed and shows(best.fit, best.candidate)
+    near = replace(best.fit, theta=np.array([0.9 * deviation]))
+    assert not replace(best, away=away(near, best.candidate)[0]).confirmed
+    assert not shows(near, best.candidate)
 
 
 def test_an_effect_does_not_give_way_to_the_same_thing_by_another_name():

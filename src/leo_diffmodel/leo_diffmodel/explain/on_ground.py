@@ -68,8 +68,10 @@ def knock_out(
     fits = [_from_others(at.fit, last) for at in last]
     tried = [s.candidate for s in first]
     rest = [s for s in scans if s.candidate not in tried]
-    best = min(range(len(fits)), key=lambda i: float(fits[i].loss[posed.problem.train].sum()))
-    return ranking(last[best].posed, null, [*first, *rest], fits, limit, candidates)
+    order = sorted(range(len(fits)), key=lambda i: float(fits[i].loss[posed.problem.train].sum()))
+    once = [i for n, i in enumerate(order) if tried[i] not in [tried[k] for k in order[:n]]]
+    first, fits = [first[i] for i in sorted(once)], [fits[i] for i in sorted(once)]
+    return ranking(last[order[0]].posed, null, [*first, *rest], fits, limit, candidates)
 
 
 def _played(

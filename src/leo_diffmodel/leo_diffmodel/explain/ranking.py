@@ -96,7 +96,8 @@ def ranking(
         for s, f, of in zip(scans, leading, saved, strict=False)
     ]
     if posed.problem.footing:
-        scored = [replace(s, away=away(f)) for s, f in zip(scored, leading, strict=True)]
+        scored = [replace(s, away=float(away(f, f.hypothesis.candidates[-1]).max()))
+                  for s, f in zip(scored, leading, strict=True)]  # fmt: skip
     if max(s.total for s in scored) > limit:
         scored = contest(posed.longer, scored)
     out = [

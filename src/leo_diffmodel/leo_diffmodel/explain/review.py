@@ -18,7 +18,13 @@ from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.pose import Posed
 from leo_diffmodel.explain.ranking import gain, Round
 from leo_diffmodel.explain.scan import amplitude_indices
-from leo_diffmodel.explain.scored import MARGIN_NATS, NEUTRAL_SIGMAS, Scored, unexplained
+from leo_diffmodel.explain.scored import (
+    MARGIN_NATS,
+    NEUTRAL_SIGMAS,
+    Scored,
+    shows,
+    unexplained,
+)
 from leo_diffmodel.explain.verdict import UNEXPLAINED_RATIO
 
 MOST_SWAPS = 4
@@ -91,6 +97,9 @@ def review(
             or not _completes(best.fit)
         ):
             members[stale[0]] = found
+            if swaps < MOST_SWAPS and (better := _recovered(final, stale[0], found)):
+                final, members, changed = better, {stale[0]: found}, True
+                swaps += 1
         else:
             final, members, changed = best.fit, {best.candidate: found}, True
             swaps += 1
@@ -137,6 +146,18 @@ def _holds(problem: Problem, found: Round, member: Candidate) -> bool:
     same = same_thing(best.candidate, member, Facts(problem.base.robot, free))
     as_good = mine.fit is not None and best.score - mine.score < MARGIN_NATS
     return best.candidate == member or (same is not None and as_good)
+
+
+def _recovered(final: Fit, member: Candidate, found: Round) -> Fit | None:
+    """The set with a member as a round on the ground fitted it, where that is far better.
+
+    Only for a member with a parameter that did not show at its values.
+    """
+    mine, problem = found.of(member), found.posed.problem
+    if not problem.footing or mine.fit is None or shows(final, member):
+        return None
+    lost = _behind(problem, settled_as(problem, final, mine.fit), mine.fit, mine.dispersion)
+    return mine.fit if lost > MARGIN_NATS else None
 
 
 def _fewer(problem: Problem, final: Fit, member: Candidate, found: Round) -> Fit | None:

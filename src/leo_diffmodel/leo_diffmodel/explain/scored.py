@@ -11,6 +11,7 @@ from leo_diffmodel.explain import shooting
 from leo_diffmodel.explain.fit import Fit
 from leo_diffmodel.explain.hypothesis import Candidate
 
+Array = np.ndarray
 AGREEMENT = 0.1
 TELLING_NATS = 2.0
 NEUTRAL_SIGMAS = 3.0
@@ -85,14 +86,18 @@ class Scored:
         return 0.5 * len(self.candidate.parameters) * float(np.log(self.fit.residual.size))
 
 
-def away(fitted: Fit) -> float:
-    """How far the surest parameter of the last effect is from neutral, in standard deviations."""
+def away(fitted: Fit, candidate: Candidate) -> Array:
+    """How far the parameters of an effect are from neutral, in standard deviations, shape (n,)."""
     hypothesis = fitted.hypothesis
-    first = hypothesis.offset(len(hypothesis.candidates) - 1)
-    own = slice(first, first + len(hypothesis.candidates[-1].parameters))
+    first = hypothesis.offset(hypothesis.candidates.index(candidate))
+    own = slice(first, first + len(candidate.parameters))
     deviation = np.sqrt(np.diagonal(fitted.covariance))[own]
-    beyond = np.abs(fitted.theta - hypothesis.neutral)[own]
-    return float(np.max(beyond / np.maximum(deviation, 1e-300)))
+    return np.abs(fitted.theta - hypothesis.neutral)[own] / np.maximum(deviation, 1e-300)
+
+
+def shows(fitted: Fit, candidate: Candidate) -> bool:
+    """Whether every parameter of an effect does something to the prediction at its values."""
+    return bool(np.all(away(fitted, candidate) >= 1.0))
 
 
 def dispersion(fitted: Fit) -> float:

@@ -19,6 +19,7 @@ from leo_diffmodel.explain.on_ground import converged, knock_out
 from leo_diffmodel.explain.pose import Posed, quieter
 from leo_diffmodel.explain.ranking import gain, ranking, Round
 from leo_diffmodel.explain.scan import Scales, Scan, Scanner
+from leo_diffmodel.explain.scored import shows
 from leo_diffmodel.explain.threshold import threshold
 
 Array = np.ndarray
@@ -55,9 +56,10 @@ def explore(
     problem = posed.problem
     scanner = (GroundScanner if problem.footing else Scanner)(problem, null, scales)
     found = _scanned(scanner, candidates, lambda c: progress(c.label))
-    scans = [replace(s, candidate=c) for s, c in zip(found, candidates, strict=True)]
-    scans = _ordered(scans, null, incumbent)
+    found = [replace(s, candidate=c) for s, c in zip(found, candidates, strict=True)]
+    scans = _ordered(found, null, incumbent)
     if problem.footing:
+        scans[1:1] = _scanned_anew(found, incumbent)
         return knock_out(posed, null, scans, threshold(scans), candidates, progress)
     leading = _refitted(problem, null, scans[:LISTENED], progress)
     calmer = np.minimum(_least_noise(problem, leading, short), problem.sigma)
@@ -89,6 +91,17 @@ def _ordered(scans: Sequence[Scan], null: Fit, incumbent: Fit | None) -> list[Sc
     hypothesis = null.hypothesis.with_candidate(first.candidate)
     theta = hypothesis.carried(incumbent.hypothesis, incumbent.theta)
     return [replace(first, theta=theta), *(s for s in ordered if s is not first)]
+
+
+def _scanned_anew(scans: Sequence[Scan], incumbent: Fit | None) -> list[Scan]:
+    """The scan of an incumbent with a parameter that does not show at its fitted values.
+
+    No fit finds the way back from there.
+    """
+    if incumbent is None:
+        return []
+    mine = [s for s in scans if s.candidate in incumbent.hypothesis.candidates]
+    return [s for s in mine if not shows(incumbent, s.candidate)]
 
 
 def _refitted(
