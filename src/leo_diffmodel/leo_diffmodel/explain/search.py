@@ -18,8 +18,8 @@ from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.on_ground import converged, knock_out
 from leo_diffmodel.explain.pose import Posed, quieter
 from leo_diffmodel.explain.ranking import gain, ranking, Round
-from leo_diffmodel.explain.scan import Scales, Scan, Scanner
-from leo_diffmodel.explain.scored import shows
+from leo_diffmodel.explain.scan import amplitude_indices, Scales, Scan, Scanner
+from leo_diffmodel.explain.scored import away, shows
 from leo_diffmodel.explain.threshold import threshold
 
 Array = np.ndarray
@@ -59,7 +59,7 @@ def explore(
     found = [replace(s, candidate=c) for s, c in zip(found, candidates, strict=True)]
     scans = _ordered(found, null, incumbent)
     if problem.footing:
-        scans[1:1] = _scanned_anew(found, incumbent)
+        scans[1:1] = _scanned_anew(found, null, incumbent)
         return knock_out(posed, null, scans, threshold(scans), candidates, progress)
     leading = _refitted(problem, null, scans[:LISTENED], progress)
     calmer = np.minimum(_least_noise(problem, leading, short), problem.sigma)
@@ -93,7 +93,7 @@ def _ordered(scans: Sequence[Scan], null: Fit, incumbent: Fit | None) -> list[Sc
     return [replace(first, theta=theta), *(s for s in ordered if s is not first)]
 
 
-def _scanned_anew(scans: Sequence[Scan], incumbent: Fit | None) -> list[Scan]:
+def _scanned_anew(scans: Sequence[Scan], null: Fit, incumbent: Fit | None) -> list[Scan]:
     """The scan of an incumbent with a parameter that does not show at its fitted values.
 
     No fit finds the way back from there.
@@ -101,7 +101,19 @@ def _scanned_anew(scans: Sequence[Scan], incumbent: Fit | None) -> list[Scan]:
     if incumbent is None:
         return []
     mine = [s for s in scans if s.candidate in incumbent.hypothesis.candidates]
-    return [s for s in mine if not shows(incumbent, s.candidate)]
+    return [_sized(s, null, incumbent) for s in mine if not shows(incumbent, s.candidate)]
+
+
+def _sized(scan: Scan, null: Fit, incumbent: Fit) -> Scan:
+    """A scan brought to the fitted size of its effect, if that shows."""
+    hypothesis = null.hypothesis.with_candidate(scan.candidate)
+    first, theta = hypothesis.offset(len(hypothesis.candidates) - 1), scan.theta.copy()
+    scaling = [first + i for i in amplitude_indices(scan.candidate.parameters)]
+    beyond = theta - hypothesis.neutral
+    fitted = hypothesis.carried(incumbent.hypothesis, incumbent.theta) - hypothesis.neutral
+    if beyond[first] and away(incumbent, scan.candidate)[0] >= 1:
+        theta[scaling] += beyond[scaling] * (fitted[first] / beyond[first] - 1)
+    return replace(scan, theta=theta)
 
 
 def _refitted(
