@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compare on a robot that stands on the ground: LEO."""
 
-
 import numpy as np
 import pytest
 from tests.ground import KNEE, LEO, NOISE, recorded, SIGMA
