@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leo_sim.compiled import compiled_in_place, compiled_without_gil
+from leo_sim.inverse import inverted
 
 SWEEPS = 60
 SOLVES = 20  # of them with a linear solve behind
@@ -308,7 +309,7 @@ def factorised(n: Any, mass: Any, h: Any, held: Any, work: Any, used: Any) -> An
         for j in range(size):
             work.inverse[i, j] = mass[n, i, j]
         work.inverse[i, i] += work.joint[ROTOR, i] + 0.5 * h * work.joint[DRAG, i]
-    inverted(work.axes, held, work.inverse)
+    inverted(len(work.axes), held, work.inverse)
     for r in range(used):
         if work.kind[r] < NORMAL:  # at one joint, its lever is 1 there
             for i in range(size):
@@ -320,26 +321,6 @@ def factorised(n: Any, mass: Any, h: Any, held: Any, work: Any, used: Any) -> An
             work.gram[r, k] = work.gram[k, r] = (
                 work.moves[r, work.place[k]] if work.kind[k] < NORMAL
                 else along(work.axes, work.lever, k, work.moves, r))
-
-
-@compiled_in_place
-def inverted(axes: Any, held: Any, matrix: Any) -> Any:
-    """Invert a positive definite matrix in place (Gauss and Jordan); zero for the first `held`."""
-    size = len(axes)
-    for i in range(held):
-        for j in range(size):
-            matrix[i, j] = matrix[j, i] = 0.0
-    for p in range(held, size):
-        scale = 1.0 / matrix[p, p]
-        matrix[p, p] = 1.0
-        for j in range(size):
-            matrix[p, j] *= scale
-        for i in range(size):
-            if i != p:
-                factor = matrix[i, p]
-                matrix[i, p] = 0.0
-                for j in range(size):
-                    matrix[i, j] -= factor * matrix[p, j]
 
 
 @compiled_in_place

@@ -11,6 +11,7 @@ import numpy as np
 from leo_sim.compiled import compiled
 from leo_sim.engines.planar import rows
 from leo_sim.filled import common
+from leo_sim.inverse import inverted
 
 SWEEPS = 50
 SETTLED = 1e-12  # rad/s
@@ -77,7 +78,7 @@ class Factor:
 
 @compiled
 def invert(mass: Any, diagonal: Any, inverse: Any) -> None:
-    """Gauss-Jordan without pivoting: an inertia is positive definite."""
+    """Fill inverse (N, J, J) with that of mass plus a diagonal (N, J)."""
     size = mass.shape[1]
     for n in range(inverse.shape[0]):
         a, own, more = inverse[n], row(mass, n), row(diagonal, n)
@@ -85,17 +86,7 @@ def invert(mass: Any, diagonal: Any, inverse: Any) -> None:
             for j in range(size):
                 a[i, j] = own[i, j]
             a[i, i] += more[i]
-        for k in range(size):
-            pivot = 1.0 / a[k, k]
-            a[k, k] = 1.0
-            for j in range(size):
-                a[k, j] *= pivot
-            for i in range(size):
-                if i != k:
-                    factor = a[i, k]
-                    a[i, k] = 0.0
-                    for j in range(size):
-                        a[i, j] -= factor * a[k, j]
+        inverted(size, 0, a)
 
 
 @compiled

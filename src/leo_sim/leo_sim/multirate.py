@@ -7,6 +7,7 @@ are extrapolated to the middle with the change over the period before. With plan
 period is one compiled call, unless a law asks for the load; where the laws stay what they are
 while the input is held, all periods are.
 """
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,9 +47,9 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
             u, on, memory = laws.command(inputs, enabled, memory, inner * h)
         middle, now = q + (0.5 * inner * h) * dq, dq
         fixed: _Driven | None = driven if laws.steady else None
+        law = partial(_driven, laws, drag, middle, dq, memory, u, on, push, before=driven)
         if planar:
-            driven = fixed or _driven(laws, drag, middle, dq, memory, u, on, None, push,
-                                      planar.leading(q, dq), driven)
+            driven = fixed or law(None, planar.leading(q, dq))
             q, dq, memory = _moved_on(laws, driven, planar, q, dq, last, memory, h, inner,
                                       together)
         else:
@@ -57,11 +58,8 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
             place, lead = (middle, ahead, mass, bias), mass.shape[:-2]
             load = dynamics.load(middle) if laws.needs_load and fixed is None else None
             if load is not None and pressed is None:
-                trial = _driven(laws, drag, middle, dq, memory, u, on, load, push, lead)
-                pressed = _moved(laws, trial, q, dq, memory, place, h, inner)[3]
-            load = None if load is None else load + pressed
-            driven = fixed or _driven(laws, drag, middle, dq, memory, u, on, load, push, lead,
-                                      driven)
+                pressed = _moved(laws, law(load, lead), q, dq, memory, place, h, inner)[3]
+            driven = fixed or law(None if load is None else load + pressed, lead)
             q, dq, memory, pressed = _moved(laws, driven, q, dq, memory, place, h, inner)
         last = now
         if laws.remembers:
@@ -78,7 +76,7 @@ class _Driven(NamedTuple):
 
 
 def _driven(laws: Laws, drag: Drag, q: Any, dq: Any, memory: Memory, u: Any, enabled: Any,
-            load: Any, push: Any, lead: tuple[int, ...], before: _Driven | None = None) -> _Driven:
+            push: Any, load: Any, lead: tuple[int, ...], before: _Driven | None) -> _Driven:
     """The laws of the model at one instant, for the kernel; `lead` are axes of the dynamics.
 
     Before is an earlier instant with the same drag.
