@@ -24,6 +24,7 @@ from leo_diffmodel.explain.pose import pose, standing
 from leo_diffmodel.explain.ranking import gains, WINDOW_NATS
 from leo_diffmodel.explain.review import review
 from leo_diffmodel.explain.scored import shows
+from leo_diffmodel.explain.search import scanned_anew
 from leo_diffmodel.explain.unknown import find as unknown_find
 from leo_diffmodel.explain.unknown.curves import curves
 from leo_diffmodel.explain.unknown.influence import influence
@@ -192,6 +193,21 @@ def test_an_effect_comes_back_from_values_at_which_a_parameter_does_not_show():
     assert found.changed and [*found.members] == [*found.final.hypothesis.candidates] == pair[1:]
     assert found.final.theta == pytest.approx([0.05, 0.25, 1.5], rel=0.15)
     assert [s.candidate for s in found.members[pair[1]].scored] == pair[::-1]
+
+
+def test_a_scan_is_brought_to_the_fitted_size_where_a_shape_does_not_show(model, braked):
+    _, null, scanner = scanned(model, braked)
+    scan = scanner.scan(candidate(model, 'stribeck_friction:left_knee'))
+    held = null.hypothesis.with_candidate(scan.candidate)
+    stuck = replace(null, hypothesis=held, theta=np.array([0.3, 0.4, 0.0]),
+                    covariance=np.diag([1e-4, 1e-4, 1e20]))  # fmt: skip
+    (again,) = scanned_anew([scan], null, stuck)
+    ratio = 0.3 / scan.theta[0]
+    np.testing.assert_allclose(again.theta, scan.theta * [ratio, ratio, 1.0])
+    (unsized,) = scanned_anew([scan], null, replace(stuck, covariance=np.diag([1e20] * 3)))
+    np.testing.assert_array_equal(unsized.theta, scan.theta)
+    sure = replace(stuck, theta=np.array([0.3, 0.4, 0.5]), covariance=np.diag([1e-4] * 3))
+    assert scanned_anew([scan], null, sure) == scanned_anew([scan], null, None) == []
 
 
 def test_a_cable_on_the_ground_is_no_known_effect():

@@ -59,7 +59,7 @@ def explore(
     found = [replace(s, candidate=c) for s, c in zip(found, candidates, strict=True)]
     scans = _ordered(found, null, incumbent)
     if problem.footing:
-        scans[1:1] = _scanned_anew(found, null, incumbent)
+        scans[1:1] = scanned_anew(found, null, incumbent)
         return knock_out(posed, null, scans, threshold(scans), candidates, progress)
     leading = _refitted(problem, null, scans[:LISTENED], progress)
     calmer = np.minimum(_least_noise(problem, leading, short), problem.sigma)
@@ -93,7 +93,7 @@ def _ordered(scans: Sequence[Scan], null: Fit, incumbent: Fit | None) -> list[Sc
     return [replace(first, theta=theta), *(s for s in ordered if s is not first)]
 
 
-def _scanned_anew(scans: Sequence[Scan], null: Fit, incumbent: Fit | None) -> list[Scan]:
+def scanned_anew(scans: Sequence[Scan], null: Fit, incumbent: Fit | None) -> list[Scan]:
     """The scan of an incumbent with a parameter that does not show at its fitted values.
 
     No fit finds the way back from there.
