@@ -40,6 +40,7 @@ setup(
         'safetensors',
         'scipy>=1.11',
         'tensorboard',
+        'threadpoolctl',
         'torch>=2.5,<2.14',
     ],
     extras_require={'test': ['pytest', 'hypothesis']},

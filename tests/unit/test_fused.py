@@ -68,3 +68,35 @@ def test_loading_weights_reaches_what_learns():
     assert all((a != b).any() for a, b in zip(before, after, strict=True))
     seen = np.ones(N_OBS, np.float32)
     assert not np.allclose(fresh.act(seen), trained.act(seen), atol=1e-7)
+
+
+@pytest.mark.parametrize('config', OPTIONS[2:4], ids=str)
+def test_a_run_goes_on_in_the_other_agent(config):
+    plain, fused = agents(config)
+    for agent, other in ((plain, fused), (fused, plain)):
+        for seed in range(3):
+            agent.learn(batch(seed))
+        other.load({name: tensor.clone() for name, tensor in agent.tensors().items()})
+        for each in (plain, fused):
+            each.learn(batch(9))
+        left, right = plain.tensors(), fused.tensors()
+        assert left.keys() == right.keys()
+        for name, value in left.items():
+            torch.testing.assert_close(value, right[name], rtol=1e-4, atol=1e-6)
+
+
+def test_an_agent_that_has_not_learned_takes_away_what_was_remembered():
+    plain, fused = agents(SMALL)
+    initial = {name: tensor.clone() for name, tensor in plain.tensors().items()}
+    fused.learn(batch(1))
+    fused.load(initial)
+    for agent in (plain, fused):
+        agent.learn(batch(0))
+    for name, value in plain.tensors().items():
+        torch.testing.assert_close(fused.tensors()[name], value, rtol=1e-4, atol=1e-6)
+
+
+def test_its_policy_is_that_of_the_plain_agent():
+    plain, fused = agents(SMALL)
+    seen = np.linspace(-1, 1, N_OBS)
+    np.testing.assert_allclose(fused.act(seen), plain.act(seen), rtol=1e-5, atol=1e-7)

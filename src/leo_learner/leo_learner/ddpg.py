@@ -9,7 +9,7 @@ for which robot is in `configs`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import copy
 from dataclasses import dataclass
@@ -148,10 +148,16 @@ class OrnsteinUhlenbeck:
         return self._value.copy()
 
 
+def weights_and_biases(module: nn.Module) -> tuple[list[nn.Parameter], list[nn.Parameter]]:
+    """The parameters of a module; a layer norm's gains are weights, its shifts biases."""
+    named = list(module.named_parameters())
+    weights = [p for name, p in named if name.endswith('weight')]
+    return weights, [p for name, p in named if not name.endswith('weight')]
+
+
 def adam(module: nn.Module, rate: float, l2: float = 0.0) -> torch.optim.Adam:
     """Adam whose L2 term spares the biases; 1/2 c |W|^2 in the loss is c W in the gradient."""
-    weights = [p for name, p in module.named_parameters() if name.endswith('weight')]
-    biases = [p for name, p in module.named_parameters() if not name.endswith('weight')]
+    weights, biases = weights_and_biases(module)
     groups = [{'params': weights, 'weight_decay': l2}, {'params': biases}]
     return torch.optim.Adam(groups, lr=rate, fused=True)
 
@@ -169,6 +175,9 @@ def denormals_as_zero() -> Iterator[None]:
 class Agent:
     """The networks, their targets and optimisers: everything that learning changes."""
 
+    optimiser: Callable[..., Any] = staticmethod(adam)
+    """Of a module, its learning rate and L2."""
+
     def __init__(self, n_obs: int, n_act: int, config: Config, seed: int) -> None:
         torch.set_num_threads(1)
         self.config = config
@@ -178,8 +187,8 @@ class Agent:
             self.critic = Critics(n_obs, n_act, config)
         self.target_actor = copy.deepcopy(self.actor).requires_grad_(False)
         self.target_critic = copy.deepcopy(self.critic).requires_grad_(False)
-        self.actor_adam = adam(self.actor, config.actor_rate)
-        self.critic_adam = adam(self.critic, config.critic_rate, config.critic_l2)
+        self.actor_adam = self.optimiser(self.actor, config.actor_rate)
+        self.critic_adam = self.optimiser(self.critic, config.critic_rate, config.critic_l2)
         self.observation_scale = torch.ones(n_obs)
         self.reward_scale = torch.ones(())
 
@@ -258,7 +267,7 @@ class Agent:
                 slow.lerp_(fast, self.config.tau)
 
 
-def _load_optimiser(optimiser: torch.optim.Optimizer, tensors: Mapping[str, Tensor]) -> None:
+def _load_optimiser(optimiser: Any, tensors: Mapping[str, Tensor]) -> None:
     state: dict[int, dict[str, Tensor]] = {}
     for path, tensor in tensors.items():
         number, key = path.split('/')

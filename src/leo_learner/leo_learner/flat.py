@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters laid end to end, so that one pass moves them all, and Adam on them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import torch
+from torch import nn, Tensor
+
+from leo_learner import elementwise
+from leo_learner.ddpg import weights_and_biases
+
+NAMES = 'step', 'exp_avg', 'exp_avg_sq'
+"""What torch.optim.Adam keeps of every parameter."""
+
+
+class FlatAdam:
+    """In the place of `ddpg.adam`; torch's optimisers take as long to import as all of torch.
+
+    Args:
+        module: its parameters and gradients become views of one vector each.
+        rate: learning rate.
+        l2: on weights, not on biases.
+    """
+
+    def __init__(self, module: nn.Module, rate: float, l2: float = 0.0) -> None:
+        weights, biases = weights_and_biases(module)
+        self.values = parameters_of(module).numpy()
+        zeros = [torch.zeros_like(p.data) for p in (*weights, *biases)]
+        slope, slopes = laid_end_to_end(zeros)
+        for parameter, view in zip((*weights, *biases), slopes, strict=True):
+            parameter.grad = view
+        steps, first, second = (
+            laid_end_to_end(z) for z in ([torch.zeros(()) for _ in zeros], zeros, zeros)
+        )
+        views = zip(steps[1], first[1], second[1], strict=True)
+        self._kept = [dict(zip(NAMES, kept, strict=True)) for kept in views]
+        self._steps, self._rate = steps[0].numpy(), rate
+        flat = self.values, slope.numpy(), first[0].numpy(), second[0].numpy()
+        count = sum(w.numel() for w in weights)
+        self._groups = [(l2, [v[:count] for v in flat]), (0.0, [v[count:] for v in flat])]
+
+    def step(self) -> None:
+        """Move the parameters by their gradients."""
+        self._steps += 1
+        for l2, (values, slope, first, second) in self._groups:
+            elementwise.adam(values, slope, first, second, l2, self._rate, float(self._steps[0]))
+
+    def state_dict(self) -> dict[str, Any]:
+        """As torch.optim.Adam's."""
+        return {'state': dict(enumerate(self._kept)), 'param_groups': []}
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """The reverse of `state_dict`, or of torch's; that has none before its first step."""
+        for number, kept in enumerate(self._kept):
+            for name, tensor in kept.items():
+                tensor.copy_(state['state'][number][name]) if state['state'] else tensor.zero_()
+
+
+def parameters_of(module: nn.Module) -> Tensor:
+    """All parameters of a module, which become views of this one vector; weights come first."""
+    weights, biases = weights_and_biases(module)
+    flat, views = laid_end_to_end([p.detach() for p in (*weights, *biases)])
+    for parameter, view in zip((*weights, *biases), views, strict=True):
+        parameter.data = view
+    return flat
+
+
+def laid_end_to_end(tensors: Sequence[Tensor]) -> tuple[Tensor, list[Tensor]]:
+    """Copies of tensors in one vector, and as views of it."""
+    flat = torch.cat([t.flatten() for t in tensors])
+    parts = flat.split([t.numel() for t in tensors])
+    return flat, [part.view_as(t) for part, t in zip(parts, tensors, strict=True)]

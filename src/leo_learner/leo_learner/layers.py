@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The networks of `ddpg`, forward and backward in numpy, with gradients derived by hand."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+import torch
+from torch import nn
+
+from leo_learner import elementwise
+from leo_learner.ddpg import Actor, Critic
+
+
+class _Linear:
+    """Weight and bias (gain and shift), and where their gradients go."""
+
+    def __init__(self, module: nn.Module) -> None:
+        parameters = [cast(nn.Parameter, p) for p in (module.weight, module.bias)]
+        self.weight, self.bias = (p.detach().numpy() for p in parameters)
+        self.by_weight, self.by_bias = (
+            (torch.empty(0) if p.grad is None else p.grad).numpy() for p in parameters
+        )
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """The product (B, m); the bias is still to be added."""
+        return cast(np.ndarray, np.dot(x, self.weight.T))
+
+
+class _Hidden:
+    """A hidden layer, and what its backward pass needs of the forward pass."""
+
+    def __init__(self, part: nn.Sequential) -> None:
+        self.linear = _Linear(part[0])
+        self.norm = _Linear(part[1]) if isinstance(part[1], nn.LayerNorm) else None
+        self.x = self.y = self._z = self._scale = np.empty(0, np.float32)
+
+    def forward(self, x: np.ndarray) -> np.ndarray:
+        """Outputs (B, m) of inputs (B, n)."""
+        self.x, self.y = x, self.linear(x)
+        if self.norm is None:
+            elementwise.relu(self.y, self.linear.bias)
+            return self.y
+        self._z, self.y = self.y, np.empty_like(self.y)
+        norm = self.norm
+        self._scale = elementwise.norm_relu(
+            self._z, self.linear.bias, norm.weight, norm.bias, self.y
+        )
+        return self.y
+
+    def slope(self, slope: np.ndarray) -> np.ndarray:
+        """Gradient by what the bias is added to, from that by the output; those of vectors."""
+        through, last = np.empty_like(self.y), self.norm or self.linear
+        elementwise.through_relu(slope, self.y, through, last.by_bias)
+        if self.norm:
+            elementwise.through_norm(
+                through, self._z, self._scale, self.norm.weight, self.norm.by_weight,
+                self.linear.by_bias,
+            )  # fmt: skip
+        return through
+
+
+class Layers:
+    """A network of `ddpg` as layers; an action joins the input of the last hidden one.
+
+    Args:
+        network: whose parameters are used and whose `grad` are written.
+    """
+
+    def __init__(self, network: Actor | Critic) -> None:
+        self._hidden = [_Hidden(cast(nn.Sequential, part)) for part in network.hidden]
+        self._output = _Linear(network.output)
+
+    def forward(self, x: np.ndarray, action: np.ndarray | None = None) -> np.ndarray:
+        """The linear output (B, n) for inputs (B, n_in)."""
+        for layer in self._hidden:
+            if action is not None and layer is self._hidden[-1]:
+                x = np.concatenate([x, action], axis=1)
+            x = layer.forward(x)
+        return self._output(x) + self._output.bias
+
+    def backward(self, slope: np.ndarray) -> None:
+        """Write the parameters' gradients, from the loss's by the output (B, n)."""
+        np.dot(slope.T, self._hidden[-1].y, self._output.by_weight)
+        slope.sum(axis=0, out=self._output.by_bias)
+        after = self._output
+        for layer in reversed(self._hidden):
+            slope = layer.slope(np.dot(slope, after.weight))
+            np.dot(slope.T, layer.x, layer.linear.by_weight)
+            after = layer.linear
+
+    def slope_of_action(self, slope: np.ndarray, count: int) -> np.ndarray:
+        """Gradient by the action (B, n_act), from that by the output.
+
+        The gradients of the last layer's biases are lost with it.
+        """
+        last = self._hidden[-1]
+        slope = last.slope(np.dot(slope, self._output.weight))
+        return cast(np.ndarray, np.dot(slope, last.linear.weight[:, -count:]))
