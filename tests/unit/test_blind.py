@@ -44,6 +44,13 @@ def test_no_torque_drawn_for_a_walker_is_more_than_its_motors_can_give(torque, d
     assert not open_loop._moves(SimpleNamespace(robot=leo, rates=np.zeros(9)), loop, ripple)
 
 
+@pytest.mark.parametrize('x, drawn', [(0.3, True), (-3.0, False)])
+def test_no_mass_drawn_for_a_walker_is_farther_off_than_it_reaches(x, drawn):
+    leo = load_robot('leo')
+    moved = place(leo, 'link_com', 'right_shank', x=x, z=0.1)
+    assert open_loop._within(SimpleNamespace(robot=leo), moved) == drawn
+
+
 def test_a_servo_is_free_at_times_and_not_quite_what_its_data_sheet_says():
     case = draw_case(SERVO, 'none')
     (scene,) = case.run.scenes

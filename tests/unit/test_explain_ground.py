@@ -12,6 +12,7 @@ from tests.ground import candidate, KNEE, LEO, recorded, scanned, SIGMA
 from leo_diffmodel.blind import kinds
 from leo_diffmodel.compare.pushes import predict, respond
 from leo_diffmodel.compare.windows import cut
+from leo_diffmodel.explain import on_ground
 from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.engine import scales_of, Trial
 from leo_diffmodel.explain.explanation import explain
@@ -285,3 +286,29 @@ def test_straight_effects_are_those_in_proportion_to_their_size(model):
     straight = {c.effect.name for c in candidates(model) if is_straight(c)}
     assert {'viscous_friction', 'link_mass', 'encoder_offset', 'torque_scale'} <= straight
     assert not {'coulomb_friction', 'command_delay', 'ground_friction', 'armature'} & straight
+
+
+def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch):
+    """One is ahead, one far behind but gaining, one far behind and standing still."""
+    windows = np.random.default_rng(0).normal(size=(12, 360))
+    lengths = {'ahead': [9.0, 8.0, 8.0, 8.0], 'gaining': [20.0, 14.0, 9.0, 5.0],
+               'slow': [20.0] * 4}  # fmt: skip
+
+    def stand(name: str, step: int):
+        loss = np.full(12, lengths[name][step])
+        fitted = SimpleNamespace(hypothesis=name, loss=loss, residual=windows,
+                                 start=np.zeros((12, 18)))  # fmt: skip
+        posed = SimpleNamespace(problem=SimpleNamespace(train=np.ones(12, dtype=bool)))
+        return on_ground.Stand(posed, fitted, step)
+
+    def advanced(at):
+        return stand(at.fit.hypothesis, at.step + 1), 1.0
+
+    monkeypatch.setattr(on_ground, '_advanced', advanced)
+    monkeypatch.setattr(on_ground, '_of', lambda at, point: at)
+    null = SimpleNamespace(loss=np.full(12, 40.0))
+    field, names = [(name, stand(name, 0)) for name in lengths], []
+    for _ in range(3):
+        field, rising = on_ground._further(null, field, 3, 5.0)
+        names.append([name for name, _ in field])
+    assert names == [['ahead', 'gaining'], ['ahead', 'gaining'], ['gaining']] and not rising

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from leo_diffmodel.blind.scenes import Effects, Given, Path, Scene
-from leo_diffmodel.compare.sizes import torque_scale
+from leo_diffmodel.compare.sizes import reach, torque_scale
 from leo_msgs_py.errors import UserError
 from leo_sim.batch import rollout
 from leo_sim.drawing import of_size
@@ -210,8 +210,8 @@ def sized(
                 return None
             reached = float(loop.size(placed)[0])
             if abs(np.log(reached / size)) < TOLERANCE:
-                shows = loop.shows(placed) and _moves(loop, first, placed)
-                return (placed, reached) if shows else None
+                likely = _moves(loop, first, placed) and _within(loop, placed)
+                return (placed, reached) if likely and loop.shows(placed) else None
         placed = of_size(loop, name, where, size, np.random.default_rng(seed))
         if placed is None or not loop.shows(placed):
             return None
@@ -228,6 +228,14 @@ def _moves(loop: OpenLoop, first: OpenLoop, placed: Placed) -> bool:
     torques = [placed.parameters[p.name] for p in placed.effect.parameters if p.unit == 'N m']
     weak = all(abs(float(t)) < torque_scale(loop.robot) for t in torques)
     return weak and bool(np.all(loop.rates > STILL * first.rates))
+
+
+def _within(loop: OpenLoop, placed: Placed) -> bool:
+    """Whether no link of a walker has its mass farther off than the whole robot reaches."""
+    if not loop.robot.contacts:
+        return True
+    lengths = [placed.parameters[p.name] for p in placed.effect.parameters if p.unit == 'm']
+    return all(abs(float(length)) < reach(loop.robot) for length in lengths)
 
 
 def _rms(change: Array) -> Array:

@@ -62,6 +62,14 @@ def inertia_scale(robot: Robot) -> float:
     return max(_inertia(values, f'links.{link}.') for link in robot.moving_links)
 
 
+def reach(robot: Robot) -> float:
+    """From the base to the tip of the longest way through the links' frames, at most [m]."""
+    far = {robot.joints[0].parent: 0.0}
+    for joint in robot.joints:
+        far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.translation))
+    return max(far[link.name] + float(np.linalg.norm(link.body.com)) for link in robot.links)
+
+
 def mass_scale(robot: Robot) -> float:
     """Mass of the heaviest moving link [kg]."""
     return max(robot.constants[f'links.{link}.mass'].value for link in robot.moving_links)

@@ -119,7 +119,7 @@ def fit(
         if number >= iterations and last < FAR_NATS:
             break
         step = _step(problem, best)
-        moved = hypothesis.bounded(theta + scale * step.theta)
+        moved = hypothesis.moved(theta, scale * step.theta)
         shift = step.start + step.gain @ (moved - theta)
         trial = _evaluate(problem, hypothesis, moved, best.start + shift)
         gained = best.merit - trial.merit
@@ -179,7 +179,7 @@ def _stepped(
     loss = shooting.huber(best.linear.residual)
     most, step = _in_line(problem, loss), _sound_step(problem, best)
     for scale in FOOTED_SCALES:
-        theta = hypothesis.bounded(best.theta + scale * step.theta)
+        theta = hypothesis.moved(best.theta, scale * step.theta)
         start = best.start + step.start + step.gain @ (theta - best.theta)
         trial = _walked(problem, hypothesis, theta, start)
         saved = np.minimum(loss, most) - np.minimum(shooting.huber(trial.linear.residual), most)
@@ -197,7 +197,7 @@ def looked_at(problem: Problem, hypothesis: Hypothesis, theta: Array) -> tuple[F
 
 def moved(fitted: Fit, step: Step, scale: float) -> Fit:
     """Where so much of a step leads; the rest of the fit is that of before."""
-    theta = fitted.hypothesis.bounded(fitted.theta + scale * step.theta)
+    theta = fitted.hypothesis.moved(fitted.theta, scale * step.theta)
     start = fitted.start + step.start + step.gain @ (theta - fitted.theta)
     return replace(fitted, theta=theta, start=np.where(np.isfinite(start), start, fitted.start))
 

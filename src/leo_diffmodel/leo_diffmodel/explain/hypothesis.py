@@ -80,6 +80,22 @@ class Hypothesis:
         inside = np.clip(theta, self.low, self.high)
         return np.maximum(inside, self.least(inside))
 
+    def moved(self, theta: Array, step: Array) -> Array:
+        """The values after a step, within the bounds.
+
+        Where the law is straight in the product of two of them, so is the step: it would else
+        lead nowhere while both are far off.
+        """
+        there = self.bounded(theta + step)
+        for index, candidate in enumerate(self.candidates):
+            first, names = self.offset(index), [p.name for p in candidate.parameters]
+            for i, p in enumerate(candidate.parameters, first):
+                by = first + names.index(p.times) if p.times else i
+                if p.times and there[by] != 0:
+                    product = theta[i] * theta[by] + step[i] * theta[by] + theta[i] * step[by]
+                    there[i] = product / there[by]
+        return self.bounded(there)
+
     def with_candidate(self, candidate: Candidate) -> Hypothesis:
         """This hypothesis and one more effect."""
         return Hypothesis((*self.candidates, candidate), self.constants)

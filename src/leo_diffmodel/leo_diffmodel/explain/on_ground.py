@@ -18,12 +18,16 @@ from leo_diffmodel.explain.ranking import gain, gains, ranking, Round
 from leo_diffmodel.explain.scan import Scan
 from leo_diffmodel.explain.scored import dispersion, MARGIN_NATS
 
+Array = np.ndarray
 MOST_CONTENDERS, WORTH, WORTH_ALL, WORTH_MORE = 10, 0.35, 0.8, 0.5
 """How many are tried, and the share of the threshold that a scan, then a fit in some windows, and
 what that comes to in all must promise."""
 KNOCK_OUT, KNOCK_OUT_WINDOWS = ((4, np.inf), (3, 60.0)), 40
 """How many go on after each step, and by how many nats (for a dispersion of 1) behind the best at
 most; in how many windows. None goes before a step: a scan may stop far from where an effect fits.
+"""
+RISING, LATE = 0.3, 3
+"""Nor does one go whose step has made up for so much of what it is behind; how often more.
 """
 STRIDES = (1.0, 0.3)
 MOST_STEPS, ENOUGH_NATS = 10, 2.0
@@ -81,19 +85,37 @@ def _played(
     stands = _each(_footed, posed, [_with(null, s) for s in scans])
     field = list(zip(scans, stands, strict=True))
     for left, behind in KNOCK_OUT:
-        field = _further(field)
-        spread = min(dispersion(at.fit) for _, at in field)
-        saved = gains(null, [at.fit for _, at in field], posed.problem.train, spread)
-        order, least = np.argsort(saved)[::-1], max(0.0, max(saved) - behind * spread)
-        field = [field[i] for i in order[:left] if saved[i] > least or i == order[0]]
+        field, rising = _further(null, field, left, behind)
         progress(field[0][0].candidate.label)
+    for _ in range(LATE):
+        if not rising:
+            break
+        field, rising = _further(null, field, left, behind)
+    spread = min(dispersion(at.fit) for _, at in field)
+    saved = gains(null, [at.fit for _, at in field], posed.problem.train, spread)
     return field, max(saved) / spread
 
 
-def _further(field: Sequence[tuple[Scan, Stand]]) -> list[tuple[Scan, Stand]]:
-    """Every contender a step further."""
+def _further(
+    null: Fit, field: Sequence[tuple[Scan, Stand]], left: int, behind: float
+) -> tuple[list[tuple[Scan, Stand]], bool]:
+    """Those that go on after a step, best first, and whether some do only for what it gained."""
     stands = helper.spread(_advanced, [at for _, at in field])
-    return [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, stands, strict=True)]
+    after = [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, stands, strict=True)]
+    spread = min(dispersion(at.fit) for _, at in after)
+    train = after[0][1].posed.problem.train
+    saved = np.array(gains(null, [at.fit for _, at in after], train, spread))
+    order, lag = np.argsort(saved)[::-1], saved.max() - saved
+    close = (saved > 0) & (lag < behind * spread)
+    near = [i for i in order[:left] if close[i] or i == order[0]]
+    was, now = (_losses(each, train) for each in (field, after))
+    rises = was - now > RISING * (now - now.min())
+    rising = [i for i in order if i not in near and rises[i]]
+    return [after[i] for i in (*near, *rising)], bool(rising)
+
+
+def _losses(field: Sequence[tuple[Scan, Stand]], train: Array) -> Array:
+    return np.array([at.fit.loss[train].sum() for _, at in field])
 
 
 def _gained(null: Fit, stands: Sequence[Stand]) -> float:

@@ -21,7 +21,8 @@ class Parameter:
     """One number of an effect: its unit, the value that changes nothing, its physical bounds.
 
     A search keeps it at or above the parameter of the same effect that `above` names. The law is
-    a sine with a `phase`, and a straight line in any other angle that shapes it.
+    a sine with a `phase`, and a straight line in any other angle that shapes it; it is a straight
+    line in its product with the parameter that `times` names.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Parameter:
     low: float = float('-inf')
     high: float = float('inf')
     above: str = ''
+    times: str = ''
     phase: bool = False
 
 

@@ -14,7 +14,7 @@ class JointSpring(Effect):
     hook = 'torque'
     parameters = (
         Parameter('k', 'N m/rad', low=0.0),
-        Parameter('rest', 'rad'),
+        Parameter('rest', 'rad', times='k'),
     )
     looks_like = ('A pull towards one angle that grows with the distance from it: cables, hoses,'
                   ' springs.')
