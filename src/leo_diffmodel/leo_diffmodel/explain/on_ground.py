@@ -26,7 +26,7 @@ KNOCK_OUT, KNOCK_OUT_WINDOWS = ((4, np.inf), (3, 60.0)), 40
 """How many go on after each step, and by how many nats (for a dispersion of 1) behind the best at
 most; in how many windows. None goes before a step: a scan may stop far from where an effect fits.
 """
-RISING, LATE = 0.3, 3
+RISING, LATE = 0.1, 6
 """Nor does one go whose step has made up for so much of what it is behind; how often more.
 """
 STRIDES = (1.0, 0.3)
