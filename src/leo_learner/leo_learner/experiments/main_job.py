@@ -29,6 +29,8 @@ class Plan:
     hidden_seed: int = 1
     noise: tuple[float, float] = (0.001, 0.02)
     """Of the robot's sensors: angle [rad], rate [rad/s]."""
+    seed: int = 1
+    """Of every training."""
     steps: int = 8000
     """Training on the ideal model."""
     more_steps: int = 5000
@@ -109,7 +111,8 @@ class MainJob:
     def _learn_ideal(self) -> None:
         self._say('1. a pendulum robot with a hidden effect runs; learn on the ideal model')
         self._processes.ask(
-            'learn', '--robot', 'pendulum', '--steps', str(self._plan.steps),
+            'learn', '--robot', 'pendulum', '--seed', str(self._plan.seed), '--steps',
+            str(self._plan.steps),
             '-o', self._path('ideal'),
         )
 
@@ -161,7 +164,8 @@ class MainJob:
 
     def _retrain(self, model: str) -> None:
         self._say('4. retrain on the repaired model; for reference on the robot itself too')
-        common = ('--start', self._path('ideal'), '--steps', str(self._plan.more_steps))
+        sizes = '--steps', str(self._plan.more_steps), '--seed', str(self._plan.seed)
+        common = '--start', self._path('ideal'), *sizes
         self._processes.start(
             'learn_real', 'learn', '--robot', 'pendulum', '--on-robot', *common,
             '-o', self._path('real'), '--json',

@@ -16,7 +16,7 @@ class TorqueRipple(Effect):
     hook = 'torque'
     parameters = (
         Parameter('a', 'N m', low=0.0),
-        Parameter('n', '1/turn', neutral=1.0, low=1.0),
+        Parameter('n', '1/turn', low=0.0),
         Parameter('phase', 'rad', phase=True),
     )
     looks_like = 'A missing torque that repeats n times per turn, whatever the speed.'
