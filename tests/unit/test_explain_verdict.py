@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Verdicts: fine, unknown and untestable, each with its sentence."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from tests.simulate import PENDULUM, record, TORQUE
 
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.verdict import decide, Named, Rest, sentence
+from leo_diffmodel.explain.verdict import decide, Named, Rest, rest_of, sentence
 from leo_sim.effects import place
 from leo_sim.model import Model
 
@@ -75,3 +77,15 @@ def test_how_a_verdict_is_reached(named, ratio, share, verdict):
     words = sentence(verdict, named, 'error 2 -> 1 rad')
     assert 'error 2 -> 1 rad' in words
     assert all(n.label in words for n in named)
+
+
+@pytest.mark.parametrize(('on_ground', 'acting', 'matters'), [
+    (True, 20, True), (True, 10, False), (False, 20, False), (False, 60, True),
+])  # fmt: skip
+def test_on_the_ground_what_acts_in_some_windows_matters(on_ground, acting, matters):
+    residual = np.random.default_rng(0).standard_normal((100, 198))
+    residual[:acting] *= 3.0
+    left = SimpleNamespace(residual=residual, start=np.zeros((100, 18)))
+    rest = rest_of(left, left, on_ground)
+    assert rest.matters == matters
+    assert matters or rest.ratio == pytest.approx(1.0, abs=0.2)

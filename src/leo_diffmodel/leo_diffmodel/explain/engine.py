@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,14 +21,21 @@ from leo_diffmodel.explain.pose import pose, Posed, standing
 from leo_diffmodel.explain.ranking import Round
 from leo_diffmodel.explain.review import Explore, review, Reviewed
 from leo_diffmodel.explain.scan import Scales
+from leo_diffmodel.explain.scored import unexplained
 from leo_diffmodel.explain.search import explore
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 from leo_sim.robot import Constant
 
+if TYPE_CHECKING:
+    from leo_diffmodel.explain.unknown.find import Found
+
 Array = np.ndarray
 MOST_EFFECTS = 5
 MOST_REVIEWS = 3
+SEVERAL, WHOLE = 2, 1.3
+"""Effects for which one law is tried before more are, and the most that they leave, in units of
+noise, if they are all there is."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +48,7 @@ class Search:
         rounds: of the forward search, the first on the model as given.
         members: for each effect of `final`, all candidates in its place with the others kept.
         posed: the problem, with the noise as settled in the end.
+        alone: the law that explains more than several effects, where that ended the search.
     """
 
     null: Fit
@@ -47,6 +56,7 @@ class Search:
     rounds: tuple[Round, ...]
     members: tuple[Round, ...]
     posed: Posed
+    alone: Found | None = None
 
     @property
     def problem(self) -> Problem:
@@ -76,8 +86,11 @@ def search(
     extra: Sequence[Effect] = (),
     progress: Callable[[str], None] = lambda _: None,
     posed: Posed | None = None,
+    instead: Callable[[Search], Found | None] = lambda _: None,
 ) -> Search:
     """Forward selection with joint refit; then every effect defends its place.
+
+    An effect is dear to find on the ground: where two do not do there, a law is tried instead.
 
     Args:
         recordings: what to learn from; without `hold_out` every fourth block is held out.
@@ -86,13 +99,20 @@ def search(
         extra: a user's own effects.
         progress: told what is being tried.
         posed: the problem where it is posed already.
+        instead: the law that explains more than the effects found so far, if any.
     """
     posed = standing(posed or pose(recordings, hold_out, model))
     short = noise.short_windows([*recordings, *hold_out])
     scales = scales_of(model, posed.problem.windows)
     tried = Trial(candidates(model, extra), scales, short, progress)
     first = fit(posed.problem, Hypothesis(constants=uncertain(model)))
-    rounds = forward(posed, first, tried)
+    rounds = forward(posed, first, tried, SEVERAL)
+    so_far = _so_far(first, rounds)
+    if len(so_far.final.hypothesis.candidates) == SEVERAL:
+        wanting = so_far.problem.footing and unexplained(so_far.final) > WHOLE
+        if wanting and (alone := instead(so_far)):
+            return replace(so_far, alone=alone)
+        rounds += forward(so_far.posed, so_far.final, tried)
     reviewed = settled(rounds, tried)
     first = fit(reviewed.posed.problem, first.hypothesis, first.theta, first.start)
     members = tuple(reviewed.members[c] for c in reviewed.final.hypothesis.candidates)
@@ -107,11 +127,26 @@ def finished(found: Search) -> Search:
     return replace(found, final=final, posed=posed)
 
 
-def forward(posed: Posed, null: Fit, tried: Explore) -> list[Round]:
+def _so_far(first: Fit, rounds: Sequence[Round]) -> Search:
+    """A search as it stands after some rounds, nothing reviewed."""
+    posed = rounds[-1].posed
+    null = fit(posed.problem, first.hypothesis, first.theta, first.start)
+    return Search(null, _leading(rounds), tuple(rounds), (), posed)
+
+
+def _leading(rounds: Sequence[Round]) -> Fit:
+    """The fit of the last effect that a round found, or without one."""
+    last = rounds[-1]
+    return last.best.fit if last.best is not None and last.best.fit else last.null
+
+
+def forward(
+    posed: Posed, null: Fit, tried: Explore, most: int = MOST_EFFECTS
+) -> list[Round]:
     """Rounds, each on top of the best of the one before, until nothing more is supported."""
     rounds = [tried(posed, null, None)]
     while (best := rounds[-1].best) is not None and best.fit is not None:
-        if len(best.fit.hypothesis.candidates) >= MOST_EFFECTS:
+        if len(best.fit.hypothesis.candidates) >= most:
             break
         rounds.append(tried(rounds[-1].posed, best.fit, None))
     return rounds
@@ -123,9 +158,8 @@ def settled(rounds: Sequence[Round], tried: Explore) -> Reviewed:
     Where that finds nothing more, and no other noise, the review still holds.
     """
     for _ in range(MOST_REVIEWS):
-        last = rounds[-1]
-        full = last.best.fit if last.best is not None and last.best.fit else last.null
-        reviewed = review(last.posed, full, _known(rounds, full), tried)
+        full = _leading(rounds)
+        reviewed = review(rounds[-1].posed, full, _known(rounds, full), tried)
         if not reviewed.changed:
             break
         rounds = forward(reviewed.posed, reviewed.final, tried)

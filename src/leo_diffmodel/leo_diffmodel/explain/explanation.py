@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 import time
 
 from leo_diffmodel.bags.recording import Recording
@@ -19,7 +20,7 @@ from leo_diffmodel.explain.held import held_windows
 from leo_diffmodel.explain.hypothesis import Candidate
 from leo_diffmodel.explain.pose import pose, Posed
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
-from leo_diffmodel.explain.unknown.find import find, Found
+from leo_diffmodel.explain.unknown.find import find, find_alone, Found
 from leo_diffmodel.explain.unknown.paths import with_past
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -109,9 +110,11 @@ def explain(
         untold = [_untold(c, reason) for c in candidates(model, extra)]
         return _nothing(reason, untold, model, origin, time.monotonic() - began)
     step = errors.step_seconds(recordings, step)
-    found = search(recordings, hold_out, model, extra, progress, posed)
+    everything = [*recordings, *hold_out]
+    instead = partial(find_alone, everything)
+    found = search(recordings, hold_out, model, extra, progress, posed, instead)
     progress('what no known effect explains')
-    outside = find([*recordings, *hold_out], found)
+    outside = find(everything, found)
     if outside:
         members = tuple(found.members[i] for i in outside.kept)
         found = replace(found, final=outside.beside, members=members)
@@ -120,10 +123,10 @@ def explain(
         found = finished(found)
     whole = outside.attempt.fit if outside else None
     best = replace(found, final=whole or found.final)
-    held = held_windows([*recordings, *hold_out], best, model)
+    held = held_windows(everything, best, model)
     free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
     context = rows.Context(found, model, Facts(model.robot, bool(free)), held, step)
-    unknown = _told([*recordings, *hold_out], outside, context) if outside else None
+    unknown = _told(everything, outside, context) if outside else None
     return _answer(context, origin, began, unknown)
 
 
@@ -179,7 +182,7 @@ def _answer(
     found = context.found
     after = context.predict(found.final)
     named = rows.named(context)
-    rest = verdict.rest_of(found.null, found.final)
+    rest = verdict.rest_of(found.null, found.final, bool(found.problem.footing))
     decision = verdict.decide(named, rest, unknown is not None)
     words = unknown.words if unknown else None
     tables = rows.error_tables(context, after) | {

@@ -105,6 +105,11 @@ def dispersion(fitted: Fit) -> float:
     return shooting.dispersion(fitted.residual, fitted.start.shape[-1])
 
 
-def unexplained(fitted: Fit) -> float:
-    """Mean squared whitened residual over its expected value: 1 where only noise is left."""
-    return shooting.excess(fitted.residual, fitted.start.shape[-1])
+def unexplained(fitted: Fit, quantile: float = 0.5) -> float:
+    """Mean squared whitened residual over its expected value: 1 where only noise is left.
+
+    Args:
+        fitted: the fit.
+        quantile: over windows; the median does not see what shows in less than half of them.
+    """
+    return shooting.excess(fitted.residual, fitted.start.shape[-1], quantile)

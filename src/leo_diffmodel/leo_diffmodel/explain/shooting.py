@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import chdtri
 
 from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.pushes import predict as predict
@@ -139,12 +140,12 @@ def dispersion(residual: Array, states: int) -> float:
     return max(1.0, excess(residual, states)) * (1 + follow) / (1 - follow)
 
 
-def excess(residual: Array, states: int) -> float:
+def excess(residual: Array, states: int, quantile: float = 0.5) -> float:
     """Mean squared whitened residual (W, N) over its expected value.
 
     The sum over a window of N channels with 2J free start states is chi-squared with N - 2J
-    degrees of freedom (Pintelon, Schoukens and Vandersteen 1997); the median over windows
-    keeps a hand push from deciding.
+    degrees of freedom (Pintelon, Schoukens and Vandersteen 1997); a quantile over windows, the
+    median for one, keeps a hand push from deciding.
     """
-    size = residual.shape[-1]
-    return float(np.median((residual**2).sum(axis=-1)) / (size - states - 2 / 3))
+    expected = chdtri(residual.shape[-1] - states, 1.0 - quantile)
+    return float(np.quantile((residual**2).sum(axis=-1), quantile) / expected)

@@ -74,12 +74,25 @@ def find(recordings: Sequence[Recording], found: Search) -> Found | None:
         recordings: what the search was made in, held-out ones last.
         found: the search; its final hypothesis is what is known.
     """
+    if found.alone:
+        return found.alone
     problem = found.problem
     blocks = found.posed.blocks.index(problem.windows)
     alone = _instead(recordings, problem, found, blocks)
-    if problem.footing and not rest_of(found.null, found.final).matters:
+    if problem.footing and not rest_of(found.null, found.final, True).matters:
         return alone
     return alone or _beyond(recordings, problem, found, blocks)
+
+
+def find_alone(recordings: Sequence[Recording], found: Search) -> Found | None:
+    """The law that explains more by itself than the effects found so far, if any.
+
+    Args:
+        recordings: what the search is made in, held-out ones last.
+        found: the search as it stands.
+    """
+    blocks = found.posed.blocks.index(found.problem.windows)
+    return _instead(recordings, found.problem, found, blocks)
 
 
 def _beyond(
@@ -106,11 +119,14 @@ def _instead(
 ) -> Found | None:
     """A law that explains more by itself than all named effects together.
 
-    On the ground this is dear: there it is tried only where some curve follows what they leave.
+    On the ground this is dear: there it is tried only where some curve follows what they leave,
+    or several of them are at one place.
     """
-    if not found.final.hypothesis.candidates:
+    places = [c.where for c in found.final.hypothesis.candidates]
+    if not places:
         return None
-    if problem.footing and _is_whole(recordings, found, blocks):
+    apart = len(set(places)) == len(places)
+    if problem.footing and apart and _is_whole(recordings, found, blocks):
         return None
     left, best = _curves(recordings, problem, found.null, blocks)
     alone = partial(attempt, recordings, found.null, left, blocks)
