@@ -51,6 +51,10 @@ class Prediction:
         """Measured minus predicted, shape (W, K+1, 2J)."""
         return self.windows.measured - self.predicted
 
+    def take(self, index: Array) -> Prediction:
+        """Some of the windows."""
+        return Prediction(self.windows.take(index), self.predicted[index], self.floor[index])
+
 
 def predict_windows(model: Model, windows: Windows, sigma: Array) -> Prediction:
     """Predict every window from its measured start, and from starts moved by the noise (R, 2J).

@@ -141,12 +141,12 @@ def _leading(rounds: Sequence[Round]) -> Fit:
 
 
 def forward(
-    posed: Posed, null: Fit, tried: Explore, most: int = MOST_EFFECTS
+    posed: Posed, null: Fit, tried: Explore, most: float = np.inf
 ) -> list[Round]:
     """Rounds, each on top of the best of the one before, until nothing more is supported."""
     rounds = [tried(posed, null, None)]
     while (best := rounds[-1].best) is not None and best.fit is not None:
-        if len(best.fit.hypothesis.candidates) >= most:
+        if len(best.fit.hypothesis.candidates) >= min(most, MOST_EFFECTS):
             break
         rounds.append(tried(rounds[-1].posed, best.fit, None))
     return rounds

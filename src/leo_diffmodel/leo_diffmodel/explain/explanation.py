@@ -122,10 +122,10 @@ def explain(
         progress('the last fit')
         found = finished(found)
     whole = outside.attempt.fit if outside else None
-    best = replace(found, final=whole or found.final)
-    held = held_windows(everything, best, model)
+    held = held_windows(everything, found, model)
     free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
     context = rows.Context(found, model, Facts(model.robot, bool(free)), held, step)
+    context = context.undisturbed(whole or found.final)
     unknown = _told(everything, outside, context) if outside else None
     return _answer(context, origin, began, unknown)
 

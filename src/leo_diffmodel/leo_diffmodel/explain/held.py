@@ -10,10 +10,12 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.blocks import Blocks
+from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.engine import Search
 from leo_sim.model import Model
 
+Array = np.ndarray
 HORIZON_SECONDS = (1.0, 0.5, 0.3, 0.15)
 ENOUGH_ON_GROUND = 40
 """Windows, which overlap: in a few, contacts that flip decide the error."""
@@ -31,13 +33,13 @@ def held_windows(recordings: Sequence[Recording], found: Search, model: Model) -
     held = found.problem.windows.take(~found.problem.train)
     enough = ENOUGH_ON_GROUND if model.robot.contacts else 1
     shortest = LONGER * float(held.dt[0].sum())
-    chosen = None
+    chosen = held
     for seconds in (s for s in HORIZON_SECONDS if s > shortest):
         windows = _windows_of(recordings, found.posed.blocks, model, seconds)
         chosen = windows if windows and windows.count else chosen
         if windows and windows.count >= enough:
             break
-    return _undisturbed(chosen, found) if chosen else held
+    return chosen
 
 
 def _windows_of(
@@ -53,10 +55,8 @@ def _windows_of(
     return windows.take(blocks.held(windows))
 
 
-def _undisturbed(windows: Windows, found: Search) -> Windows:
-    """Without windows that look like a hand push: far worse predicted than all the others."""
-    model = found.final.hypothesis.model(found.problem.base, found.final.theta)
-    prediction = errors.predict_windows(model, windows, found.problem.sigma)
+def undisturbed(prediction: Prediction) -> Array:
+    """Windows that do not look like a hand push, far worse predicted than all others, (W,)."""
     size = np.sqrt((prediction.error**2 / prediction.floor).mean(axis=(1, 2)))
     calm = size < max(PUSH_SIGMAS, PUSH_TIMES * float(np.median(size)))
-    return windows.take(calm) if calm.sum() >= calm.size / 2 else windows
+    return calm if calm.sum() >= calm.size / 2 else np.ones_like(calm)

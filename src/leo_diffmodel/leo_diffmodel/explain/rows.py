@@ -17,12 +17,15 @@ from leo_diffmodel.explain.classes import Facts
 from leo_diffmodel.explain.engine import Search
 from leo_diffmodel.explain.fit import Fit, fit
 from leo_diffmodel.explain.headline import Headline, headline
+from leo_diffmodel.explain.held import undisturbed
 from leo_diffmodel.explain.ranking import Round
 from leo_diffmodel.explain.scored import Scored
 from leo_diffmodel.explain.verdict import Named
 from leo_sim.model import Model
 
 MOST_DECIMALS = 8
+
+Values = tuple[tuple[str, ...], bytes]
 
 
 @dataclass(frozen=True)
@@ -42,15 +45,23 @@ class Context:
     facts: Facts
     held: Windows
     step: float
-    _made: dict[int, tuple[Fit, Prediction]] = field(default_factory=dict, init=False, repr=False)
+    _made: dict[Values, Prediction] = field(default_factory=dict, init=False, repr=False)
 
     def predict(self, fitted: Fit) -> Prediction:
         """Held-out windows as the fitted hypothesis predicts them from their measured start."""
-        if id(fitted) not in self._made:
+        values = _values(fitted)
+        if values not in self._made:
             model = fitted.hypothesis.model(self.base, fitted.theta)
-            made = errors.predict_windows(model, self.held, self.found.problem.sigma)
-            self._made[id(fitted)] = fitted, made
-        return self._made[id(fitted)][1]
+            sigma = self.found.problem.sigma
+            self._made[values] = errors.predict_windows(model, self.held, sigma)
+        return self._made[values]
+
+    def undisturbed(self, fitted: Fit) -> Context:
+        """The same on the windows without a hand push."""
+        calm = undisturbed(self.predict(fitted))
+        context = replace(self, held=self.held.take(calm))
+        context._made[_values(fitted)] = self.predict(fitted).take(calm)
+        return context
 
     def headline(self, fitted: Fit) -> float:
         """Mean held-out error over the states, as it is told."""
@@ -63,9 +74,15 @@ class Context:
 
     def without_floor(self, fitted: Fit) -> Prediction:
         """The same where only the errors are asked for, which takes one prediction a window."""
+        if made := self._made.get(_values(fitted)):
+            return made
         model = fitted.hypothesis.model(self.base, fitted.theta)
         states = predict(model, self.held, self.held.measured[:, 0])
         return Prediction(self.held, states, np.zeros_like(states))
+
+
+def _values(fitted: Fit) -> Values:
+    return tuple(c.label for c in fitted.hypothesis.candidates), fitted.theta.tobytes()
 
 
 def effect_rows(context: Context) -> list[dict]:
