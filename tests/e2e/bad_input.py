@@ -55,6 +55,7 @@ def fill(folder: Path) -> Path:
         'half.py': 'from leo_sim.effects import Effect\nclass Wind(Effect):\n    name = 1\n',
         'broken_law.py': BROKEN_LAW,
         'bounds.py': BROKEN_LAW.replace("'N m')", "'N m', -3.0, 3.0)"),
+        'times.py': BROKEN_LAW.replace("'N m')", "'N m', times='stiffness')"),
     }
     for name, text in effects.items():
         (folder / name).write_text(text)

@@ -44,6 +44,7 @@ EFFECTS = {
     'hook.py': ['hook.py', 'hook', "'ground'"],
     'half.py': ['half.py', 'lacks family, hook, parameters'],
     'bounds.py': ['bounds.py', "'w'", 'between low and high'],
+    'times.py': ['times.py', "'stiffness'", 'none of the others'],
     'viscos': ['viscos'],
 }
 LOGS = {

@@ -12,7 +12,7 @@ from tests.ground import candidate, KNEE, LEO, recorded, scanned, SIGMA
 from leo_diffmodel.blind import kinds
 from leo_diffmodel.compare.pushes import predict, respond
 from leo_diffmodel.compare.windows import cut
-from leo_diffmodel.explain import on_ground
+from leo_diffmodel.explain import engine, on_ground
 from leo_diffmodel.explain.candidates import candidates
 from leo_diffmodel.explain.engine import scales_of, Trial
 from leo_diffmodel.explain.explanation import explain
@@ -134,8 +134,23 @@ def test_on_the_ground_a_law_is_looked_for_in_what_matters(monkeypatch, on_groun
     monkeypatch.setattr(unknown_find, 'rest_of', lambda *_: Rest(5.0, share))
     problem = SimpleNamespace(windows=None, footing=on_ground or None)
     posed = SimpleNamespace(blocks=SimpleNamespace(index=lambda _: None))
-    search = SimpleNamespace(problem=problem, posed=posed, null=None, final=None)
+    search = SimpleNamespace(problem=problem, posed=posed, null=None, final=None, alone=None)
     assert unknown_find.find([], search) == found
+
+
+@pytest.mark.parametrize(('on_ground', 'left', 'asked'), [
+    (True, 2.0, 1), (True, 1.1, 0), (False, 2.0, 0),
+])  # fmt: skip
+def test_a_law_is_tried_where_several_effects_leave_much(monkeypatch, on_ground, left, asked):
+    monkeypatch.setattr(engine, 'unexplained', lambda _: left)
+    monkeypatch.setattr(engine, 'fit', lambda *_: 'null')
+    posed = SimpleNamespace(problem=SimpleNamespace(footing=on_ground or None))
+    rounds = [SimpleNamespace(best=SimpleNamespace(fit='effects'), posed=posed)]
+    first, found = SimpleNamespace(hypothesis=None, theta=None, start=None), []
+    assert engine._ended(first, rounds, found.append) is None
+    assert [(s.null, s.final, s.alone) for s in found] == asked * [('null', 'effects', None)]
+    ended = engine._ended(first, rounds, lambda _: 'law')
+    assert (ended.alone if asked else ended) == ('law' if asked else None)
 
 
 def test_fits_that_save_all_there_is_are_told_apart_by_one_another():

@@ -23,7 +23,12 @@ from leo_learner.replay import Batch
 
 
 class FusedAgent(Agent):
-    """As `Agent`; `act` and `learn` differ, and only in how they are computed."""
+    """As `Agent`; `act` and `learn` differ, and only in how they are computed.
+
+    Numpy and torch share the memory of its parameters and gradients: they may be changed in place,
+    not replaced, and the agent not copied. In the process that has one, BLAS works with one thread
+    from then on, which is fastest at this size.
+    """
 
     optimiser = FlatAdam
 

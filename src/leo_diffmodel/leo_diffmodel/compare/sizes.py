@@ -63,7 +63,7 @@ def inertia_scale(robot: Robot) -> float:
 
 
 def reach(robot: Robot) -> float:
-    """From the base to the tip of the longest way through the links' frames, at most [m]."""
+    """Longest way from the base through the links' frames to a link's centre of mass [m]."""
     far = {robot.joints[0].parent: 0.0}
     for joint in robot.joints:
         far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.translation))

@@ -21,7 +21,7 @@ from leo_diffmodel.explain.pose import pose, Posed, standing
 from leo_diffmodel.explain.ranking import Round
 from leo_diffmodel.explain.review import Explore, review, Reviewed
 from leo_diffmodel.explain.scan import Scales
-from leo_diffmodel.explain.scored import unexplained
+from leo_diffmodel.explain.scored import unexplained, WHOLE
 from leo_diffmodel.explain.search import explore
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 Array = np.ndarray
 MOST_EFFECTS = 5
 MOST_REVIEWS = 3
-SEVERAL, WHOLE = 2, 1.3
-"""Effects for which one law is tried before more are, and the most that they leave, in units of
-noise, if they are all there is."""
+SEVERAL = 3
+"""Effects that leave something, for which one law is tried before a further one is. Two may be a
+wrong name for a pair at one joint, which a law imitates; a third would mend that."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def search(
 ) -> Search:
     """Forward selection with joint refit; then every effect defends its place.
 
-    An effect is dear to find on the ground: where two do not do there, a law is tried instead.
+    An effect is dear to find on the ground: where three do not do there, a law is tried instead.
 
     Args:
         recordings: what to learn from; without `hold_out` every fourth block is held out.
@@ -107,12 +107,11 @@ def search(
     tried = Trial(candidates(model, extra), scales, short, progress)
     first = fit(posed.problem, Hypothesis(constants=uncertain(model)))
     rounds = forward(posed, first, tried, SEVERAL)
-    so_far = _so_far(first, rounds)
-    if len(so_far.final.hypothesis.candidates) == SEVERAL:
-        wanting = so_far.problem.footing and unexplained(so_far.final) > WHOLE
-        if wanting and (alone := instead(so_far)):
-            return replace(so_far, alone=alone)
-        rounds += forward(so_far.posed, so_far.final, tried)
+    best = _leading(rounds)
+    if len(best.hypothesis.candidates) == SEVERAL:
+        if ended := _ended(first, rounds, instead):
+            return ended
+        rounds += forward(rounds[-1].posed, best, tried)
     reviewed = settled(rounds, tried)
     first = fit(reviewed.posed.problem, first.hypothesis, first.theta, first.start)
     members = tuple(reviewed.members[c] for c in reviewed.final.hypothesis.candidates)
@@ -127,11 +126,17 @@ def finished(found: Search) -> Search:
     return replace(found, final=final, posed=posed)
 
 
-def _so_far(first: Fit, rounds: Sequence[Round]) -> Search:
-    """A search as it stands after some rounds, nothing reviewed."""
-    posed = rounds[-1].posed
+def _ended(
+    first: Fit, rounds: Sequence[Round], instead: Callable[[Search], Found | None]
+) -> Search | None:
+    """The search on the ground if one law explains more than what it found, which leaves much."""
+    best, posed = _leading(rounds), rounds[-1].posed
+    if not posed.problem.footing or unexplained(best) < WHOLE:
+        return None
     null = fit(posed.problem, first.hypothesis, first.theta, first.start)
-    return Search(null, _leading(rounds), tuple(rounds), (), posed)
+    so_far = Search(null, best, tuple(rounds), (), posed)
+    alone = instead(so_far)
+    return replace(so_far, alone=alone) if alone else None
 
 
 def _leading(rounds: Sequence[Round]) -> Fit:

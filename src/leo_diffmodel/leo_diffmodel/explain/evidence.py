@@ -10,7 +10,7 @@ import numpy as np
 from leo_diffmodel.explain.classes import Facts, same_thing
 from leo_diffmodel.explain.fit import Fit
 from leo_diffmodel.explain.ranking import Round
-from leo_diffmodel.explain.scored import MARGIN_NATS, Scored
+from leo_diffmodel.explain.scored import away, MARGIN_NATS, NEUTRAL_SIGMAS, Scored
 
 Array = np.ndarray
 RIVAL_NATS = 15.0
@@ -44,7 +44,7 @@ def rivals(step: Round, facts: Facts, of: Scored | None = None) -> tuple[Rival, 
         behind = mine.score - other.score
         if other is mine or other.fit is None or behind >= RIVAL_NATS:
             continue
-        if behind <= -RIVAL_NATS and not other.confirmed:
+        if (behind <= -RIVAL_NATS and not other.confirmed) or _is_limit(mine, other):
             continue
         why = same_thing(mine.candidate, other.candidate, facts) if behind < MARGIN_NATS else None
         found.append(Rival(other, behind, why))
@@ -54,6 +54,17 @@ def rivals(step: Round, facts: Facts, of: Scored | None = None) -> tuple[Rival, 
 def open_rivals(found: tuple[Rival, ...]) -> tuple[Rival, ...]:
     """The rivals that keep a name from being given: close, and not the same thing."""
     return tuple(r for r in found if r.separable_nats < MARGIN_NATS and r.why is None)
+
+
+def _is_limit(mine: Scored, other: Scored) -> bool:
+    """Whether another effect comes to a simpler one only in the limit.
+
+    A spring as weak as its rest is far is a constant torque: it explains as much, with one
+    parameter more, and no parameter of it is surely there.
+    """
+    assert other.fit is not None
+    more = len(other.candidate.parameters) > len(mine.candidate.parameters)
+    return more and bool(away(other.fit, other.candidate).max() < NEUTRAL_SIGMAS)
 
 
 def inclusion(step: Round, facts: Facts, blocks: Array, of: Scored | None = None) -> float:

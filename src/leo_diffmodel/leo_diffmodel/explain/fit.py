@@ -119,9 +119,8 @@ def fit(
         if number >= iterations and last < FAR_NATS:
             break
         step = _step(problem, best)
-        moved = hypothesis.moved(theta, scale * step.theta)
-        shift = step.start + step.gain @ (moved - theta)
-        trial = _evaluate(problem, hypothesis, moved, best.start + shift)
+        moved, start = _along(hypothesis, theta, best.start, step, scale)
+        trial = _evaluate(problem, hypothesis, moved, start)
         gained = best.merit - trial.merit
         if not gained >= 0:
             scale *= 0.3
@@ -179,8 +178,7 @@ def _stepped(
     loss = shooting.huber(best.linear.residual)
     most, step = _in_line(problem, loss), _sound_step(problem, best)
     for scale in FOOTED_SCALES:
-        theta = hypothesis.moved(best.theta, scale * step.theta)
-        start = best.start + step.start + step.gain @ (theta - best.theta)
+        theta, start = _along(hypothesis, best.theta, best.start, step, scale)
         trial = _walked(problem, hypothesis, theta, start)
         saved = np.minimum(loss, most) - np.minimum(shooting.huber(trial.linear.residual), most)
         if (gained := float(saved[problem.train].sum())) > 0:
@@ -197,9 +195,17 @@ def looked_at(problem: Problem, hypothesis: Hypothesis, theta: Array) -> tuple[F
 
 def moved(fitted: Fit, step: Step, scale: float) -> Fit:
     """Where so much of a step leads; the rest of the fit is that of before."""
-    theta = fitted.hypothesis.moved(fitted.theta, scale * step.theta)
-    start = fitted.start + step.start + step.gain @ (theta - fitted.theta)
+    theta, start = _along(fitted.hypothesis, fitted.theta, fitted.start, step, scale)
     return replace(fitted, theta=theta, start=np.where(np.isfinite(start), start, fitted.start))
+
+
+def _along(
+    hypothesis: Hypothesis, theta: Array, start: Array, step: Step, scale: float
+) -> tuple[Array, Array]:
+    """Parameters and start states after so much of a step; the starts answer to what is linear."""
+    straight = hypothesis.bounded(theta + scale * step.theta) - theta
+    moved = hypothesis.moved(theta, scale * step.theta)
+    return moved, start + step.start + step.gain @ straight
 
 
 def _in_line(problem: Problem, loss: Array) -> float:

@@ -90,10 +90,11 @@ class Hypothesis:
         for index, candidate in enumerate(self.candidates):
             first, names = self.offset(index), [p.name for p in candidate.parameters]
             for i, p in enumerate(candidate.parameters, first):
-                by = first + names.index(p.times) if p.times else i
-                if p.times and there[by] != 0:
-                    product = theta[i] * theta[by] + step[i] * theta[by] + theta[i] * step[by]
-                    there[i] = product / there[by]
+                if not p.times:
+                    continue
+                by = first + names.index(p.times)
+                product = theta[i] * theta[by] + step[i] * theta[by] + theta[i] * step[by]
+                there[i] = product / there[by] if there[by] != 0 else there[i]
         return self.bounded(there)
 
     def with_candidate(self, candidate: Candidate) -> Hypothesis:

@@ -90,7 +90,8 @@ def _played(
     for _ in range(LATE):
         if not rising:
             break
-        field, rising = _further(null, field, left, behind)
+        field, rising = _further(null, field, *KNOCK_OUT[-1])
+    field = field[: KNOCK_OUT[-1][0]]
     spread = min(dispersion(at.fit) for _, at in field)
     saved = gains(null, [at.fit for _, at in field], posed.problem.train, spread)
     return field, max(saved) / spread

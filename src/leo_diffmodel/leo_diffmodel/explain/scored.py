@@ -15,6 +15,8 @@ Array = np.ndarray
 AGREEMENT = 0.1
 TELLING_NATS = 2.0
 NEUTRAL_SIGMAS = 3.0
+WHOLE = 1.3
+"""Most that is left, in units of noise, where nothing more is missing."""
 MARGIN_NATS = 5.0
 """Nats by which the best must be ahead to be named alone: odds of 150 to 1."""
 

@@ -144,8 +144,8 @@ def excess(residual: Array, states: int, quantile: float = 0.5) -> float:
     """Mean squared whitened residual (W, N) over its expected value.
 
     The sum over a window of N channels with 2J free start states is chi-squared with N - 2J
-    degrees of freedom (Pintelon, Schoukens and Vandersteen 1997); a quantile over windows, the
-    median for one, keeps a hand push from deciding.
+    degrees of freedom (Pintelon, Schoukens and Vandersteen 1997); a quantile over windows, not
+    their mean, keeps a hand push from deciding.
     """
     expected = chdtri(residual.shape[-1] - states, 1.0 - quantile)
     return float(np.quantile((residual**2).sum(axis=-1), quantile) / expected)

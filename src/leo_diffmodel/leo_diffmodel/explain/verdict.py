@@ -18,9 +18,10 @@ LEAST_SIGMAS = 8.0
 UNEXPLAINED_RATIO = 1.6
 UNEXPLAINED_SHARE = 0.25
 CORRELATED_RATIO, CORRELATED = 1.3, 1.5
-AT_TIMES = 0.85
-"""Quantile of windows: a law that acts in a seventh of them is seen; contacts that flip make up
-less (ten runs of LEO without an effect: at most 1.15 times the noise here)."""
+AT_TIMES, FEWEST = 0.85, 4
+"""Quantile of windows: a law that acts in a sixth of them is seen; contacts that flip make up
+less (ten runs of LEO without an effect: at most 1.15 times the noise here). And how many windows
+are above it at least: a push is not to decide."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,8 @@ class Rest:
     """What the supported effects leave.
 
     Attributes:
-        ratio: mean squared whitened residual over its expected value.
+        ratio: mean squared whitened residual over its expected value, in the median window; on
+            the ground in one worse than most, see `rest_of`.
         share: of the model's error (beyond noise) that is left.
         correlation: times by which correlation in time makes what is left less than it seems;
             1 for white noise.
@@ -104,7 +106,8 @@ def rest_of(null: Fit, final: Fit, on_ground: bool = False) -> Rest:
         final: the fit with them.
         on_ground: of a robot with contacts.
     """
-    quantile = AT_TIMES if on_ground else 0.5
+    windows = len(final.residual)
+    quantile = max(0.5, min(AT_TIMES, 1.0 - FEWEST / windows)) if on_ground else 0.5
     before, ratio = (unexplained(f, quantile) for f in (null, final))
     correlation = dispersion(final) / max(1.0, unexplained(final))
     return Rest(ratio, share_left(before, ratio), correlation)

@@ -50,6 +50,11 @@ def _check_parameters(path: Path, kind: type[Effect]) -> None:
         if not (isinstance(p, Parameter) and p.low <= p.neutral <= p.high and p.low < p.high):
             raise UserError(f'{path}: {kind.__name__}.parameters: {p} is no Parameter(name, unit, '
                             'neutral, low, high) with its neutral value between low and high')
+        others = {other.name for other in kind.parameters} - {p.name}
+        for told in (p.above, p.times):
+            if told and told not in others:
+                raise UserError(f'{path}: {kind.__name__}.parameters: {p.name} has above or times '
+                                f'{told!r}, which is none of the others')
 
 
 def _module(path: Path) -> ModuleType:

@@ -26,6 +26,7 @@ from leo_diffmodel.explain.scored import (
     MARGIN_NATS,
     TELLING_NATS,
     unexplained,
+    WHOLE,
 )
 from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, with_fit
 from leo_diffmodel.explain.unknown.curves import Curve, curves
@@ -40,9 +41,8 @@ LEAST_SHARE = 0.1
 """Of all that is explained; less is no answer to what is missing."""
 FORM_NATS = 3.0
 TRIED = 2
-WHOLE, NEARLY = 1.3, 3.0
-"""Most that a law may leave, in units of noise, to stand in for several named effects; and before
-its starts have settled, to be worth that."""
+NEARLY = 3.0
+"""Most that a law may leave, in units of noise, for its starts to be settled."""
 
 
 @dataclass(frozen=True)
