@@ -205,7 +205,7 @@ def _along(
     """Parameters and start states after so much of a step; the starts answer to what is linear."""
     straight = hypothesis.bounded(theta + scale * step.theta) - theta
     moved = hypothesis.moved(theta, scale * step.theta)
-    return moved, start + step.start + step.gain @ straight
+    return moved, start + (step.start + step.gain @ straight)
 
 
 def _in_line(problem: Problem, loss: Array) -> float:
