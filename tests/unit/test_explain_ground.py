@@ -129,7 +129,7 @@ def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
     (True, 1e-3, None), (True, 0.5, 'law'), (False, 1e-3, 'law'),
 ])  # fmt: skip
 def test_on_the_ground_a_law_is_looked_for_in_what_matters(monkeypatch, on_ground, share, found):
-    monkeypatch.setattr(unknown_find, '_instead', lambda *_: None)
+    monkeypatch.setattr(unknown_find, 'find_alone', lambda *_: None)
     monkeypatch.setattr(unknown_find, '_beyond', lambda *_: 'law')
     monkeypatch.setattr(unknown_find, 'rest_of', lambda *_: Rest(5.0, share))
     problem = SimpleNamespace(windows=None, footing=on_ground or None)

@@ -78,21 +78,10 @@ def find(recordings: Sequence[Recording], found: Search) -> Found | None:
         return found.alone
     problem = found.problem
     blocks = found.posed.blocks.index(problem.windows)
-    alone = _instead(recordings, problem, found, blocks)
+    alone = find_alone(recordings, found)
     if problem.footing and not rest_of(found.null, found.final, True).matters:
         return alone
     return alone or _beyond(recordings, problem, found, blocks)
-
-
-def find_alone(recordings: Sequence[Recording], found: Search) -> Found | None:
-    """The law that explains more by itself than the effects found so far, if any.
-
-    Args:
-        recordings: what the search is made in, held-out ones last.
-        found: the search as it stands.
-    """
-    blocks = found.posed.blocks.index(found.problem.windows)
-    return _instead(recordings, found.problem, found, blocks)
 
 
 def _beyond(
@@ -114,14 +103,18 @@ def _beyond(
     return Found(tried, kept, beside, left, blocks)
 
 
-def _instead(
-    recordings: Sequence[Recording], problem: Problem, found: Search, blocks: Array
-) -> Found | None:
-    """A law that explains more by itself than all named effects together.
+def find_alone(recordings: Sequence[Recording], found: Search) -> Found | None:
+    """The law that explains more by itself than all effects found so far, if any.
 
     On the ground this is dear: there it is tried only where some curve follows what they leave,
     or several of them are at one place.
+
+    Args:
+        recordings: what the search is made in, held-out ones last.
+        found: the search as it stands.
     """
+    problem = found.problem
+    blocks = found.posed.blocks.index(problem.windows)
     places = [c.where for c in found.final.hypothesis.candidates]
     if not places:
         return None
