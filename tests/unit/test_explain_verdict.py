@@ -65,7 +65,7 @@ def test_an_effect_in_the_model_already_is_not_missing():
 
 
 def test_a_weak_spring_with_a_far_rest_leaves_a_constant_torque_its_name():
-    bias = place(TORQUE, 'bias_torque', 'pivot', t=-0.22)
+    bias = place(TORQUE, 'bias_torque', 'pivot', t=0.22)
     answer = explain([record(TORQUE, bias, seconds=10, seed=6)], Model(TORQUE))
     (effect,) = answer.effects
     assert (answer.verdict, effect['name']) == ('named', 'bias_torque')
