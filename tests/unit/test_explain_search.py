@@ -205,12 +205,26 @@ def test_several_effects_at_a_place_give_way_to_one_that_none_of_them_alone_lead
             assert found.best.candidate == of['stribeck_friction']
 
 
-def test_a_constant_at_its_bound_hides_no_effect():
+def test_what_a_parameter_at_its_bound_cannot_do_another_that_does_the_same_makes_up_for():
+    robot = load_robot('servo_pendulum')
+    low = robot.constants['sensors.pivot.offset'].uncertain[0]
+    data = [record(robot, place(robot, 'encoder_offset', 'pivot', o=2 * low))]
+    first = first_search(data, Model(robot))
+    offset = next(s.candidate for s in first.rounds[0].scored
+                  if s.candidate.effect.name == 'encoder_offset')  # fmt: skip
+    hypothesis = first.null.hypothesis.with_candidate(offset)
+    for own in (0.0, 1.0):
+        found = fit(first.problem, hypothesis, np.r_[own, first.null.theta], first.null.start)
+        assert found.theta[0] + found.theta[-1] == pytest.approx(2 * low, abs=2e-3)
+
+
+@pytest.mark.parametrize('seed', [1, 2, 4])
+def test_a_constant_at_its_bound_hides_no_effect(seed):
     robot = load_robot('servo_pendulum')
     low = robot.constants['sensors.pivot.offset'].uncertain[0]
     effects = [place(robot, 'encoder_offset', 'pivot', o=2 * low),
                place(robot, 'actuator_lag', 'pivot', tau=0.01)]
-    answer = explain([record(robot, *effects, seconds=15)], Model(robot))
+    answer = explain([record(robot, *effects, seconds=15, seed=seed)], Model(robot))
     assert {e['name'] for e in answer.effects} == {'encoder_offset', 'actuator_lag'}
 
 

@@ -6,6 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import lsq_linear
 
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain import shooting
@@ -24,6 +26,8 @@ ANSWERS, LOUD = 0.05, 1.5
 many times as strongly as the median of them has its answer cut to that."""
 RIDGE, RIDGE_ON_GROUND = 1e-9, 1e-3
 """Of the scaled normal equations; rollouts on the ground are dear, and far steps seldom pay."""
+NO_STEP = 1e-12
+"""Of a scaled parameter that its bounds hold fast; the solver asks for room."""
 PATIENCE = 3
 """Up to this many times the iterations, as long as the last step saved FAR_NATS or more."""
 
@@ -269,18 +273,18 @@ def _step(problem: Problem, point: _Point, chosen: Array | None = None) -> Step:
 
 
 def _bounded_step(matrix: Array, slope: Array, point: _Point, ridge: float) -> Array:
-    """The Gauss-Newton step with parameters that push against a bound held there."""
+    """The Gauss-Newton step that is best within the bounds; where one is met, the rest makes do.
+
+    Scaled, as the ridge is: two parameters that do the same thing share what they do.
+    """
     low, high = point.hypothesis.least(point.theta), point.hypothesis.high
-    free = np.ones(len(slope), dtype=bool)
-    step = np.zeros(len(slope))
-    for _ in range(len(slope)):
-        step[:] = 0.0
-        step[free] = -_solve(matrix[np.ix_(free, free)], slope[free], ridge)
-        blocked = ((point.theta <= low) & (step < 0)) | ((point.theta >= high) & (step > 0))
-        if not blocked.any():
-            break
-        free &= ~blocked
-    return step
+    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    damped = matrix / np.outer(scale, scale) + ridge * np.eye(len(slope))
+    root = np.linalg.cholesky(damped).T
+    least = scale * (low - point.theta)
+    most = np.maximum(scale * (high - point.theta), least + NO_STEP)
+    target = -solve_triangular(root, slope / scale, trans=1)
+    return lsq_linear(root, target, (least, most), 'bvls').x / scale
 
 
 def settle(
@@ -346,12 +350,6 @@ def calm(problem: Problem, by_theta: Array) -> Array:
 def _gram(columns: Array) -> Array:
     flat = columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
     return flat.T @ flat
-
-
-def _solve(matrix: Array, vector: Array, ridge: float) -> Array:
-    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    scaled = matrix / np.outer(scale, scale)
-    return np.linalg.solve(scaled + ridge * np.eye(len(vector)), vector / scale) / scale
 
 
 def _covariance(information: Array) -> Array:
