@@ -13,6 +13,7 @@ import numpy as np
 from leo_diffmodel.explain import helper
 from leo_diffmodel.explain.fit import Fit, looked_at, moved, settled_as, Step
 from leo_diffmodel.explain.hypothesis import Candidate
+from leo_diffmodel.explain.imitation import imitations
 from leo_diffmodel.explain.pose import Posed, resettled
 from leo_diffmodel.explain.ranking import gain, gains, ranking, Round
 from leo_diffmodel.explain.scan import Scan
@@ -68,6 +69,8 @@ def knock_out(
     promised = nats * len(train) / count
     if promised > WORTH_ALL * limit and _gained(null, last) > WORTH_MORE * limit:
         last = _each(converged, posed, [at.fit for at in last])
+        near, others = _imitating(min(last, key=_loss), scans)
+        first, last = [*first, *near], [*last, *others]
     null = _from_others(null, last)
     fits = [_from_others(at.fit, last) for at in last]
     tried = [s.candidate for s in first]
@@ -155,6 +158,18 @@ def _from_others(fitted: Fit, last: Sequence[Stand]) -> Fit:
     for at in last:
         fitted = settled_as(at.posed.problem, fitted, at.fit)
     return fitted
+
+
+def _imitating(best: Stand, scans: Sequence[Scan]) -> tuple[list[Scan], list[Stand]]:
+    """What can do the same as the best, fitted from there."""
+    near = imitations(best.posed.problem, best.fit, scans)
+    rest = best.fit.hypothesis.without(len(best.fit.hypothesis.candidates) - 1)
+    points = [_with(replace(best.fit, hypothesis=rest), scan) for scan in near]
+    return near, _each(converged, best.posed, points)
+
+
+def _loss(at: Stand) -> float:
+    return float(at.fit.loss[at.posed.problem.train].sum())
 
 
 def finalists(null: Fit, field: Sequence[Scan], scans: Sequence[Scan]) -> list[Scan]:
