@@ -89,10 +89,10 @@ def ranking(
 ) -> Round:
     """The round in which the first of the scans led to the fits `leading`."""
     spread = min(dispersion(f) for f in leading)
-    train, most = posed.problem.train, spread if posed.problem.footing else np.inf
-    saved = zip(*(gains(null, leading, c, most) for c in (train, ~train)), strict=True)
+    train, limited = posed.problem.train, spread if posed.problem.footing else np.inf
+    saved = zip(*(gains(null, leading, c, limited) for c in (train, ~train)), strict=True)
     scored = [
-        _score(train, null, s, f, spread, *of)
+        _score(train, null, s, f, spread, WINDOW_NATS * limited, *of)
         for s, f, of in zip(scans, leading, saved, strict=False)
     ]
     if posed.problem.footing:
@@ -134,9 +134,18 @@ def _ranked(scored: Sequence[Scored], candidates: Sequence[Candidate]) -> list[S
 
 
 def _score(
-    train: Array, null: Fit, scan: Scan, fitted: Fit, spread: float, trained: float, held: float
+    train: Array,
+    null: Fit,
+    scan: Scan,
+    fitted: Fit,
+    spread: float,
+    most: float,
+    trained: float,
+    held: float,
 ) -> Scored:
+    """A candidate as it fares on training and held-out windows, which say `most` nats each."""
     weight = robust_weight(null.residual)
-    trace = (weight * (null.residual - fitted.residual) ** 2).sum(axis=-1)
+    trace = 0.5 * (weight * (null.residual - fitted.residual) ** 2).sum(axis=-1)
+    trace = np.minimum(trace, most)
     promised = trained * float(trace[~train].sum() / max(trace[train].sum(), 1e-12))
     return Scored(scan.candidate, fitted, trained, held, scan.evidence, promised, spread)
