@@ -10,6 +10,7 @@ import pytest
 from tests.ground import candidate, KNEE, LEO, recorded, scanned, SIGMA
 
 from leo_diffmodel.blind import kinds
+from leo_diffmodel.blind.run import run_case
 from leo_diffmodel.compare.pushes import predict, respond
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain import engine, on_ground
@@ -22,7 +23,7 @@ from leo_diffmodel.explain.ground_scan import is_straight, turned_to_any, TWO_AN
 from leo_diffmodel.explain.hypothesis import Hypothesis
 from leo_diffmodel.explain.on_ground import converged, finalists, polished
 from leo_diffmodel.explain.pose import pose, standing
-from leo_diffmodel.explain.ranking import gains, WINDOW_NATS
+from leo_diffmodel.explain.ranking import gains, held_out_share, WINDOW_NATS
 from leo_diffmodel.explain.review import review
 from leo_diffmodel.explain.scored import shows
 from leo_diffmodel.explain.search import scanned_anew
@@ -162,6 +163,20 @@ def test_fits_that_save_all_there_is_are_told_apart_by_one_another():
     first, second = gains(null, [good, better], everything, 1.0)
     assert second == 4 * WINDOW_NATS and second - first == 1.0 + 6.0
     assert gains(null, [good, better], everything, np.inf) == [181.0, 188.0]
+
+
+def test_a_window_whose_contact_flips_does_not_promise_more_than_it_may_say():
+    null = SimpleNamespace(residual=np.full((5, 2), 0.5))
+    fitted = SimpleNamespace(residual=null.residual - 1.0)
+    fitted.residual[4, 0] = -900.0
+    train = np.array([True, True, True, False, False])
+    assert held_out_share(null, fitted, train, 6.0) == pytest.approx(7 / 3, rel=1e-6)
+    assert held_out_share(null, fitted, train, np.inf) > 100
+
+
+@pytest.mark.parametrize('seed', [96014, 96026])
+def test_blind_cases_on_the_ground_that_were_wrong_once(seed):
+    assert run_case(seed, 'effect', 'leo')['right']
 
 
 def test_explain_names_an_effect_on_the_ground():

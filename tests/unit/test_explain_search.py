@@ -14,8 +14,10 @@ from leo_diffmodel.explain.engine import scales_of, Search, settled, Trial
 from leo_diffmodel.explain.evidence import rivals
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.fit import fit
+from leo_diffmodel.explain.imitation import imitations
 from leo_diffmodel.explain.ranking import Round
 from leo_diffmodel.explain.review import as_one, review
+from leo_diffmodel.explain.scan import Scanner
 from leo_diffmodel.explain.scored import away, dispersion, shows
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -203,6 +205,23 @@ def test_several_effects_at_a_place_give_way_to_one_that_none_of_them_alone_lead
             assert found is None
         else:
             assert found.best.candidate == of['stribeck_friction']
+
+
+def test_what_comes_near_to_a_torque_that_was_found():
+    data = record(TORQUE, place(TORQUE, 'bias_torque', 'pivot', t=0.2))
+    first = first_search([data], Model(TORQUE))
+    of = {s.candidate.effect.name: s.candidate for s in first.rounds[0].scored}
+    scanner = Scanner(first.problem, first.null, scales_of(Model(TORQUE), first.problem.windows))
+    scans = [scanner.scan(c) for c in of.values()]
+    bias = first.null.hypothesis.with_candidate(of['bias_torque'])
+    fitted = fit(first.problem, bias)
+    (near,) = imitations(first.problem, fitted, scans)
+    assert near.candidate == of['joint_spring']
+    k, rest = near.theta
+    angles = first.problem.windows.q
+    np.testing.assert_allclose(-k * (angles - rest), fitted.theta[0], rtol=0.3)
+    scaled = first.null.hypothesis.with_candidate(of['torque_scale'])
+    assert imitations(first.problem, fit(first.problem, scaled), scans) == []
 
 
 def test_what_a_parameter_at_its_bound_cannot_do_another_that_does_the_same_makes_up_for():

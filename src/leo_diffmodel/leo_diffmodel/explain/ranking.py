@@ -143,9 +143,16 @@ def _score(
     trained: float,
     held: float,
 ) -> Scored:
-    """A candidate as it fares on training and held-out windows, which say `most` nats each."""
+    promised = trained * held_out_share(null, fitted, train, most)
+    return Scored(scan.candidate, fitted, trained, held, scan.evidence, promised, spread)
+
+
+def held_out_share(null: Fit, fitted: Fit, train: Array, most: float) -> float:
+    """How much of what a fit saves on the training windows it should save on the others.
+
+    That is by how much it changes the prediction there, each window up to `most` nats.
+    """
     weight = robust_weight(null.residual)
     trace = 0.5 * (weight * (null.residual - fitted.residual) ** 2).sum(axis=-1)
     trace = np.minimum(trace, most)
-    promised = trained * float(trace[~train].sum() / max(trace[train].sum(), 1e-12))
-    return Scored(scan.candidate, fitted, trained, held, scan.evidence, promised, spread)
+    return float(trace[~train].sum() / max(trace[train].sum(), 1e-12))
