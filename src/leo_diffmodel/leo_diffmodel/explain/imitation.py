@@ -69,14 +69,14 @@ def _nearest(scan: Scan, q: Array, dq: Array, torque: Array) -> tuple[Array, flo
         point[free] = values
         return (_torque(scan.candidate, point, q, dq) - torque) / size
 
-    near = []
+    best, least = scan.points[0], np.inf
     for point in scan.points.copy():
         start = np.clip(point[free], *bounds)
-        found = least_squares(beside, start, bounds=bounds, args=(point,))
-        left = float((beside(found.x, point) ** 2).mean())
-        near.append((left, point))
-    left, point = min(near, key=lambda n: n[0])
-    return point, left
+        if np.isfinite(beside(start, point)).all():
+            found = least_squares(beside, start, bounds=bounds, args=(point,))
+            left = float((beside(found.x, point) ** 2).mean())
+            best, least = (point, left) if left < least else (best, least)
+    return best, least
 
 
 def _is_of_state(candidate: Candidate) -> bool:

@@ -91,10 +91,10 @@ def ranking(
     spread = min(dispersion(f) for f in leading)
     train, limited = posed.problem.train, spread if posed.problem.footing else np.inf
     saved = zip(*(gains(null, leading, c, limited) for c in (train, ~train)), strict=True)
-    scored = [
-        _score(train, null, s, f, spread, WINDOW_NATS * limited, *of)
-        for s, f, of in zip(scans, leading, saved, strict=False)
-    ]
+    scored = []
+    for s, f, (trained, held) in zip(scans, leading, saved, strict=False):
+        promised = trained * held_out_share(null, f, train, WINDOW_NATS * limited)
+        scored.append(Scored(s.candidate, f, trained, held, s.evidence, promised, spread))
     if posed.problem.footing:
         scored = [replace(s, away=float(away(f, f.hypothesis.candidates[-1]).max()))
                   for s, f in zip(scored, leading, strict=True)]  # fmt: skip
@@ -131,20 +131,6 @@ def _ranked(scored: Sequence[Scored], candidates: Sequence[Candidate]) -> list[S
     if tied:
         first = max(tied, key=lambda s: s.gain_held_out)
     return [first, *(s for s in ranked if s is not first)]
-
-
-def _score(
-    train: Array,
-    null: Fit,
-    scan: Scan,
-    fitted: Fit,
-    spread: float,
-    most: float,
-    trained: float,
-    held: float,
-) -> Scored:
-    promised = trained * held_out_share(null, fitted, train, most)
-    return Scored(scan.candidate, fitted, trained, held, scan.evidence, promised, spread)
 
 
 def held_out_share(null: Fit, fitted: Fit, train: Array, most: float) -> float:
