@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tables of docs/blind_leo.md, from the lines that `leo blind` left.
 
-    python benchmarks/blind_tables.py benchmarks/results/blind_leo.jsonl --first-seed 96001
+    python benchmarks/blind_tables.py benchmarks/results/blind_leo.jsonl --since effect=90001
 
 Prints Markdown: the rates with their bounds, what each hidden effect was called, all that was
-wrong.
+wrong. Of each kind it takes the lines from that seed on, all where none is given.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 import json
 from pathlib import Path
 
@@ -27,21 +27,25 @@ def main() -> None:
     """Print all tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or '').split('\n')[0])
     parser.add_argument('lines', type=Path)
-    parser.add_argument('--first-seed', type=int, default=0)
+    parser.add_argument('--since', nargs='*', default=[], metavar='KIND=SEED')
     arguments = parser.parse_args()
-    every = [json.loads(line) for line in arguments.lines.read_text().splitlines()]
-    rows = sorted((r for r in every if r['seed'] >= arguments.first_seed), key=lambda r: r['seed'])
-    of = {kind: [r for r in rows if r['kind'] == kind] for kind in KINDS}
-    of = {kind: some for kind, some in of.items() if some}
+    of = _lines(arguments.lines, dict(given.split('=') for given in arguments.since))
     _print('', ('', 'cases', '', 'rate (95 % bound, one side)', 'a case takes [s]'), _rates(of))
+    _print('One effect: what it was called', ('hidden', 'cases', 'right', 'answers'),
+           _called(of.get('effect', [])))  # fmt: skip
     for kind, some in of.items():
-        if kind not in ('none', 'outside'):
-            _print(f'{KINDS[kind]}: what it was called', ('hidden', 'cases', 'right', 'answers'),
-                   _called(some) if kind == 'effect' else [])  # fmt: skip
-        _print(f'{KINDS[kind]}: what was not {_asked(kind)}', ('seed', 'hidden', 'answer'),
+        _print(f'{KINDS[kind]}: not {_asked(kind)}', ('seed', 'hidden', 'answer'),
                _wrong(some, _asked(kind)))  # fmt: skip
-    for law, right, cases in _laws(of.get('outside', [])):
-        print(f'{law}: {right} of {cases}')
+    laws = by([{**r, 'law': hidden(r)} for r in of.get('outside', [])], 'law')
+    _print('Outside the catalogue, by law', ('law', 'right', 'cases'), laws)
+
+
+def _lines(path: Path, since: Mapping[str, str]) -> dict[str, list[dict]]:
+    rows = [json.loads(line) for line in path.read_text().splitlines()]
+    rows = sorted((r for r in rows if r['seed'] >= int(since.get(r['kind'], 0))),
+                  key=lambda r: r['seed'])  # fmt: skip
+    of = {kind: [r for r in rows if r['kind'] == kind] for kind in KINDS}
+    return {kind: some for kind, some in of.items() if some}
 
 
 def _asked(kind: str) -> str:
@@ -96,11 +100,7 @@ def _answer(row: dict) -> str:
     return f'{row["verdict"]}: {named}' if named else row['verdict']
 
 
-def _laws(rows: Sequence[dict]) -> list[tuple[str, int, int]]:
-    return by([{**r, 'law': hidden(r)} for r in rows], 'law')
-
-
-def _print(title: str, head: Sequence[str], rows: Iterator[Sequence[object]] | list) -> None:
+def _print(title: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     rows = list(rows)
     if not rows:
         return

@@ -87,6 +87,12 @@ def test_how_a_verdict_is_reached(named, ratio, share, verdict):
     assert all(n.label in words for n in named)
 
 
+def test_what_is_far_above_the_noise_matters_on_the_ground_however_much_was_explained():
+    assert Rest(14.7, 0.07, on_ground=True).matters
+    assert not Rest(2.0, 0.07, on_ground=True).matters
+    assert not Rest(14.7, 0.07).matters
+
+
 @pytest.mark.parametrize(('on_ground', 'acting', 'matters'), [
     (True, 20, True), (True, 10, False), (False, 20, False), (False, 60, True),
 ])  # fmt: skip
