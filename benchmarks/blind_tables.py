@@ -15,12 +15,10 @@ import json
 from pathlib import Path
 
 from leo_diffmodel.blind.table import by, confusion, hidden, SHARES, summary
+from leo_diffmodel.verbs.blind import TITLES, WORDS
 
-KINDS = {'effect': 'One effect', 'none': 'No effect', 'pair': 'Two effects',
-         'triple': 'Three effects', 'outside': 'Outside the catalogue'}  # fmt: skip
 RIGHT = {'effect': 'right name and place', 'none': '`fine`', 'pair': 'both named',
          'triple': 'all three named', 'outside': 'right'}  # fmt: skip
-WORDS = {'family': 'right family', 'exact': 'exactly these', 'lone': 'named alone and sure'}
 
 
 def main() -> None:
@@ -34,7 +32,7 @@ def main() -> None:
     _print('One effect: what it was called', ('hidden', 'cases', 'right', 'answers'),
            _called(of.get('effect', [])))  # fmt: skip
     for kind, some in of.items():
-        _print(f'{KINDS[kind]}: not {_asked(kind)}', ('seed', 'hidden', 'answer'),
+        _print(f'{TITLES[kind].capitalize()}: not {_asked(kind)}', ('seed', 'hidden', 'answer'),
                _wrong(some, _asked(kind)))  # fmt: skip
     laws = by([{**r, 'law': hidden(r)} for r in of.get('outside', [])], 'law')
     _print('Outside the catalogue, by law', ('law', 'right', 'cases'), laws)
@@ -44,7 +42,7 @@ def _lines(path: Path, since: Mapping[str, str]) -> dict[str, list[dict]]:
     rows = [json.loads(line) for line in path.read_text().splitlines()]
     rows = sorted((r for r in rows if r['seed'] >= int(since.get(r['kind'], 0))),
                   key=lambda r: r['seed'])  # fmt: skip
-    of = {kind: [r for r in rows if r['kind'] == kind] for kind in KINDS}
+    of = {kind: [r for r in rows if r['kind'] == kind] for kind in TITLES}
     return {kind: some for kind, some in of.items() if some}
 
 
@@ -56,9 +54,9 @@ def _rates(of: dict[str, list[dict]]) -> Iterator[Sequence[object]]:
     for kind, rows in of.items():
         total = summary(kind, rows)
         took = f'{total["seconds_median"]:.0f} (at most {total["seconds_max"]:.0f})'
-        yield KINDS[kind].lower(), len(rows), RIGHT[kind], _share(total['right'], 'more'), took
+        yield TITLES[kind], len(rows), RIGHT[kind], _share(total['right'], 'more'), took
         for share, words in WORDS.items():
-            if share in total:
+            if share in total and share != 'right':
                 side = 'less' if share == 'lone' else 'more'
                 yield '', '', words, _share(total[share], side), ''
         if kind == 'effect':
