@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One of everything a user may damage: bags, maps, models, robots, logs, explanations."""
+"""One of everything a user may damage: bags, maps, models, robots, logs, explanations, runs."""
 
+from dataclasses import replace
 import json
 from pathlib import Path
 import shutil
@@ -10,8 +11,14 @@ import numpy as np
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.types import definition, JOINT_STATE
+from leo_learner.checkpoint import save_checkpoint
+from leo_learner.configs import RECOMMENDED
+from leo_learner.ddpg import Training
+from leo_learner.env import ModelEnv
+from leo_learner.policy import save_policy
 from leo_msgs_py.values import JointStates
 from leo_msgs_py.wire.types import serialize
+from leo_sim.model import Model
 from leo_sim.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
@@ -64,7 +71,21 @@ def fill(root: Path) -> Path:
     rows = [f'{10 * k},{k % 90},{k % 7},{0.1 * (k % 5)},1' for k in range(200)]
     (root / 'log.csv').write_text('t,angle,speed,duty,on\n' + '\n'.join(rows) + '\n')
     shutil.copytree(PENDULUM.folder, root / 'robot')
+    _trained(root / 'run')
     return root
+
+
+def training() -> Training:
+    """A short training on the pendulum, before its first step."""
+    config = replace(RECOMMENDED, hidden=(8, 8), warm_up=50, episode_steps=50)
+    return Training(ModelEnv(Model(PENDULUM)), config, seed=0)
+
+
+def _trained(folder: Path) -> None:
+    done = training()
+    done.run(150)
+    save_checkpoint(folder, done)
+    save_policy(folder / 'policy.safetensors', done, PENDULUM)
 
 
 def _swing(count: int = 300) -> Run:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Damaged bags, maps, models, robots and logs: read up to the damage, or one clear line.
+"""Damaged bags, maps, models, robots, logs and runs: read up to the damage, or one clear line.
 
 LEO_DAMAGED=1000 runs all cases, a tenth run by default; tests/e2e/test_damaged_commands.py runs
 some as commands.
@@ -19,13 +19,15 @@ import numpy as np
 import pytest
 from tests import damage
 from tests.damage import Damage, Rng
-from tests.damage_shop import fill, PENDULUM
+from tests.damage_shop import fill, PENDULUM, training
 
 from leo_diffmodel.add.patch import from_explanation
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recording import read_bag
+from leo_learner.checkpoint import load_checkpoint, start_from
+from leo_learner.policy import Policy
 from leo_msgs_py.errors import UserError
 from leo_sim.batch import rollout
 from leo_sim.model import Model
@@ -129,6 +131,24 @@ def _explanation(root: Path, folder: Path, rng: Rng) -> Damage:
     return done
 
 
+def _run(root: Path, folder: Path, rng: Rng) -> Damage:
+    """Spoil a file of a training run; a policy that loads must also act."""
+    run = Path(shutil.copytree(root / 'run', folder / 'run'))
+    victims = sorted(path for path in run.rglob('*') if path.is_file())
+    how = (damage.damage_bytes,) * 4 + (damage.damage_path,)
+    done = how[rng.integers(len(how))](victims[rng.integers(len(victims))], rng)
+    _told(lambda: load_checkpoint(run, training()))
+    _told(lambda: start_from(run, training()))
+    _told(lambda: _acted(Policy.load(run / 'policy.safetensors')))
+    return done
+
+
+def _acted(policy: Policy) -> None:
+    policy.check(PENDULUM)
+    with np.errstate(all='ignore'):
+        assert policy(np.zeros(3)).shape == (1,)
+
+
 def _spoiled(path: Path, rng: Rng) -> Damage:
     how = (damage.damage_yaml,) * 6 + (damage.damage_bytes, damage.damage_path)
     return how[rng.integers(len(how))](path, rng)
@@ -153,7 +173,8 @@ def _told(read: Callable[[], Any]) -> None:
 
 
 KINDS = {'bag': (_bag, 0.5), 'map': (_map, 0.1), 'model': (_model, 0.1), 'robot': (_robot, 0.15),
-         'log': (_log, 0.1), 'explanation': (_explanation, 0.05)}
+         'log': (_log, 0.1), 'explanation': (_explanation, 0.05),
+         'run': (_run, 0.1)}
 
 
 @pytest.fixture

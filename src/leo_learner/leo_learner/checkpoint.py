@@ -14,7 +14,7 @@ from safetensors.torch import load_file, save_file
 
 from leo_learner.ddpg import OBSERVATION_SCALE, part, Training
 from leo_learner.training_loop import TrainingLoop
-from leo_msgs_py.errors import UserError
+from leo_msgs_py.errors import one_line, UserError
 
 TENSORS, REPLAY = 'agent.safetensors', 'replay.npz'
 PREFIX = 'checkpoint-'
@@ -51,12 +51,12 @@ def load_checkpoint(folder: Path, training: TrainingLoop) -> None:
         training.load_tensors(load_file(path / TENSORS))
         if training.replay is not None:
             training.replay.load(path / REPLAY)
+        training.steps, training.episodes = counters['steps'], counters['episodes']
+        best_return = counters['best_return']
     except (OSError, SafetensorError, KeyError, ValueError, RuntimeError) as error:
         raise UserError(
-            f'{path} cannot be read ({_one_line(error)}); remove it to start anew'
+            f'{path} cannot be read ({one_line(error)}); remove it to start anew'
         ) from error
-    training.steps, training.episodes = counters['steps'], counters['episodes']
-    best_return = counters['best_return']
     training.best_return = -math.inf if best_return is None else best_return
 
 
@@ -74,7 +74,7 @@ def start_from(folder: Path, training: Training) -> None:
         best.pop(OBSERVATION_SCALE, None)
         training.agent.actor.load_state_dict(best)
     except (OSError, SafetensorError, KeyError, ValueError, RuntimeError) as error:
-        raise UserError(f'{path}: no networks for this run ({_one_line(error)})') from error
+        raise UserError(f'{path}: no networks for this run ({one_line(error)})') from error
 
 
 def newest(folder: Path) -> Path:
@@ -87,10 +87,6 @@ def newest(folder: Path) -> Path:
     if not found:
         raise UserError(f'{folder} has no checkpoint; leo learn -o {folder} writes one')
     return found[-1]
-
-
-def _one_line(error: Exception) -> str:
-    return str(error).splitlines()[0]
 
 
 def _counters(training: TrainingLoop) -> dict[str, object]:

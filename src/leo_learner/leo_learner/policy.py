@@ -19,7 +19,7 @@ from torch import Tensor
 
 from leo_learner import ddpg, sarsa, sym
 from leo_learner.training_loop import TrainingLoop
-from leo_msgs_py.errors import UserError
+from leo_msgs_py.errors import one_line, UserError
 from leo_sim.robot import Robot
 
 Act = Callable[[np.ndarray], np.ndarray]
@@ -68,7 +68,7 @@ class Policy:
             return cls._build(metadata, tensors)
         except (SafetensorError, KeyError, TypeError, ValueError, RuntimeError) as error:
             raise UserError(
-                f'{path}: not a policy file ({_one_line(error)}); give the policy.safetensors '
+                f'{path}: not a policy file ({one_line(error)}); give the policy.safetensors '
                 'that leo learn wrote'
             ) from error
 
@@ -176,7 +176,3 @@ def _config(metadata: Mapping[str, str], sequence: str) -> dict[str, Any]:
     """A configuration as `save_policy` wrote it; JSON has no tuples."""
     values = json.loads(metadata['config'])
     return values | {sequence: tuple(values[sequence])}
-
-
-def _one_line(error: Exception) -> str:
-    return str(error).splitlines()[0][:120]

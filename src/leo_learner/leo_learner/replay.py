@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import NamedTuple
+from zipfile import BadZipFile
 
 import numpy as np
 
-from leo_msgs_py.errors import UserError
+from leo_msgs_py.errors import one_line, UserError
 
 
 class Batch(NamedTuple):
@@ -78,11 +79,17 @@ class Replay:
         """Replace what is held by the first `limit` (all) transitions of a file of `save`.
 
         Raises:
-            UserError: the file holds other observation or action sizes than this buffer.
+            UserError: the file is damaged, or holds other observation or action sizes than this
+                buffer.
         """
-        with np.load(path) as stored:
-            columns = Batch(*(stored[name][:limit] for name in Batch._fields))
-            added = int(stored['added']) if limit is None else len(columns.rewards)
+        try:
+            with path.open('rb') as stream, np.load(stream) as stored:
+                columns = Batch(*(stored[name][:limit] for name in Batch._fields))
+                added = int(stored['added']) if limit is None else len(columns.rewards)
+        except (OSError, EOFError, KeyError, ValueError, BadZipFile) as error:
+            raise UserError(
+                f'{path} cannot be read ({one_line(error)}); remove {path.parent} to start anew'
+            ) from error
         for name, new, own in zip(Batch._fields, columns, self._rows, strict=True):
             if new.shape[1:] != own.shape[1:]:
                 raise UserError(

@@ -7,3 +7,8 @@ class UserError(Exception):
 
     The `leo` command prints it as a single line on stderr and exits with status 2.
     """
+
+
+def one_line(error: Exception) -> str:
+    """What a library says is wrong, as part of a `UserError`: its first line, not too long."""
+    return (str(error) or type(error).__name__).splitlines()[0][:120]

@@ -54,7 +54,8 @@ def respond(model: Model, windows: Windows, start: Array, pushes: Array) -> tupl
     torque = np.zeros((len(moves), *pushes.shape[1:]))
     torque[1 + states :] = pushes
     y = predict(model, windows, starts, torque)
-    columns = y[1:] - y[0]
+    with np.errstate(invalid='ignore'):  # a wild window may reach infinity; `tame` finds it
+        columns = y[1:] - y[0]
     columns[:states] /= STATE_STEP
     return y[0], np.moveaxis(columns, 0, -1)
 

@@ -19,8 +19,6 @@ walk are in every mean). Return: mean and 95 % interval over the seeds (Student'
 """
 
 
-
-
 def write_page(path: Path, results: Path) -> None:
     """The page of all experiments with lines in the folder `results`, its figures beside it."""
     parts = [ABOUT.format(results=results).rstrip()]
@@ -34,7 +32,7 @@ def write_page(path: Path, results: Path) -> None:
         parts += [
             f'## {experiment.title}', f'`leo reproduce {name}`: {len(done)} of '
             f'{len(experiment.cases)} cases are in', experiment.kind.table(done, rows),
-            f'![{experiment.title}]({figure.name})',
+            *filter(None, [experiment.thesis]), f'![{experiment.title}]({figure.name})',
         ]
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text('\n\n'.join(parts) + '\n')
