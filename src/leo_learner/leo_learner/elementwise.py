@@ -96,17 +96,22 @@ def through_norm(slope: Any, z: Any, scale: Any, gain: Any, by_gain: Any, by_bia
 
 
 @compiled
-def adam(values: Any, slope: Any, first: Any, second: Any, l2: Any, rate: Any, steps: Any) -> None:
-    """One step of Adam (Kingma and Ba 2015), as torch rounds it.
+def adam(
+    values: Any, slope: Any, first: Any, second: Any, slow: Any,
+    l2: Any, rate: Any, steps: Any, share: Any,
+) -> None:  # fmt: skip
+    """One step of Adam (Kingma and Ba 2015), as torch rounds it, and others follow.
 
     Args:
         values: what learns, (P,).
         slope: its gradient, (P,).
         first: running mean of the gradient, (P,).
         second: running mean of its square, (P,).
+        slow: what follows the values, (P,).
         l2: times the values, added to the gradient.
         rate: learning rate.
         steps: steps with this one.
+        share: of their distance to the values that the followers move.
     """
     step = np.float32(rate / (1 - BETA_1**steps))
     root = np.float32(np.sqrt(1 - BETA_2**steps))
@@ -116,10 +121,4 @@ def adam(values: Any, slope: Any, first: Any, second: Any, l2: Any, rate: Any, s
         first[i] += new * (gradient - first[i])
         second[i] = kept * second[i] + added * gradient * gradient
         values[i] -= step * first[i] / (np.sqrt(second[i]) / root + EPSILON)
-
-
-@compiled
-def follow(slow: Any, fast: Any, share: Any) -> None:
-    """Move values (P,) by a share of their distance to others."""
-    for i in range(slow.size):
-        slow[i] += share * (fast[i] - slow[i])
+        slow[i] += share * (values[i] - slow[i])

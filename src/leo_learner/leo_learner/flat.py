@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import torch
 from torch import nn, Tensor
 
@@ -40,13 +41,17 @@ class FlatAdam:
         self._steps, self._rate = steps[0].numpy(), rate
         flat = self.values, slope.numpy(), first[0].numpy(), second[0].numpy()
         count = sum(w.numel() for w in weights)
-        self._groups = [(l2, [v[:count] for v in flat]), (0.0, [v[count:] for v in flat])]
+        parts = (l2, slice(count)), (0.0, slice(count, None))
+        self._groups = [(l2, part, [v[part] for v in flat]) for l2, part in parts]
 
-    def step(self) -> None:
-        """Move the parameters by their gradients."""
+    def step(self, slow: np.ndarray, share: np.float32) -> None:
+        """Move the parameters by their gradients, and a target network's by a share after them."""
         self._steps += 1
-        for l2, (values, slope, first, second) in self._groups:
-            elementwise.adam(values, slope, first, second, l2, self._rate, float(self._steps[0]))
+        for l2, part, (values, slope, first, second) in self._groups:
+            elementwise.adam(
+                values, slope, first, second, slow[part],
+                l2, self._rate, float(self._steps[0]), share,
+            )  # fmt: skip
 
     def state_dict(self) -> dict[str, Any]:
         """As torch.optim.Adam's."""

@@ -15,7 +15,6 @@ from threadpoolctl import threadpool_limits
 import torch
 from torch import Tensor
 
-from leo_learner import elementwise
 from leo_learner.ddpg import Actor, Agent, Config, Critic, Critics, denormals_as_zero
 from leo_learner.flat import FlatAdam, parameters_of
 from leo_learner.layers import Layers
@@ -36,6 +35,7 @@ class FusedAgent(Agent):
         super().__init__(n_obs, n_act, config, seed)
         threadpool_limits(1, user_api='blas')
         followers = cast(Critics, self.target_critic)
+        self._share = np.float32(config.tau)
         self._slow_actor = parameters_of(self.target_actor).numpy()
         self._slow_critics = parameters_of(followers).numpy()
         self._actor = Layers(self.actor)
@@ -51,14 +51,12 @@ class FusedAgent(Agent):
         return cast(np.ndarray, np.tanh(self._actor.forward(seen[None]))[0])
 
     def learn(self, batch: Batch) -> dict[str, Tensor]:
-        """One gradient step on critic and actor, then the targets follow; returns the losses."""
-        scale, tau = self.observation_scale.numpy(), np.float32(self.config.tau)
+        """One gradient step on critic and actor, whose targets follow; returns the losses."""
+        scale = self.observation_scale.numpy()
         seen, following = batch.observations * scale, batch.next_observations * scale
         with denormals_as_zero():
             target = self._target(batch, following)
             losses = self._step_critics(seen, batch.actions, target) | self._step_actor(seen)
-            elementwise.follow(self._slow_actor, self.actor_adam.values, tau)
-            elementwise.follow(self._slow_critics, self.critic_adam.values, tau)
         return {name: torch.tensor(loss) for name, loss in losses.items()}
 
     def _target(self, batch: Batch, following: np.ndarray) -> np.ndarray:
@@ -78,7 +76,7 @@ class FusedAgent(Agent):
             critic.backward(np.float32(2 / len(error)) * error)
             loss += float(np.vdot(error, error)) / len(error)
             values.append(float(value.sum()) / len(value))
-        self.critic_adam.step()
+        self.critic_adam.step(self._slow_critics, self._share)
         return {'losses/qf_loss': loss, 'losses/qf_values': sum(values) / len(values)}
 
     def _step_actor(self, seen: np.ndarray) -> dict[str, float]:
@@ -87,5 +85,5 @@ class FusedAgent(Agent):
         slope = np.full_like(value, -1 / len(value))
         slope = self._critics[0].slope_of_action(slope, action.shape[1])
         self._actor.backward(slope * (1 - action * action))
-        self.actor_adam.step()
+        self.actor_adam.step(self._slow_actor, self._share)
         return {'losses/actor_loss': -float(value.sum()) / len(value)}

@@ -12,6 +12,17 @@ from torch import nn
 from leo_learner import elementwise
 from leo_learner.ddpg import Actor, Critic
 
+LARGE = 2**21
+"""Multiplications from which on torch's matrix product is sooner than numpy's."""
+
+
+def product(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
+    """The matrix product of a (B, n) and b (n, m), in `out` where it is given."""
+    if a.size * b.shape[1] < LARGE:
+        return cast(np.ndarray, np.dot(a, b, out))
+    into = None if out is None else torch.from_numpy(out)
+    return torch.mm(torch.from_numpy(a), torch.from_numpy(b), out=into).numpy()
+
 
 class _Linear:
     """Weight and bias (gain and shift), and where their gradients go."""
@@ -25,7 +36,7 @@ class _Linear:
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """The product (B, m); the bias is still to be added."""
-        return cast(np.ndarray, np.dot(x, self.weight.T))
+        return product(x, self.weight.T)
 
 
 class _Hidden:
@@ -82,12 +93,12 @@ class Layers:
 
     def backward(self, slope: np.ndarray) -> None:
         """Write the parameters' gradients, from the loss's by the output (B, n)."""
-        np.dot(slope.T, self._hidden[-1].y, self._output.by_weight)
+        product(slope.T, self._hidden[-1].y, self._output.by_weight)
         slope.sum(axis=0, out=self._output.by_bias)
         after = self._output
         for layer in reversed(self._hidden):
-            slope = layer.slope(np.dot(slope, after.weight))
-            np.dot(slope.T, layer.x, layer.linear.by_weight)
+            slope = layer.slope(product(slope, after.weight))
+            product(slope.T, layer.x, layer.linear.by_weight)
             after = layer.linear
 
     def slope_of_action(self, slope: np.ndarray, count: int) -> np.ndarray:
@@ -96,5 +107,5 @@ class Layers:
         The gradients of the last layer's biases are lost with it.
         """
         last = self._hidden[-1]
-        slope = last.slope(np.dot(slope, self._output.weight))
-        return cast(np.ndarray, np.dot(slope, last.linear.weight[:, -count:]))
+        slope = last.slope(product(slope, self._output.weight))
+        return product(slope, last.linear.weight[:, -count:])

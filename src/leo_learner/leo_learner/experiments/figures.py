@@ -12,11 +12,13 @@ import numpy as np
 from leo_learner.experiments.summary import common_curves, mean_and_half, Row
 
 WIDTH, HEIGHT, DPI = 7.2, 4.2, 110
+FEWEST = 3
+"""Seeds whose mean has a band; that of two would cover the picture."""
 
 
 def learning_curves(groups: Mapping[str, Sequence[Row]], title: str, path: Path) -> None:
     """Test return against transitions: every seed, their mean with its 95 % band, n."""
-    figure = Figure(figsize=(WIDTH, HEIGHT), layout='constrained')
+    figure = Figure(figsize=(WIDTH, HEIGHT + 0.12 * len(groups)), layout='constrained')
     axes = figure.add_subplot()
     low, high = 0.0, 0.0
     for name, rows in groups.items():
@@ -25,13 +27,15 @@ def learning_curves(groups: Mapping[str, Sequence[Row]], title: str, path: Path)
         [line] = axes.plot(steps / 1000, mean, label=f'{name} (n = {len(rows)})')
         colour = line.get_color()
         axes.plot(steps / 1000, table.T, color=colour, lw=0.5, alpha=0.5)
-        axes.fill_between(steps / 1000, mean - half, mean + half, alpha=0.15, color=colour, lw=0)
+        if len(rows) >= FEWEST:
+            axes.fill_between(steps / 1000, mean - half, mean + half, alpha=0.15, color=colour,
+                              lw=0)
         low, high = min(low, table.min(initial=0.0)), max(high, table.max(initial=0.0))
     room = 0.05 * (high - low)
     axes.set(xlabel='transitions [thousands]', ylabel='test return', title=title,
              ylim=(low - room, high + room))
     axes.axhline(0, color='0.7', lw=0.8, zorder=0)
-    axes.legend(frameon=False)
+    figure.legend(loc='outside lower center', ncols=2, frameon=False)
     axes.spines[['top', 'right']].set_visible(False)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=DPI)

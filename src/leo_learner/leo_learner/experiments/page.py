@@ -15,7 +15,8 @@ Written by `leo reproduce`; every run is one line in `{results}`. A test is one 
 the nominal start without noise on the scheme the policy is trained on; the best policy of a run
 is the one with the best test. Distances, footsteps and energy are of that policy on the reference
 scheme, from the nominal start and from ten random ones (nothing is left out: seeds that do not
-walk are in every mean). Return: mean and 95 % interval over the seeds (Student's t).
+walk are in every mean). Return: mean and 95 % interval over the seeds (Student's t). Curves: each
+seed, the mean over them, and its 95 % band where there are three or more.
 """
 
 
