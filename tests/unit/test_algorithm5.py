@@ -8,14 +8,22 @@ import pytest
 from leo_diffmodel.difference.data import transitions
 from leo_diffmodel.difference.fit import fit
 from leo_diffmodel.difference.network import RECOMMENDED as NETWORK
-from leo_learner import algorithm5
+from leo_learner import algorithm5, sarsa
 from leo_learner.algorithm5 import Algorithm5, Settings
+from leo_learner.checkpoint import save_checkpoint
 from leo_learner.collect import play
-from leo_learner.configs import RECOMMENDED
-from leo_learner.env import ModelEnv
+from leo_learner.configs import RECOMMENDED, RECOMMENDED_WALKING, THESIS_WALKING
+from leo_learner.ddpg import Training
+from leo_learner.env import ModelEnv, training_env
 from leo_learner.experiments.table7 import effects
+from leo_learner.learning import POLICY
+from leo_learner.nodes.learner import checked
+from leo_learner.policy import save_policy
 from leo_learner.rollouts import Rollouts
+from leo_learner.sym import driven
+from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
+from leo_sim.robot import load_robot
 
 SMALL = replace(RECOMMENDED, hidden=(8, 8), warm_up=64, test_interval=2, test_starts=1)
 SETTINGS = Settings(updates=4, first_steps=120, update_steps=120, transitions=60, tests=1)
@@ -42,14 +50,14 @@ def loop(tmp_path, monkeypatch):
     robot = Rollouts(ModelEnv(ideal.changed(effects=effects(ideal.robot, 'moved'))))
     said: list[str] = []
 
-    def made(returns=None, start=None, folder='run') -> Algorithm5:
+    def made(returns=None, start=None, folder='run', **changed) -> Algorithm5:
         if returns is not None:
             given = iter(returns)
             monkeypatch.setattr(algorithm5, 'play', lambda *a, **k: play(*a) * 0 + next(given))
         made.source = Fitting(robot)
         return Algorithm5(
-            tmp_path / folder, ideal, SMALL, SETTINGS, robot, made.source, say=said.append,
-            start=start,
+            tmp_path / folder, ideal, SMALL, replace(SETTINGS, **changed), robot, made.source,
+            say=said.append, start=start,
         )
 
     made.said, made.folder = said, tmp_path
@@ -109,3 +117,39 @@ def test_a_training_that_is_stopped_goes_on_and_its_time_counts(loop):
     assert (again.done.phase, again.done.update) == ('train', 0)
     assert again.done.seconds == algorithm.done.seconds > 0
     assert again.run() and len(again.done.tests) == 4
+
+
+def test_more_updates_may_be_asked_for_but_not_another_run(loop):
+    assert loop([-300.0, -200.0], updates=1).run()
+    with pytest.raises(UserError, match='another seed'):
+        loop(updates=1, seed=4)
+    more = loop([-250.0, -260.0], updates=4)
+    assert more.done.phase == 'collect' and more.run()
+    assert more.done.tests == [-300.0, -200.0, -250.0, -260.0]
+    (loop.folder / 'run' / algorithm5.DONE).write_text('{"update": 1')
+    with pytest.raises(UserError, match=r'algorithm5\.json cannot be read'):
+        loop()
+
+
+def test_what_was_gathered_may_be_gathered_again(loop):
+    algorithm = loop([-300.0])
+    assert algorithm._train() and algorithm._test() and algorithm._collect()
+    samples = algorithm.done.samples
+    algorithm.gather_again()
+    assert algorithm.done.phase == 'collect' and algorithm._collect()
+    assert algorithm.done.samples == samples
+
+
+@pytest.mark.parametrize('make', [
+    lambda: sarsa.Training(driven(training_env(Model('leo_ode')), 'sym'),
+                           sarsa.CONFIGS['thesis'], 0),
+    lambda: Training(driven(training_env(Model('leo_ode')), 'sym'), RECOMMENDED_WALKING, 0),
+    lambda: Training(training_env(Model('leo_ode')), THESIS_WALKING, 0),
+])
+def test_the_learner_starts_only_from_what_it_can_go_on_with(tmp_path, make):
+    training, robot = make(), load_robot('leo_ode')
+    save_checkpoint(tmp_path, training)
+    save_policy(tmp_path / POLICY, training, robot)
+    with pytest.raises(UserError, match=r'cannot go on|another configuration'):
+        checked(str(tmp_path), robot, RECOMMENDED_WALKING)
+    assert checked('', robot, RECOMMENDED_WALKING) is None

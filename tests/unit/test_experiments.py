@@ -14,12 +14,13 @@ from leo_learner.env import ModelEnv
 from leo_learner.experiments import walking
 from leo_learner.experiments.ahead import mse_ahead
 from leo_learner.experiments.cases import found, hours, missing, read_results, run_cases
-from leo_learner.experiments.catalogue import EXPERIMENTS
+from leo_learner.experiments.catalogue import EXPERIMENTS, training_hours
 from leo_learner.experiments.page import write_page
 from leo_learner.experiments.summary import common_curves, mean_and_half, summary, walks
 from leo_learner.experiments.walking import Case, KNEE_ENDS, model_of
 from leo_learner.rollouts import Rollouts
 from leo_learner.verbs.reproduce import main, NAMES
+from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
 IDEAL = Case('leo', 'ideal', 'ddpg', 'full', 'recommended', 300_000, 0)
@@ -76,6 +77,26 @@ def test_lines_of_cases_that_were_there_already_say_nothing_of_the_time_left(tmp
     rows = [square(case) | {'seconds': 0.4} for case in cases[:4]] + [square(cases[4])]
     path.write_text(''.join(json.dumps(row) + '\n' for row in rows))
     assert hours(cases, path, 1, lambda case: case.size) == pytest.approx(2 * 1800 * 2 / 3600)
+
+
+def test_a_line_that_was_cut_short_is_run_again_and_spoils_no_other(tmp_path):
+    path = tmp_path / 'lines.jsonl'
+    cases = [Small(2.0, seed) for seed in range(3)]
+    assert len(list(run_cases(cases[:2], square, path))) == 2
+    path.write_text(path.read_text()[:-20])
+    assert missing(cases, path) == cases[1:]
+    assert len(list(run_cases(cases, square, path))) == 2
+    assert [row['seed'] for row in read_results(path)] == [0, 1, 2]
+    path.write_text('text\n[]\n')
+    with pytest.raises(UserError, match='no results file'):
+        read_results(path)
+
+
+def test_the_training_runs_of_a_transfer_are_time_too(tmp_path):
+    experiment = EXPERIMENTS['table6']
+    ideal_and_real = 8 * walking.seconds(IDEAL) / 3600
+    assert training_hours(experiment, tmp_path, tmp_path, 1) == pytest.approx(ideal_and_real)
+    assert training_hours(EXPERIMENTS['walk'], tmp_path, tmp_path, 1) == 0.0
 
 
 def test_the_time_of_every_part_of_a_run_is_spent(tmp_path):

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The model as an environment, policy files, and the verbs' answers to bad input."""
 
+from dataclasses import replace
 import json
 import os
+import shutil
 import signal
 import threading
 import time
+from unittest.mock import MagicMock
 
 from gymnasium.utils.env_checker import check_env
 import numpy as np
@@ -15,16 +18,22 @@ from leo_diffmodel.difference.layout import layout_of
 from leo_diffmodel.difference.model import DifferenceModel
 from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.difference.trust import Trust
+from leo_learner.checkpoint import load_checkpoint
 from leo_learner.collect import collect, play
 from leo_learner.configs import RECOMMENDED
 from leo_learner.ddpg import Training
 from leo_learner.env import load_difference, model_env, ModelEnv
+from leo_learner.learning import learn
 from leo_learner.left_data import WatchedEnv
 from leo_learner.policy import observation_names, Policy, save_policy
+from leo_learner.robot_env import RobotEnv, Stopped
 from leo_learner.verbs import learn as learn_verb
 from leo_learner.verbs import play as play_verb
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.values import JointStates
+from leo_sim.effects import place
 from leo_sim.model import Model
+from leo_sim.model_file import load_model, save_model
 from leo_sim.robot import load_robot
 
 
@@ -153,8 +162,53 @@ def test_learn_and_play(tmp_path, capsys):
     assert play_verb.main([told['policy'], '--model', 'pendulum', '--json']) == 0
     played = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert played['mean'] == played['returns'][0] < -1000
-    with pytest.raises(UserError, match='1 or more'):
-        play_verb.main([told['policy'], '--episodes', '0'])
+    for argv, words in ((['--episodes', '0'], '1 or more'), (['--seed', '-1'], '0 or more')):
+        with pytest.raises(UserError, match=words):
+            play_verb.main([told['policy'], '--model', 'pendulum', *argv])
+
+
+@pytest.mark.parametrize('argv, words', [
+    (['--steps', '-5'], '--steps must be 1'),
+    (['--seed', '0'], '--seed cannot be changed'),
+    (['--config', 'thesis'], '--config cannot be changed'),
+])
+def test_a_run_goes_on_as_it_was_begun(tmp_path, argv, words):
+    folder = tmp_path / 'run'
+    assert learn_verb.main(['--steps', '60', '-o', str(folder), '--json']) == 0
+    before = (folder / 'run.json').read_text()
+    with pytest.raises(UserError, match=words):
+        learn_verb.main(['--resume', str(folder), *argv])
+    assert (folder / 'run.json').read_text() == before
+    for text in ('', '[]', '{"model": "pendulum"}'):
+        (folder / 'run.json').write_text(text)
+        with pytest.raises(UserError, match=r'run\.json cannot be read'):
+            learn_verb.main(['--resume', str(folder)])
+
+
+def test_a_run_that_began_from_another_one_goes_on_without_it(tmp_path):
+    first, second = (str(tmp_path / name) for name in ('first', 'second'))
+    assert learn_verb.main(['--steps', '60', '-o', first, '--json']) == 0
+    assert learn_verb.main(['--start', first, '--steps', '60', '-o', second, '--json']) == 0
+    shutil.rmtree(first)
+    assert learn_verb.main(['--resume', second, '--steps', '90', '--json']) == 0
+
+
+def test_an_environment_that_stops_waiting_ends_the_run_and_it_is_saved(model, tmp_path):
+    class Gone(ModelEnv):
+        left = 150
+
+        def step(self, action):
+            self.left -= 1
+            if self.left < 0:
+                raise Stopped
+            return super().step(action)
+
+    training = Training(Gone(model), RECOMMENDED, seed=0)
+    outcome = learn(training, model.robot, 1000, tmp_path, quiet=True)
+    assert (outcome.finished, outcome.steps) == (False, 150)
+    again = Training(ModelEnv(model), RECOMMENDED, seed=0)
+    load_checkpoint(tmp_path, again)
+    assert again.steps == 150 and outcome.policy.is_file()
 
 
 def test_ctrl_c_saves_and_ends_with_130(tmp_path, capsys):
@@ -230,3 +284,27 @@ def test_a_difference_model_of_another_robot_is_refused(model, tmp_path):
     path.write_bytes(unsure(model).to_bytes())
     with pytest.raises(UserError, match="of robot 'pendulum'"):
         load_difference(path, Model('torque_pendulum'))
+
+
+def test_a_difference_model_goes_on_top_of_the_effects_named_before_it(model, tmp_path):
+    repaired = model.changed(effects=[place(model.robot, 'viscous_friction', 'pivot', b=1e-5)])
+    text = save_model(tmp_path / 'difference.yaml', repaired).read_text()
+    path = tmp_path / 'difference.safetensors'
+    path.write_bytes(replace(unsure(model), base=text).to_bytes())
+    assert load_difference(path, load_model(tmp_path / 'difference.yaml')).base == text
+    with pytest.raises(UserError, match=r'viscous_friction at pivot; .*\(difference.yaml\)'):
+        load_difference(path, model)
+
+
+def test_joints_may_come_in_any_order_but_must_be_there(monkeypatch):
+    given = Model('leo').robot
+    env = RobotEnv(MagicMock(), given)
+    names = tuple(sorted(given.joint_names))
+    values = np.array([float(given.joint_names.index(name)) for name in names])
+    env._on_state(JointStates(1, names, values, values + 0.5).to_message())
+    assert env._latest.position.tolist() == list(range(len(names)))
+    assert env._latest.velocity.tolist() == [k + 0.5 for k in range(len(names))]
+    env._on_state(JointStates(2, ('pivot',), np.zeros(1), np.zeros(1)).to_message())
+    monkeypatch.setattr('leo_msgs_py.node.api.ok', lambda: True)
+    with pytest.raises(UserError, match=r'joint states of pivot: .*left_knee.* is missing'):
+        env.reset()

@@ -174,7 +174,7 @@ def test_policy_of_a_larger_memory_is_refused(tmp_path):
     training = Training(env, Config(memory=2**16), seed=7)
     for x in np.linspace(-1, 1, 50):
         training.agent.tiles.claim(np.full(10, x), 3)
-    training._keep()
+    training.keep()
     path = tmp_path / 'policy.safetensors'
     save_policy(path, training, load_robot('leo_ode'))
     metadata = dict(Policy.load(path).metadata)

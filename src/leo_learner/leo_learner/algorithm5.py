@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass, field, replace
 import json
 from pathlib import Path
 import time
-from typing import Any, Protocol
+from typing import Any, cast, Protocol
 
 import gymnasium
 import numpy as np
@@ -26,7 +26,9 @@ from leo_learner.env import ModelEnv, training_model
 from leo_learner.fused import FusedAgent
 from leo_learner.learning import learn, POLICY
 from leo_learner.policy import Policy
+from leo_msgs_py.errors import one_line, UserError
 from leo_sim.model import Model
+from leo_sim.model_file import write_effects
 
 DONE = 'algorithm5.json'
 """What of a run has been done, in its folder."""
@@ -77,6 +79,8 @@ class Done:
             of the driver before it.
         samples: control steps the robot has made, tests included.
         seconds: wall time of all phases.
+        of: robot, first training, configuration and seed of the run; empty in files of earlier
+            versions.
     """
 
     update: int = 0
@@ -86,6 +90,7 @@ class Done:
     driver: int = 0
     samples: int = 0
     seconds: float = 0.0
+    of: dict[str, Any] = field(default_factory=dict)
 
 
 class DifferenceSource(Protocol):
@@ -120,6 +125,9 @@ class Algorithm5:
         say: receives one line per phase.
         start: run of `leo learn` that takes the place of the first training.
         quiet: no progress lines.
+
+    Raises:
+        UserError: the folder holds another run, or one that cannot be read.
     """
 
     def __init__(
@@ -139,6 +147,8 @@ class Algorithm5:
         self._settings, self._robot, self._source = settings, robot, source
         self._alive, self._say, self._start, self._quiet = alive, say, start, quiet
         self.done = self._read()
+        if self.done.phase == 'end' and not self._over():
+            self.done.phase = 'collect'  # more updates are asked for than it was to make
 
     def run(self) -> bool:
         """All that is left to do; False where it was told to stop before."""
@@ -208,7 +218,7 @@ class Algorithm5:
     def _over(self) -> bool:
         done, settings = self.done, self._settings
         since = done.update - int(np.argmax(done.tests))
-        return done.update == settings.updates or since >= settings.patience
+        return done.update >= settings.updates or since >= settings.patience
 
     def _collect(self) -> bool:
         steps = self._settings.transitions
@@ -238,6 +248,11 @@ class Algorithm5:
         if self._settings.thesis:
             training.replay.load(newest(self._round(0)) / 'replay.npz', KEPT_REPLAY)
 
+    def gather_again(self) -> None:
+        """What was gathered for the update that is next has been lost."""
+        self.done.phase = 'collect'
+        self.done.samples -= self._settings.transitions
+
     def corrected(self) -> tuple[Model, DifferenceModel | None]:
         """The model with the effects named so far, and the difference model on top of it."""
         if not self.done.version:
@@ -256,10 +271,28 @@ class Algorithm5:
         return 1000 * self._settings.seed + self.done.update
 
     def _read(self) -> Done:
-        path = self._folder / DONE
-        if path.exists():
-            return Done(**json.loads(path.read_text()))
-        return Done(phase='train' if self._start is None else 'test')
+        path, of = self._folder / DONE, self._of()
+        if not path.exists():
+            return Done(phase='train' if self._start is None else 'test', of=of)
+        try:
+            done = Done(**json.loads(path.read_text()))
+        except (OSError, TypeError, ValueError) as error:
+            raise UserError(f'{path} cannot be read ({one_line(error)}); give another folder, or '
+                            'remove it to start anew') from error
+        for name, value in of.items():
+            if done.of.get(name, value) != value:
+                raise UserError(f'{self._folder} holds a run with another {name} '
+                                f'({done.of[name]}); give another folder')
+        return done
+
+    def _of(self) -> dict[str, Any]:
+        """What a run that is gone on with must have in common with this one."""
+        of = {
+            'robot': self._model.robot.name, 'model': write_effects(self._model.effects),
+            'start': self._start and str(self._start), 'seed': self._settings.seed,
+            'config': asdict(self._config),
+        }
+        return cast(dict[str, Any], json.loads(json.dumps(of)))
 
     def _write(self) -> None:
         self._folder.mkdir(parents=True, exist_ok=True)

@@ -53,7 +53,7 @@ def load_checkpoint(folder: Path, training: TrainingLoop) -> None:
             training.replay.load(path / REPLAY)
         training.steps, training.episodes = counters['steps'], counters['episodes']
         best_return = counters['best_return']
-    except (OSError, SafetensorError, KeyError, ValueError, RuntimeError) as error:
+    except (OSError, SafetensorError, KeyError, TypeError, ValueError, RuntimeError) as error:
         raise UserError(
             f'{path} cannot be read ({one_line(error)}); remove it to start anew'
         ) from error
@@ -73,6 +73,7 @@ def start_from(folder: Path, training: Training) -> None:
         best = part(tensors, 'best_actor/')
         best.pop(OBSERVATION_SCALE, None)
         training.agent.actor.load_state_dict(best)
+        training.keep()
     except (OSError, SafetensorError, KeyError, ValueError, RuntimeError) as error:
         raise UserError(f'{path}: no networks for this run ({one_line(error)})') from error
 

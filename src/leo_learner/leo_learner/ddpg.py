@@ -303,7 +303,7 @@ class Training(TrainingLoop):
         n_obs, n_act = self.sizes
         self.agent = agent(n_obs, n_act, config, seed)
         self.replay = Replay(config.replay, n_obs, n_act)
-        self._keep()
+        self.keep()
 
     def act(self, observation: np.ndarray) -> np.ndarray:
         """The actor's action."""
@@ -339,6 +339,7 @@ class Training(TrainingLoop):
             self.agent.fit_scale(self.replay.all())
         return self.agent.learn(self.replay.sample(self.config.batch, self._rng))
 
-    def _keep(self) -> None:
+    def keep(self) -> None:
+        """The actor as it is now is the best one."""
         scale = self.agent.observation_scale.clone()
         self._best = copy.deepcopy(self.agent.actor.state_dict()) | {OBSERVATION_SCALE: scale}

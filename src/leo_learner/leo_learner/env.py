@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import gymnasium
@@ -125,7 +126,8 @@ def load_difference(path: Path, model: Model) -> DifferenceModel:
     """Read the difference model of a model's robot from a file.
 
     Raises:
-        UserError: it is not there, no difference model, or one of another robot.
+        UserError: it is not there, no difference model, one of another robot, or one that goes
+            on top of other effects.
     """
     if not path.is_file():
         raise UserError(f'no difference model {path}; model.yaml or --difference names it')
@@ -136,7 +138,24 @@ def load_difference(path: Path, model: Model) -> DifferenceModel:
         raise UserError(
             f'{path} is of a {model.robot.name} with other joints or actuators; fit it again'
         )
+    _check_base(difference, path, model)
     return difference
+
+
+def _check_base(difference: DifferenceModel, path: Path, model: Model) -> None:
+    with TemporaryDirectory() as folder:
+        beneath = difference.model_beside(Path(folder, 'model.yaml'), model)
+    if _effects(beneath) != _effects(model):
+        names = ', '.join(f'{e.effect.name} at {" ".join(e.where)}' for e in beneath.effects)
+        raise UserError(
+            f'{path} goes on top of {names or "no effect"}; give the model with these, which was '
+            f'written beside it ({path.with_suffix(".yaml").name})'
+        )
+
+
+def _effects(model: Model) -> list[Any]:
+    """Names, places and values."""
+    return sorted((e.effect.name, e.where, sorted(e.parameters.items())) for e in model.effects)
 
 
 def training_model(model: Model) -> Model:

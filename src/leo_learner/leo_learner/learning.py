@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, ExitStack
+from contextlib import contextmanager, ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 import signal
@@ -59,7 +59,7 @@ def learn(
 ) -> Outcome:
     """Run `training` to `steps` transitions in `folder`, going on from a checkpoint there.
 
-    Ctrl-C ends the present episode, saves and returns.
+    Ctrl-C ends the present episode, on a running robot at once, saves and returns.
 
     Args:
         training: fresh, or as it starts (networks and replay of an earlier run).
@@ -78,6 +78,7 @@ def learn(
         show = stack.enter_context(_progress(training, steps, title, quiet))
         curves = stack.enter_context(SummaryWriter(str(folder), purge_step=training.steps + 1))
         signals = stack.enter_context(_stopped_by_signal(training))
+        stack.enter_context(suppress(KeyboardInterrupt))  # of an environment that waited
         training.run(steps, _both(curves.add_scalar, show), _Saver(training, folder, alive))
     save_checkpoint(folder, training)
     save_policy(folder / POLICY, training, robot)
@@ -128,7 +129,10 @@ def _progress(training: TrainingLoop, steps: int, title: str, quiet: bool) -> It
 
 @contextmanager
 def _stopped_by_signal(training: TrainingLoop) -> Iterator[list[int]]:
-    """While inside, SIGINT and SIGTERM end the run after the present episode; those that came."""
+    """While inside, SIGINT and SIGTERM end the run after the present episode; those that came.
+
+    A node of this process hears of them too, so that nothing waits for a robot that is gone.
+    """
     came: list[int] = []
     if threading.current_thread() is not threading.main_thread():
         yield came
@@ -138,11 +142,14 @@ def _stopped_by_signal(training: TrainingLoop) -> Iterator[list[int]]:
         training.stop = True
         came.append(number)
         signal.signal(number, signal.SIG_DFL)
+        heard = former[signal.Signals(number)]
+        if callable(heard) and heard is not signal.default_int_handler:
+            heard(number, frame)
 
     numbers = (signal.SIGINT, signal.SIGTERM)
-    former = [signal.signal(number, stop) for number in numbers]
+    former = {number: signal.signal(number, stop) for number in numbers}
     try:
         yield came
     finally:
-        for number, handler in zip(numbers, former, strict=True):
+        for number, handler in former.items():
             signal.signal(number, handler)

@@ -11,6 +11,7 @@ import numpy as np
 
 from leo_learner.env import RobotSpaces, Step
 from leo_msgs_py import topics
+from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import api
 from leo_msgs_py.values import Command, JointStates
 from leo_sim.model import State
@@ -40,7 +41,10 @@ class RobotEnv(RobotSpaces):
 
     Args:
         node: of the node layer; this environment spins it while it waits.
-        robot: model description of the robot behind the topics.
+        robot: model description of the robot behind the topics; its joints may come in any
+            order.
+
+    Waiting raises UserError where the robot that runs has other joints.
     """
 
     def __init__(self, node: Any, robot: Robot) -> None:
@@ -48,6 +52,7 @@ class RobotEnv(RobotSpaces):
         self._node = node
         self._episode = -1
         self._latest: JointStates | None = None
+        self._foreign: UserError | None = None
         self._fresh = False
         self._state: JointStates | None = None
         self._period_ns = round(robot.control_period * 1e9)
@@ -136,6 +141,8 @@ class RobotEnv(RobotSpaces):
         while not ready():
             if not api.ok():
                 raise Stopped
+            if self._foreign:
+                raise self._foreign
             api.spin_once(self._node, 0.1)
             now = time.monotonic()
             if limit is not None and now - began > limit:
@@ -146,7 +153,12 @@ class RobotEnv(RobotSpaces):
         return True
 
     def _on_state(self, message: Any) -> None:
-        self._latest, self._fresh = JointStates.from_message(message), True
+        try:
+            measured = JointStates.from_message(message).of(self.robot.joint_names)
+        except UserError as error:
+            self._foreign = error
+            return
+        self._foreign, self._latest, self._fresh = None, measured, True
 
     def _on_episode(self, message: Any) -> None:
         self._episode = message.data

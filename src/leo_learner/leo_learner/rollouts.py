@@ -12,6 +12,7 @@ import numpy as np
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_learner.env import ModelEnv, Step
+from leo_msgs_py.errors import UserError
 from leo_sim.robot import Robot
 
 Rows = list[tuple[np.ndarray, ...]]
@@ -53,13 +54,18 @@ class Rollouts(gymnasium.Wrapper):
         )
 
     def write(self, folder: Path) -> None:
-        """Move the episodes so far into a bag; nothing where there are none."""
+        """Move the episodes so far into a bag.
+
+        Raises:
+            UserError: none of them has two steps.
+        """
         robot, period = self.model_env.robot, self.model_env.robot.control_period
         runs = [_run(_episode(rows, period), robot) for rows in self._whole()]
-        if runs:
-            held = robot.start_poses[self._pose].held
-            facts = {'robot': robot.name, 'start': self._pose, 'held': str(held).lower()}
-            write_runs(folder, runs, facts)
+        if not runs:
+            raise UserError(f'{folder}: no episode of two steps to write; drive for longer')
+        held = robot.start_poses[self._pose].held
+        facts = {'robot': robot.name, 'start': self._pose, 'held': str(held).lower()}
+        write_runs(folder, runs, facts)
         self.episodes = []
 
     def _whole(self) -> list[Rows]:

@@ -115,7 +115,7 @@ class Training(TrainingLoop):
         self._decay = config.gamma * config.trace
         kept = math.ceil(math.log(FAINT, self._decay)) if self._decay else 1
         self._traces = np.zeros((kept, config.tilings), np.int64)
-        self._keep()
+        self.keep()
 
     def act(self, observation: np.ndarray) -> np.ndarray:
         """The greedy action."""
@@ -160,7 +160,8 @@ class Training(TrainingLoop):
         add(tiles.weights, self._traces, self._traced, self.config.alpha * error, self._decay)
         return {'losses/qf_loss': error**2, 'losses/qf_values': value}
 
-    def _keep(self) -> None:
+    def keep(self) -> None:
+        """The weights as they are now are the best ones."""
         self.best = self.agent.tensors()
 
     def _chosen(self, values: np.ndarray) -> int:

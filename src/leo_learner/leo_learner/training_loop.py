@@ -102,8 +102,8 @@ class TrainingLoop(ABC):
         """Learn from what came of it; returns what to log of it."""
 
     @abstractmethod
-    def _keep(self) -> None:
-        """The present policy is the best one now."""
+    def keep(self) -> None:
+        """The present policy counts as the best one now."""
 
     def run(
         self,
@@ -168,7 +168,7 @@ class TrainingLoop(ABC):
         on_scalar('charts/test_return', result, self.steps)
         if result > self.best_return:
             self.best_return = result
-            self._keep()
+            self.keep()
 
     def _test_episode(self, start: int) -> float:
         pose = 'nominal' if start == 0 else 'random'

@@ -59,6 +59,26 @@ class JointStates:
             effort=_sized(message.effort, names, 'effort') if len(message.effort) else None,
         )
 
+    def of(self, names: tuple[str, ...]) -> JointStates:
+        """The same of these joints, in this order.
+
+        Raises:
+            UserError: one is missing.
+        """
+        if names == self.names:
+            return self
+        missing = [name for name in names if name not in self.names]
+        if missing:
+            raise UserError(
+                f'joint states of {", ".join(self.names)}: {", ".join(missing)} is missing; start '
+                'the robot that is meant'
+            )
+        rows = [self.names.index(name) for name in names]
+        effort = None if self.effort is None else self.effort[rows]
+        return JointStates(
+            self.stamp_ns, names, self.position[rows], self.velocity[rows], effort
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Applied:

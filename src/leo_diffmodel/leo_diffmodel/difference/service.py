@@ -96,13 +96,16 @@ class DifferenceService:
         if time.monotonic() - self._fitted_at < JUST_NOW:
             response.success, response.message = False, 'an update has just ended'
             return response
+        failed = self._updates.progress.error
         try:
             self._updates.begin(self._settings.bags())
         except UserError as error:
             self._updates.progress = Progress('failed', error=str(error))
             response.success, response.message = False, str(error)
         else:
-            response.success, response.message = True, 'accepted: progress on /diagnostics'
+            again = f'; the last one failed: {failed}' if failed else ''
+            response.success = True
+            response.message = f'accepted: progress on /diagnostics{again}'
         return response
 
     def _poll(self) -> None:

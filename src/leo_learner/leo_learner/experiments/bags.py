@@ -33,7 +33,7 @@ class Bags:
 
     def newer(self, version: int) -> bytes:
         """Weights of version + 1."""
-        bag = self._folder / f'rollout-{version}'
+        bag = self.bag(version)
         if not bag.exists():
             self._robot.write(bag)
         ideal = Model('leo')
@@ -47,6 +47,10 @@ class Bags:
         difference, report = fit(steps, model, self._config, base=base, seed=version)
         self._report(version + 1).write_text(json.dumps(asdict(report)))
         return replace(difference, version=version + 1).to_bytes()
+
+    def bag(self, version: int) -> Path:
+        """Where what the robot did before the update of a version is written, as it is fitted."""
+        return self._folder / f'rollout-{version}'
 
     def recordings(self) -> list[Recording]:
         """What the robot has done, in time order."""

@@ -12,14 +12,47 @@ from typing import Any, TypeVar
 from joblib import delayed, Parallel, parallel_config
 import numpy as np
 
+from leo_msgs_py.errors import one_line, UserError
+
 C = TypeVar('C')
 """A case: a frozen dataclass whose fields begin its line in the results file."""
 Row = dict[str, Any]
 
 
 def read_results(path: Path) -> list[Row]:
-    """The lines of a results file; none where there is no file."""
-    return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+    """The lines of a results file; none where there is no file.
+
+    A line that was cut short is left out: its case is run again.
+
+    Raises:
+        UserError: it is no results file.
+    """
+    if not path.exists():
+        return []
+    try:
+        lines = path.read_text().splitlines()
+    except (OSError, ValueError) as error:
+        raise UserError(f'{path} cannot be read ({one_line(error)}); give another') from error
+    rows = [row for line in lines if (row := _row(line)) is not None]
+    if lines and not rows:
+        raise UserError(f'{path} is no results file: no line of it is a case; give another')
+    return rows
+
+
+def _row(line: str) -> Row | None:
+    """What a line says; None where it is no case, or part of one."""
+    try:
+        row = json.loads(line)
+    except ValueError:
+        return None
+    return row if isinstance(row, dict) else None
+
+
+def _append(path: Path, row: Row) -> None:
+    """Add a line, behind the end of one that was cut short."""
+    cut = path.exists() and path.read_bytes()[-1:] not in (b'', b'\n')
+    with path.open('a') as file:
+        file.write('\n' * cut + json.dumps(row) + '\n')
 
 
 def found(case: C, rows: Sequence[Row]) -> Row | None:
@@ -55,8 +88,7 @@ def run_cases(
             delayed(run)(case) for case in missing(cases, path)
         )
         for row in rows:
-            with path.open('a') as file:
-                file.write(json.dumps(row) + '\n')
+            _append(path, row)
             yield row
 
 
@@ -71,10 +103,10 @@ def hours(cases: Sequence[C], path: Path, jobs: int, weight: Callable[[Any], flo
             the lines that are there say how true that is.
     """
     seconds = sum(weight(case) for case in missing(cases, path))
-    return seconds * _pace(read_results(path), weight) / jobs / 3600
+    return seconds * pace(read_results(path), weight) / jobs / 3600
 
 
-def _pace(rows: Sequence[Row], weight: Callable[[Any], float]) -> float:
+def pace(rows: Sequence[Row], weight: Callable[[Any], float]) -> float:
     """How many times the assumed time lines took: the median over all time that was spent.
 
     A case that found its work done took no time, and so it does not count.

@@ -10,7 +10,7 @@ from typing import Any
 
 from leo_learner.configs import ABLATION
 from leo_learner.experiments import transfer, transfer_page, walking, walking_page
-from leo_learner.experiments.cases import Row
+from leo_learner.experiments.cases import missing, pace, read_results, Row
 from leo_learner.experiments.walking import KNEE_ENDS
 from leo_learner.experiments.walking_page import Group
 
@@ -24,6 +24,7 @@ class Kind:
         run: makes the line of a case, given the folder of all runs.
         seconds: usual time of a case on one core.
         share: how much of a case is done in the folder of all runs, 0 to 1.
+        trainings: the training runs a case needs besides.
         table: Markdown.
         figure: writes a PNG.
     """
@@ -32,16 +33,17 @@ class Kind:
     run: Callable[..., Row]
     seconds: Callable[[Any], float]
     share: Callable[[Any, Path], float]
+    trainings: Callable[[Any], tuple[walking.Case, ...]]
     table: Callable[[Sequence[Any], Sequence[Row]], str]
     figure: Callable[[str, Sequence[Any], Sequence[Row], Path], None]
 
 
 WALKING = Kind(
-    'leo_walking.jsonl', walking.run_case, walking.seconds, walking.share,
+    'leo_walking.jsonl', walking.run_case, walking.seconds, walking.share, lambda case: (),
     walking_page.table, walking_page.figure,
 )
 TRANSFER = Kind(
-    'leo_transfer.jsonl', transfer.run_case, transfer.seconds, transfer.share,
+    'leo_transfer.jsonl', transfer.run_case, transfer.seconds, transfer.share, transfer.trainings,
     transfer_page.table, transfer_page.figure,
 )
 
@@ -72,6 +74,14 @@ def _transfers(gap: str, repair: str, updates: int, seeds: int) -> tuple[transfe
         transfer.Case(gap, repair, updates, TRANSITIONS, UPDATE_STEPS, seed)
         for seed in range(seeds)
     )
+
+
+def training_hours(experiment: Experiment, results: Path, folder: Path, jobs: int) -> float:
+    """How long the training runs take that the missing cases need and `folder` has not."""
+    left = missing(experiment.cases, results / experiment.kind.file)
+    runs = {run for case in left for run in experiment.kind.trainings(case)}
+    seconds = sum(walking.seconds(run) * (1 - walking.share(run, folder)) for run in runs)
+    return seconds * pace(read_results(results / WALKING.file), walking.seconds) / jobs / 3600
 
 
 TRANSITIONS, UPDATE_STEPS = 5000, 60_000

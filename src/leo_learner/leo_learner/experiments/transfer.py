@@ -76,8 +76,14 @@ class Case:
 
 
 def seconds(case: Case) -> float:
-    """Usual time of a case on one core, the training runs with lines of their own apart."""
+    """Usual time of a case on one core, without its `trainings`."""
     return case.updates * (240.0 + 4e-3 * case.steps)
+
+
+def trainings(case: Case) -> tuple[walking.Case, ...]:
+    """The training runs that a case needs, which others may need too."""
+    ideal = ideal_case(case.seed)
+    return (ideal, ideal_case(case.seed, 'real')) if case.gap == THESIS_GAP else (ideal,)
 
 
 def share(case: Case, folder: Path) -> float:
@@ -119,6 +125,8 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
         own, Model('leo'), RECOMMENDED_WALKING, settings, robot, source, start=start,
         say=lambda text: None, quiet=True,
     )
+    if algorithm.done.phase == 'update' and not source.bag(algorithm.done.version).exists():
+        algorithm.gather_again()
     if not algorithm.run():
         raise KeyboardInterrupt
     began = time.monotonic() - algorithm.done.seconds  # as if it had not been stopped

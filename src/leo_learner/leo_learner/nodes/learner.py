@@ -9,12 +9,15 @@ leo run leo_learner learner --ros-args -p model:=pendulum -p folder:=runs/a5
 from __future__ import annotations
 
 from dataclasses import asdict
+import json
 from pathlib import Path
 from typing import Any
 
+from leo_diffmodel.difference.fit import LEAST as LEAST_TRANSITIONS
 from leo_learner.algorithm5 import Algorithm5, Settings
 from leo_learner.checkpoint import newest
 from leo_learner.configs import configuration
+from leo_learner.ddpg import Config
 from leo_learner.learning import POLICY
 from leo_learner.nodes.difference_client import DifferenceClient
 from leo_learner.nodes.status import Status
@@ -26,24 +29,38 @@ from leo_msgs_py.node import api
 from leo_sim.model_file import load_model
 from leo_sim.robot import Robot
 
+LEAST = {'tests': 1, 'patience': 1, 'transitions': LEAST_TRANSITIONS}
+"""Of the settings that may not be 0."""
+
 
 def read_settings(node: Any) -> Settings:
     """Declare the numbers of `Settings` as parameters on `node`, and read them."""
     defaults = {name: v for name, v in asdict(Settings()).items() if not isinstance(v, bool)}
     given = {name: api.fixed_parameter(node, name, value) for name, value in defaults.items()}
     for name, value in given.items():
-        least = int(name in ('tests', 'transitions', 'patience'))
+        least = LEAST.get(name, 0)
         if not isinstance(value, int) or value < least:
             raise UserError(f'{name} is {value!r}; give a whole number, {least} or more')
     return Settings(**given)
 
 
-def _checked(start: str, robot: Robot) -> Path | None:
-    """The folder of the run that takes the place of the first training."""
+def checked(start: str, robot: Robot, config: Config) -> Path | None:
+    """The folder of the run that takes the place of the first training.
+
+    Raises:
+        UserError: it has no checkpoint, or one that a training of `config` cannot go on with.
+    """
     if not start:
         return None
     newest(Path(start))
-    Policy.load(Path(start) / POLICY).check(robot)
+    policy = Policy.load(Path(start) / POLICY)
+    policy.check(robot)
+    if policy.metadata.get('agent', 'ddpg') != 'ddpg' or policy.actions != 'full':
+        raise UserError(f'{start}: a policy on which DDPG on all actuators cannot go on; give a '
+                        f'run of leo learn --robot {robot.name}')
+    if json.loads(policy.metadata['config']) != json.loads(json.dumps(asdict(config))):
+        raise UserError(f'{start} was trained with another configuration; give the config it had '
+                        '(-p config:=recommended or thesis)')
     return Path(start)
 
 
@@ -68,7 +85,7 @@ def main(argv: list[str]) -> int:
         folder, model, config,
         Settings(**asdict(settings) | {'thesis': name == 'thesis'}),
         RobotEnv(node, model.robot), DifferenceClient(node, model.robot.name), alive, log,
-        _checked(start, model.robot),
+        checked(start, model.robot, config),
     )
     status.done = algorithm.done
     try:

@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 import json
+import math
 from pathlib import Path
 from typing import Any
 
-from leo_msgs_py.errors import UserError
+from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.verbs.common import Parser
 
 EXAMPLES = """\
@@ -27,6 +28,8 @@ AGENTS = {'ddpg': ('recommended', 'thesis'), 'sarsa': ('thesis',)}
 """Configurations of each agent; the first is the default."""
 ACTIONS = {'ddpg': ('full', 'sym'), 'sarsa': ('sym',)}
 """What an agent can drive; the first is the default."""
+KEPT = ('robot', 'model', 'agent', 'actions', 'config', 'seed', 'on_robot', 'start', 'output')
+"""Options that `--resume` takes from the run."""
 INTERRUPTED = 130
 
 
@@ -64,8 +67,8 @@ def _parser() -> Parser:
     parser.add_argument('--robot', metavar='R', help='robot whose ideal model is trained on')
     parser.add_argument('--model', metavar='MODEL', help='model file, robot or robot folder')
     parser.add_argument(
-        '--agent', choices=list(AGENTS), default='ddpg',
-        help='ddpg, or sarsa: the baseline of the thesis, tile coding on Sym',
+        '--agent', choices=list(AGENTS),
+        help='ddpg (the default), or sarsa: the baseline of the thesis, tile coding on Sym',
     )
     parser.add_argument(
         '--actions', choices=ACTIONS['ddpg'],
@@ -75,7 +78,7 @@ def _parser() -> Parser:
         '--config', choices=AGENTS['ddpg'], help='recommended, or thesis: the reference'
     )
     parser.add_argument('--steps', type=int, metavar='N', help='transitions to gather')
-    parser.add_argument('--seed', type=int, default=0, metavar='S')
+    parser.add_argument('--seed', type=int, metavar='S', help='of everything drawn (0)')
     parser.add_argument('--on-robot', action='store_true', help='train on the running robot')
     parser.add_argument('--start', metavar='DIR', help='begin with the networks of that run')
     parser.add_argument('--resume', type=Path, metavar='DIR', help='go on with a run')
@@ -87,7 +90,7 @@ def _parser() -> Parser:
 def _run(options: argparse.Namespace) -> tuple[Run, Path]:
     """The run asked for and its folder, checked and written down."""
     if options.resume:
-        return _resumed(options.resume, options.steps), options.resume
+        return _resumed(options), options.resume
     if options.output is None:
         raise UserError('leo learn: no folder for the run; give one with -o DIR')
     if options.output.exists() and not options.output.is_dir():
@@ -97,21 +100,20 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
             f'{options.output} holds a run already; go on with leo learn --resume '
             f'{options.output}, or give another folder'
         )
-    config = options.config or AGENTS[options.agent][0]
-    actions = options.actions or ACTIONS[options.agent][0]
-    if config not in AGENTS[options.agent] or actions not in ACTIONS[options.agent]:
+    agent, seed = options.agent or 'ddpg', options.seed or 0
+    config = options.config or AGENTS[agent][0]
+    actions = options.actions or ACTIONS[agent][0]
+    if config not in AGENTS[agent] or actions not in ACTIONS[agent]:
         raise UserError('leo learn: --agent sarsa takes --config thesis and --actions sym only')
-    if options.agent == 'sarsa' and options.start:
+    if agent == 'sarsa' and options.start:
         raise UserError('leo learn: --start takes networks, which --agent sarsa has not')
     model = options.model or options.robot or ('pendulum' if actions == 'full' else 'leo_ode')
     steps = options.steps
     if steps is None:
-        steps = _steps(options.agent, config, model)
-    if steps < 1 or options.seed < 0:
+        steps = _steps(agent, config, model)
+    if steps < 1 or seed < 0:
         raise UserError('leo learn: --steps must be 1 or more and --seed 0 or more')
-    run = Run(
-        model, config, options.seed, steps, options.on_robot, options.start, options.agent, actions
-    )
+    run = Run(model, config, seed, steps, options.on_robot, options.start, agent, actions)
     return run, options.output
 
 
@@ -123,17 +125,31 @@ def _steps(agent: str, config: str, model: str) -> int:
     return SARSA_STEPS if agent == 'sarsa' else default_steps(config, load_model(model).robot)
 
 
-def _resumed(folder: Path, steps: int | None) -> Run:
-    path = folder / RUN
+def _resumed(options: argparse.Namespace) -> Run:
+    """The run in a folder, with another number of steps if one is given."""
+    path = options.resume / RUN
     if not path.is_file():
-        raise UserError(f'{folder} holds no run of leo learn (no {RUN}); give its -o folder')
-    run = json.loads(path.read_text())
-    return Run(**run | ({} if steps is None else {'steps': steps}))
+        raise UserError(
+            f'{options.resume} holds no run of leo learn (no {RUN}); give its -o folder'
+        )
+    for name in KEPT:
+        value = getattr(options, name)
+        if value is not None and value is not False:
+            raise UserError(f'leo learn: --{name.replace("_", "-")} cannot be changed by '
+                            '--resume; start a new run with -o')
+    try:
+        run = Run(**json.loads(path.read_text()))
+    except (OSError, TypeError, ValueError) as error:
+        raise UserError(f'{path} cannot be read ({one_line(error)}); start a new run') from error
+    run = run if options.steps is None else replace(run, steps=options.steps)
+    if run.steps < 1:
+        raise UserError('leo learn: --steps must be 1 or more')
+    return run
 
 
 def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
     from leo_learner import ddpg, sarsa
-    from leo_learner.checkpoint import start_from
+    from leo_learner.checkpoint import PREFIX, start_from
     from leo_learner.configs import configuration
     from leo_learner.env import training_env
     from leo_learner.fused import FusedAgent
@@ -161,10 +177,13 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
     else:
         config = configuration(run.config, model.robot)
         training = ddpg.Training(env, config, run.seed, FusedAgent)
-        if run.start is not None:
+        if run.start is not None and not any(folder.glob(f'{PREFIX}*')):
             start_from(Path(run.start), training)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / RUN).write_text(json.dumps(asdict(run), indent=1))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / RUN).write_text(json.dumps(asdict(run), indent=1))
+    except OSError as error:
+        raise UserError(f'cannot write {folder} ({error.strerror}); give another -o') from error
     try:
         return learn(training, model.robot, run.steps, folder, quiet=quiet, alive=alive)
     finally:
@@ -174,7 +193,7 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
 
 def _numbers(outcome: Any) -> dict[str, Any]:
     return {
-        'test_return': outcome.test_return,
+        'test_return': outcome.test_return if math.isfinite(outcome.test_return) else None,
         'steps_done': outcome.steps,
         'seconds': round(outcome.seconds, 1),
         'finished': outcome.finished,

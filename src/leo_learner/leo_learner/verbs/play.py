@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.next_run.run_file import is_run_file
+from leo_learner.verbs.common import playing
 from leo_learner.verbs.play_motion import is_motion, motion_text, play_motion, unknown
 from leo_learner.verbs.play_run import play_run, run_text
 from leo_msgs_py.errors import UserError
@@ -68,6 +69,8 @@ def _check(options: Any) -> None:
     run, motion = is_run_file(options.policy), is_motion(str(options.policy))
     if options.episodes < 1 or (options.collect is not None and options.collect < 1):
         raise UserError('leo play: --episodes and --collect take 1 or more')
+    if options.seed < 0:
+        raise UserError('leo play: --seed takes 0 or more')
     if options.seconds is not None and not (motion and 0 < options.seconds <= LONGEST):
         raise UserError('leo play: --seconds is the length of a motion, above 0 and up to '
                         f'{LONGEST:g} s')  # fmt: skip
@@ -106,16 +109,19 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     with _stage(options, model, ros_args) as stage:
         recorded = Recorded(policy.on(stage.env))
         if options.collect:
-            collect(recorded, policy, options.collect, options.seed)
+            with playing(options.collect) as step:
+                collect(recorded, policy, options.collect, options.seed, step)
             told['collected'] = options.collect
         else:
             figures: list[Walk] = []
 
-            def note() -> None:
-                if walks(model.robot):
-                    figures.append(recorded.walk())
+            with playing(options.episodes) as played:
+                def note() -> None:
+                    played()
+                    if walks(model.robot):
+                        figures.append(recorded.walk())
 
-            returns = play(recorded, policy, options.episodes, options.seed, note)
+                returns = play(recorded, policy, options.episodes, options.seed, note)
             told |= {'returns': returns.tolist(), 'mean': float(returns.mean())}
             if figures:
                 told['walks'] = [asdict(walk) for walk in figures]

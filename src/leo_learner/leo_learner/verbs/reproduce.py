@@ -12,7 +12,7 @@ import threading
 from typing import Any, TYPE_CHECKING
 
 from leo_learner.verbs import reproduce_table7
-from leo_msgs_py.errors import UserError
+from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.verbs.common import dispatch, Parser
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ EXAMPLES = """\
   leo reproduce walk            LEO learns to walk, ten seeds
   leo reproduce table3 --plan   what is left to run, and how long that takes
   leo reproduce table7          the pendulum whose mass is not the model's
-  leo reproduce all --jobs 2    everything on LEO that has not been run yet"""
+  leo reproduce all --jobs 2    everything that has not been run yet"""
 LOOK_PERIOD = 5.0
 """How often the progress of the runs is looked at [s]."""
 NAMES = ('walk', 'real', 'table3', 'table6', 'literal', 'ablation', 'rows', 'all')
@@ -79,8 +79,7 @@ def _experiment(name: str, argv: list[str]) -> int:
     from leo_learner.experiments.page import write_page
 
     options = _parser(name).parse_args(argv)
-    if options.jobs < 1:
-        raise UserError('leo reproduce: --jobs takes 1 or more')
+    _check(options)
     chosen = list(EXPERIMENTS.values()) if name == 'all' else [EXPERIMENTS[name]]
     if not options.json:
         _announce(chosen, options)
@@ -88,6 +87,8 @@ def _experiment(name: str, argv: list[str]) -> int:
         for each in chosen:
             _run(each, options)
         write_page(options.page, options.results)
+        if name == 'all':
+            reproduce_table7.redo(options.results, options.folder, options.page)
     told: list[dict[str, Any]] = [
         {'title': each.title, 'cases': len(each.cases),
          'left': len(missing(each.cases, options.results / each.kind.file)),
@@ -103,14 +104,31 @@ def _experiment(name: str, argv: list[str]) -> int:
     return 0
 
 
+def _check(options: Any) -> None:
+    from joblib import parallel_config
+
+    if options.jobs < 1:
+        raise UserError('leo reproduce: --jobs takes 1 or more')
+    try:
+        with parallel_config(options.backend):
+            pass
+    except (ImportError, ValueError) as error:
+        raise UserError(f'leo reproduce: --backend: {one_line(error)}') from error
+    for name, path in (('--results', options.results), ('--folder', options.folder)):
+        if path.is_file():
+            raise UserError(f'leo reproduce: {name} {path} is a file; give a folder')
+
+
 def _announce(chosen: list[Experiment], options: Any) -> None:
     """Say what is left to run and how long it will take."""
     from leo_learner.experiments.cases import hours, missing
+    from leo_learner.experiments.catalogue import training_hours
 
     total = 0.0
     for each in chosen:
         path = options.results / each.kind.file
         time = hours(each.cases, path, options.jobs, each.kind.seconds)
+        time += training_hours(each, options.results, options.folder, options.jobs)
         total += time
         print(f'{each.title}: {len(missing(each.cases, path))} of {len(each.cases)} cases to run, '
               f'about {time:.1f} h')

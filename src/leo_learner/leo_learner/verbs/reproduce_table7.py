@@ -27,6 +27,8 @@ def main(argv: list[str]) -> int:
     options = _parser().parse_args(argv)
     if options.more_steps is None:
         options.more_steps = options.steps // 2
+    if options.results.is_dir():
+        raise UserError(f'leo reproduce: --results {options.results} is a folder; give a file')
     if min(options.seeds, options.transitions, options.steps, options.more_steps) < 1:
         raise UserError('leo reproduce: --seeds, --transitions, --steps take 1 or more')
     rows = _rows(options)
@@ -40,6 +42,15 @@ def main(argv: list[str]) -> int:
         print(f'figure: {options.figure}' if drawn else
               'no figure: lines of an earlier version have no learning curves')
     return 0 if result['share'] >= GATE else 1
+
+
+def redo(results: Path, folder: Path, page: Path) -> None:
+    """The default cases, their lines and curves among those of the experiments on LEO."""
+    options = _parser().parse_args([
+        '--results', str(results / 'table7.jsonl'), '--folder', str(folder / 'table7'),
+        '--figure', str(page.with_name(f'{page.stem}_table7.png')), '--more-steps', '5000',
+    ])  # fmt: skip
+    _draw(_rows(options), options.figure)
 
 
 def _parser() -> Parser:
