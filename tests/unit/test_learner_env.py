@@ -254,11 +254,14 @@ def test_play_says_when_the_data_were_left(model, policy, tmp_path, capsys):
     path = tmp_path / 'difference.safetensors'
     path.write_bytes(unsure(model).to_bytes())
     argv = [str(policy), '--model', 'pendulum', '--difference', str(path)]
-    env = WatchedEnv(ModelEnv(model, unsure(model)))
+    env = WatchedEnv(ModelEnv(model, unsure(model)), unsure(model))
     play(env, lambda seen: np.array([3.0]), 1)
     left = env.left()[0]
     assert left.channel == 'pivot torque' and 0 < left.seconds < 2 and 0 < left.share < 1
     assert 'left the data of the difference model after' in str(left)
+    elsewhere = WatchedEnv(ModelEnv(model), unsure(model))
+    play(elsewhere, lambda seen: np.array([3.0]), 1)
+    assert elsewhere.left()[0].channel == 'pivot torque'
     assert play_verb.main([*argv, '--json']) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert told['difference'] == str(path) and len(told['left_data']) == 1
@@ -270,7 +273,7 @@ def test_play_says_when_the_data_were_left(model, policy, tmp_path, capsys):
 
 
 @pytest.mark.parametrize('argv, words', [
-    (['--difference', 'x'], 'give --model'),
+    (['--difference', 'x'], 'no difference model x'),
     (['--model', 'pendulum', '--difference', 'x'], 'no difference model x'),
 ])
 def test_play_says_what_is_wrong_with_a_difference_model(policy, argv, words):

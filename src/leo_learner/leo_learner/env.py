@@ -123,22 +123,31 @@ def model_env(model: Model) -> ModelEnv:
 
 
 def load_difference(path: Path, model: Model) -> DifferenceModel:
-    """Read the difference model of a model's robot from a file.
+    """Read the difference model of a model from a file.
 
     Raises:
-        UserError: it is not there, no difference model, one of another robot, or one that goes
-            on top of other effects.
+        UserError: as `read_difference`, or it goes on top of other effects.
+    """
+    difference = read_difference(path, model.robot)
+    _check_base(difference, path, model)
+    return difference
+
+
+def read_difference(path: Path, robot: Robot) -> DifferenceModel:
+    """Read a difference model of a robot from a file.
+
+    Raises:
+        UserError: it is not there, no difference model, or one of another robot.
     """
     if not path.is_file():
         raise UserError(f'no difference model {path}; model.yaml or --difference names it')
     difference = from_bytes(path.read_bytes(), str(path))
-    if difference.robot != model.robot.name:
-        raise UserError(f'{path} is of robot {difference.robot!r}, not {model.robot.name!r}')
-    if difference.layout != layout_of(model.robot):
+    if difference.robot != robot.name:
+        raise UserError(f'{path} is of robot {difference.robot!r}, not {robot.name!r}')
+    if difference.layout != layout_of(robot):
         raise UserError(
-            f'{path} is of a {model.robot.name} with other joints or actuators; fit it again'
+            f'{path} is of a {robot.name} with other joints or actuators; fit it again'
         )
-    _check_base(difference, path, model)
     return difference
 
 

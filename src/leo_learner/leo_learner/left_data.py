@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
 
 from leo_diffmodel.difference.layout import channel_names
-from leo_learner.env import ModelEnv, Step
+from leo_diffmodel.difference.model import DifferenceModel
+from leo_learner.env import RobotSpaces, Step
 
 OUTSIDE = 0.5
 """A step is outside the data where less than this share of the correction is left."""
@@ -40,18 +41,20 @@ class Left:
 
 
 class WatchedEnv(gymnasium.Wrapper):
-    """Keeps what the difference model said of every step.
+    """Keeps what a difference model says of every step.
 
     Args:
-        env: with a difference model that knows where its data end.
+        env: a model, or the running robot.
+        difference: a difference model that knows where its data end.
     """
 
-    env: ModelEnv
+    env: RobotSpaces
 
-    def __init__(self, env: ModelEnv) -> None:
+    def __init__(self, env: RobotSpaces, difference: DifferenceModel) -> None:
         super().__init__(env)
-        assert env.difference is not None and env.difference.trust is not None
-        self._names = channel_names(env.robot, env.difference.config.form)
+        assert difference.trust is not None
+        self._difference = difference
+        self._names = channel_names(env.robot, difference.config.form)
         self._episodes: list[list[tuple[float, int]]] = []
 
     def reset(self, **options: Any) -> tuple[np.ndarray, dict[str, Any]]:
@@ -60,10 +63,14 @@ class WatchedEnv(gymnasium.Wrapper):
         return self.env.reset(**options)
 
     def step(self, action: np.ndarray) -> Step:
-        """Step, and note what the difference model said."""
+        """Step, and note what the difference model says of it."""
+        before = self.env.sensed
         answer = self.env.step(action)
-        self._episodes[-1].append((float(answer[4]['factor']), int(answer[4]['channel'])))
-        return answer
+        if 'lost' not in answer[4]:
+            judged = self._difference.judge(before.q, before.dq, self.env.applied)
+            assert judged.channel is not None
+            self._episodes[-1].append((float(judged.factor), int(judged.channel)))
+        return cast(Step, answer)
 
     def left(self) -> list[Left]:
         """How each episode so far left the data."""

@@ -179,7 +179,7 @@ def _left(policy: Policy, algorithm: Algorithm5) -> Left:
     model, difference = algorithm.corrected()
     if difference is None:
         return Left(None, None, 0.0)
-    watched = WatchedEnv(ModelEnv(model, difference))
+    watched = WatchedEnv(ModelEnv(model, difference), difference)
     play(policy.on(watched), policy, 1)
     return watched.left()[0]
 

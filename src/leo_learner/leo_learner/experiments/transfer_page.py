@@ -20,7 +20,7 @@ HEADS = (
     'gap', 'repair', 'seeds', 'distance on the real robot [m]: ideal policy', 'after update 1',
     'last driver', 'trained on it', 'share', 'falls: ideal', 'last', 'J/m: ideal', 'last',
     'trained on it', 'robot time [s]', 'from scratch [s]', 'one-step MSE', '0.3 s MSE',
-    'left the data',
+    'left the data (on model and network)',
 )
 PERIOD = 0.03
 DRAWS = 10_000

@@ -18,6 +18,8 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 
 if TYPE_CHECKING:
+    from leo_diffmodel.difference.model import DifferenceModel
+    from leo_learner.env import RobotSpaces
     from leo_learner.left_data import WatchedEnv
     from leo_learner.rollouts import Rollouts
     from leo_sim.model import Model
@@ -46,7 +48,8 @@ def main(argv: list[str]) -> int:
                              '(hanging), standing, stepping (with its falls)')
     parser.add_argument('--model', metavar='M', help='model file or robot; without it the robot')
     parser.add_argument('--difference', type=Path, metavar='FILE',
-                        help='correct M by this difference model, and say where its data end')
+                        help='say where a policy leaves the data of this difference model, on M '
+                             'corrected by it, or on the robot')
     parser.add_argument('--bag', type=Path, metavar='DIR',
                         help='write what it did to a bag: what M did, and without --model what '
                              'the ideal robot did under a policy, or the running one otherwise')
@@ -78,8 +81,8 @@ def _check(options: Any) -> None:
         raise UserError('leo play: --bag records a run file on the robot, not on a model')
     if options.bag and options.bag.exists():
         raise UserError(f'{options.bag} exists; choose another folder for --bag')
-    if options.difference and (not options.model or run):
-        raise UserError('leo play: --difference corrects a model under a policy; give --model M')
+    if options.difference and (run or motion):
+        raise UserError('leo play: --difference watches a policy; give one')
     if options.collect and run:
         raise UserError('leo play: --collect takes a policy; a run file is played as it is')
 
@@ -133,16 +136,16 @@ class _Stage:
     """Where a policy plays, and what is noted of it."""
 
     env: Any
+    difference: Path | None = None
     watched: WatchedEnv | None = None
     rollouts: Rollouts | None = None
 
     def told(self, options: Any) -> dict[str, Any]:
         """Where the episodes left the data of a difference model, and the bag written."""
         told: dict[str, Any] = {}
-        path = options.model and self.env.unwrapped.model.difference_model
-        if path:
+        if self.difference is not None:
             left = None if self.watched is None else [asdict(e) for e in self.watched.left()]
-            told |= {'difference': str(path), 'left_data': left}
+            told |= {'difference': str(self.difference), 'left_data': left}
         if self.rollouts is not None:
             self.rollouts.write(options.bag)
             told['bag'] = str(options.bag)
@@ -152,27 +155,38 @@ class _Stage:
 @contextmanager
 def _stage(options: Any, model: Model, ros_args: list[str]) -> Iterator[_Stage]:
     """The model asked for, or the running robot."""
-    from leo_learner.env import model_env
-    from leo_learner.left_data import WatchedEnv
+    from leo_learner.env import model_env, read_difference
     from leo_learner.robot_env import RobotEnv
     from leo_learner.rollouts import Rollouts
     from leo_msgs_py.node import api
 
     if not options.model:
+        path = options.difference
+        difference = path and read_difference(path, model.robot)
         try:
-            yield _Stage(RobotEnv(api.create_node('play', ros_args), model.robot))
+            robot = RobotEnv(api.create_node('play', ros_args), model.robot)
+            watched = _watched(robot, difference)
+            yield _Stage(watched or robot, path, watched)
         finally:
             api.shutdown()
         return
     if options.difference:
         model = model.changed(difference_model=options.difference)
     env: Any = model_env(model)
-    watched = rollouts = None
-    if env.difference is not None and env.difference.trust is not None:
-        env = watched = WatchedEnv(env)
+    watched = _watched(env, env.difference)
+    env, rollouts = watched or env, None
     if options.bag:
         env = rollouts = Rollouts(env)
-    yield _Stage(env, watched, rollouts)
+    yield _Stage(env, model.difference_model, watched, rollouts)
+
+
+def _watched(env: RobotSpaces, difference: DifferenceModel | None) -> WatchedEnv | None:
+    """The environment watched by a difference model that knows where its data end."""
+    from leo_learner.left_data import WatchedEnv
+
+    if difference is None or difference.trust is None:
+        return None
+    return WatchedEnv(env, difference)
 
 
 def walk_text(walk: Mapping[str, Any]) -> str:
