@@ -53,7 +53,7 @@ def test_calibration_makes_held_out_errors_of_unit_size():
     rng, wrong = np.random.default_rng(1), np.array([0.5, 3.0, 10.0])
     spread = rng.uniform(0.5, 2.0, (4000, 3)) * np.array([1e-3, 1.0, 20.0])
     error = wrong * spread * rng.normal(size=spread.shape)
-    trust = calibrated(error[:2000], spread[:2000], np.ones(3))
+    trust = calibrated(error[:2000], spread[:2000], np.ones(3), np.zeros(3))
     np.testing.assert_allclose(trust.temperature, wrong, rtol=0.1)
     unit = error[2000:] / trust.uncertainty(spread[2000:])
     np.testing.assert_allclose(unit.std(axis=0), 1.0, rtol=0.1)
@@ -63,11 +63,23 @@ def test_calibration_makes_held_out_errors_of_unit_size():
 
 def test_the_factor_falls_smoothly_from_one_to_nothing():
     rng = np.random.default_rng(2)
-    trust = calibrated(rng.normal(size=(500, 2)), rng.uniform(1, 2, (500, 2)), np.ones(2))
+    error, spread = rng.normal(size=(500, 2)), rng.uniform(1, 2, (500, 2))
+    trust = calibrated(error, spread, np.ones(2), np.zeros(2))
     strain = trust.limit * np.stack([np.linspace(0, 3, 301), np.zeros(301)], axis=-1)
     factor = trust.factor(strain)
     assert factor[100] == 1.0 and factor[150] == pytest.approx(0.5) and factor[200] == 0.0
     assert np.all(np.diff(factor) <= 0) and np.abs(np.diff(factor, 2)).max() < 1e-3
+
+
+def test_a_trifle_beside_the_usual_correction_is_no_reason_to_leave_it_out():
+    rng = np.random.default_rng(3)
+    error = 1e-4 * rng.normal(size=(500, 2))
+    trust = calibrated(error, np.abs(error), np.ones(2), np.array([1.0, 1e-9]))
+    known, unknown = trust.uncertainty(np.array([[0.09, 0.0], [0.0, 0.09]]))
+    np.testing.assert_allclose(trust.temperature, 1.0)
+    assert trust.factor(trust.strain(known)) == 1.0
+    assert trust.factor(trust.strain(unknown)) == 0.0
+    assert trust.factor(trust.strain(3 * known)) == 0.0
 
 
 @pytest.mark.parametrize('form', ['recommended', 'torque'])

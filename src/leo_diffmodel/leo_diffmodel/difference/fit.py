@@ -128,8 +128,9 @@ def _first_network(
 
 def _trust(network: Network, fitted: Targets, watched: Targets) -> Trust:
     with torch.no_grad():
-        bound = network.members(fitted.x).mean(0).abs().amax(0)
-    return calibrated(*_errors(network, watched), bound.double().numpy())
+        corrections = network.members(fitted.x).mean(0).double().numpy()
+    bound, usual = np.abs(corrections).max(axis=0), np.sqrt(np.mean(corrections**2, axis=0))
+    return calibrated(*_errors(network, watched), bound, usual)
 
 
 def _errors(network: Network, data: Targets) -> tuple[np.ndarray, np.ndarray]:

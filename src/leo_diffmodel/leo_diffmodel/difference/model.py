@@ -83,7 +83,7 @@ class DifferenceModel:
         correction = np.clip(mean, -self.trust.bound, self.trust.bound)
         if self.config.form != 'full':  # which has no model to fall back on
             correction = factor[..., None] * correction
-        return Judged(correction, factor, strain.argmax(axis=-1))
+        return Judged(correction, factor, (strain / self.trust.limit).argmax(axis=-1))
 
     def members(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """What each member says, (M, ..., C)."""

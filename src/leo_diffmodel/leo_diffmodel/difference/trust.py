@@ -9,6 +9,8 @@ import numpy as np
 
 WITHIN = 0.99
 """Share of the held-out data that counts as within the data; the rest is their edge."""
+SMALL = 0.1
+"""Expected errors below this share of the usual correction do no harm, wherever they are."""
 TINY = 1e-12
 
 
@@ -19,7 +21,8 @@ class Trust:
     Attributes:
         temperature: held-out error over spread of the members, rms, (C,).
         error: held-out error, rms, (C,).
-        limit: strain that 99 % of the held-out data stay below, ().
+        limit: strain up to which a correction is applied in full, (C,) (one number in files of
+            earlier versions).
         bound: largest correction on the data, either sign, (C,).
     """
 
@@ -40,10 +43,11 @@ class Trust:
         """Share of the correction to apply, (...): 1 within the data, 0 far from them.
 
         Up to the strain that 99 % of the held-out data stay below, those data vouch for the
-        correction; beyond it nothing does, and at twice that strain nothing of it is left. In
-        between it falls along a cubic, half of it at the middle. The worst output decides.
+        correction, and where its expected error is a trifle beside it nothing need to; beyond
+        both nothing does, and at twice that strain nothing of it is left. In between it falls
+        along a cubic, half of it at the middle. The worst output decides.
         """
-        beyond = np.clip(strain.max(axis=-1) / self.limit - 1.0, 0.0, 1.0)
+        beyond = np.clip((strain / self.limit).max(axis=-1) - 1.0, 0.0, 1.0)
         return 1.0 - beyond**2 * (3.0 - 2.0 * beyond)
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -51,16 +55,20 @@ class Trust:
         return {f.name: np.asarray(getattr(self, f.name), float) for f in fields(self)}
 
 
-def calibrated(error: np.ndarray, spread: np.ndarray, bound: np.ndarray) -> Trust:
+def calibrated(
+    error: np.ndarray, spread: np.ndarray, bound: np.ndarray, usual: np.ndarray
+) -> Trust:
     """The trust that held-out data give.
 
     Args:
         error: of the members' mean, (N, C).
         spread: standard deviation over the members, (N, C).
         bound: largest correction on the data, (C,).
+        usual: rms of the corrections there, (C,).
     """
     spread = np.maximum(spread, TINY)
     rms = np.maximum(np.sqrt(np.mean(error**2, axis=0)), TINY)
     temperature = np.maximum(np.sqrt(np.mean((error / spread) ** 2, axis=0)), TINY)
     strain = (temperature * spread / rms).max(axis=-1)
-    return Trust(temperature, rms, np.quantile(strain, WITHIN), bound)
+    limit = np.maximum(np.quantile(strain, WITHIN), SMALL * usual / rms)
+    return Trust(temperature, rms, limit, bound)

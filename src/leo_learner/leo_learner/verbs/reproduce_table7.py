@@ -48,7 +48,7 @@ def redo(results: Path, folder: Path, page: Path) -> None:
     """The default cases, their lines and curves among those of the experiments on LEO."""
     options = _parser().parse_args([
         '--results', str(results / 'table7.jsonl'), '--folder', str(folder / 'table7'),
-        '--figure', str(page.with_name(f'{page.stem}_table7.png')), '--more-steps', '5000',
+        '--figure', str(page.with_name('table7.png')), '--more-steps', '5000',
     ])  # fmt: skip
     _draw(_rows(options), options.figure)
 
