@@ -66,10 +66,12 @@ class WatchedEnv(gymnasium.Wrapper):
         """Step, and note what the difference model says of it."""
         before = self.env.sensed
         answer = self.env.step(action)
-        if 'lost' not in answer[4]:
-            judged = self._difference.judge(before.q, before.dq, self.env.applied)
-            assert judged.channel is not None
-            self._episodes[-1].append((float(judged.factor), int(judged.channel)))
+        if 'lost' in answer[4]:
+            self._episodes.pop()
+            return cast(Step, answer)
+        judged = self._difference.judge(before.q, before.dq, self.env.applied)
+        assert judged.channel is not None
+        self._episodes[-1].append((float(judged.factor), int(judged.channel)))
         return cast(Step, answer)
 
     def left(self) -> list[Left]:
