@@ -16,8 +16,17 @@ FEWEST = 3
 """Seeds whose mean has a band; that of two would cover the picture."""
 
 
-def learning_curves(groups: Mapping[str, Sequence[Row]], title: str, path: Path) -> None:
-    """Test return against transitions: every seed, their mean with its 95 % band, n."""
+def learning_curves(
+    groups: Mapping[str, Sequence[Row]], title: str, path: Path, linear: float | None = None
+) -> None:
+    """Test return against transitions: every seed, their mean with its 95 % band, n.
+
+    Args:
+        groups: lines by the name of their group.
+        title: of the figure.
+        path: of the PNG.
+        linear: returns below minus this are drawn by their logarithm.
+    """
     figure = Figure(figsize=(WIDTH, HEIGHT + 0.12 * len(groups)), layout='constrained')
     axes = figure.add_subplot()
     low, high = 0.0, 0.0
@@ -34,6 +43,11 @@ def learning_curves(groups: Mapping[str, Sequence[Row]], title: str, path: Path)
     room = 0.05 * (high - low)
     axes.set(xlabel='transitions [thousands]', ylabel='test return', title=title,
              ylim=(low - room, high + room))
+    if linear is not None:
+        axes.set_yscale('symlog', linthresh=linear)
+        ticks = [t for t in (0.0, *(-linear * 10.0**k for k in range(4))) if t >= low]
+        axes.set_yticks(ticks, [f'{t:g}' for t in ticks])
+        axes.set_ylim(top=high + 0.1 * linear)
     axes.axhline(0, color='0.7', lw=0.8, zorder=0)
     figure.legend(loc='outside lower center', ncols=2, frameon=False)
     axes.spines[['top', 'right']].set_visible(False)
