@@ -34,7 +34,7 @@ def table(cases: Sequence[Case], rows: Sequence[Row]) -> str:
 
 def figure(title: str, cases: Sequence[Case], rows: Sequence[Row], path: Path) -> None:
     """Distance on the real robot by round, and the path of the centre of mass there."""
-    drawing = Figure(figsize=(WIDTH, 1.7 * HEIGHT), layout='constrained')
+    drawing = Figure(figsize=(WIDTH, 1.9 * HEIGHT), layout='constrained')
     upper, lower = drawing.subplots(2, 1)
     groups = grouped(cases, rows)
     for name, lines in groups.items():
@@ -47,8 +47,9 @@ def figure(title: str, cases: Sequence[Case], rows: Sequence[Row], path: Path) -
         lower.plot(*np.array(points).T, label=label)
     lower.set(xlabel='x [m]', ylabel='z [m]',
               title=f'centre of mass on the real robot, first 3 s, seed {first["seed"]}')
+    upper.legend(loc='upper center', bbox_to_anchor=(0.5, -0.15), ncols=3, frameon=False)
+    lower.legend(frameon=False)
     for axes in (upper, lower):
-        axes.legend(frameon=False)
         axes.spines[['top', 'right']].set_visible(False)
     drawing.savefig(path, dpi=DPI)
 
