@@ -100,7 +100,8 @@ def _experiment(name: str, argv: list[str]) -> int:
     else:
         for each, answer in zip(chosen, told, strict=True):
             print(f'\n{each.title}\n{each.kind.table(each.cases, answer["rows"])}')
-        print(f'page: {options.page}')
+        if not options.plan:
+            print(f'page: {options.page}')
     return 0
 
 
