@@ -28,7 +28,7 @@ class FlatAdam:
 
     def __init__(self, module: nn.Module, rate: float, l2: float = 0.0) -> None:
         weights, biases = weights_and_biases(module)
-        self.values = parameters_of(module).numpy()
+        values = parameters_of(module).numpy()
         zeros = [torch.zeros_like(p.data) for p in (*weights, *biases)]
         slope, slopes = laid_end_to_end(zeros)
         for parameter, view in zip((*weights, *biases), slopes, strict=True):
@@ -39,7 +39,7 @@ class FlatAdam:
         views = zip(steps[1], first[1], second[1], strict=True)
         self._kept = [dict(zip(NAMES, kept, strict=True)) for kept in views]
         self._steps, self._rate = steps[0].numpy(), rate
-        flat = self.values, slope.numpy(), first[0].numpy(), second[0].numpy()
+        flat = values, slope.numpy(), first[0].numpy(), second[0].numpy()
         count = sum(w.numel() for w in weights)
         parts = (l2, slice(count)), (0.0, slice(count, None))
         self._groups = [(l2, part, [v[part] for v in flat]) for l2, part in parts]

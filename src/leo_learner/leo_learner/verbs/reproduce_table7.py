@@ -26,9 +26,7 @@ SETTINGS = ('truth', 'repair', 'transitions', 'config', 'steps', 'more_steps')
 
 def main(argv: list[str]) -> int:
     """Run the cases that are not in the results file yet; 1 where the gate is not met."""
-    options = _parser().parse_args(argv)
-    if options.more_steps is None:
-        options.more_steps = options.steps // 2
+    options = _options(argv)
     if options.results.is_dir():
         raise UserError(f'leo reproduce: --results {options.results} is a folder; give a file')
     if min(options.seeds, options.transitions, options.steps, options.more_steps) < 1:
@@ -48,11 +46,18 @@ def main(argv: list[str]) -> int:
 
 def redo(results: Path, folder: Path, page: Path) -> None:
     """The default cases, their lines and curves among those of the experiments on LEO."""
-    options = _parser().parse_args([
+    options = _options([
         '--results', str(results / 'table7.jsonl'), '--folder', str(folder / 'table7'),
-        '--figure', str(page.with_name('table7.png')), '--more-steps', '5000',
+        '--figure', str(page.with_name('table7.png')),
     ])  # fmt: skip
     _draw(_rows(options), options.figure)
+
+
+def _options(argv: list[str]) -> Any:
+    options = _parser().parse_args(argv)
+    if options.more_steps is None:
+        options.more_steps = options.steps // 2
+    return options
 
 
 def _parser() -> Parser:
