@@ -62,27 +62,74 @@ other_python_wanted() {
   [[ -n ${PYTHON:-} && "$("$PYTHON" -V 2>&1)" != "$("$VENV/bin/python" -V)" ]]
 }
 
+ros() { # where rclpy comes from: the ROS that is sourced, wheels, or none; never two at once
+  if [[ -n ${ROS_DISTRO:-} ]]; then
+    echo "$ROS_DISTRO, sourced"
+  elif [[ "$(uname -sm)" == 'Linux x86_64' ]]; then
+    echo wheels
+  else
+    echo none
+  fi
+}
+
+make_environment() {
+  local python site=()
+  python=$(find_python)
+  need_compiler "$python"
+  # RoboStack's rclpy lies beside its Python, that of apt on PYTHONPATH, which every Python reads.
+  [[ -n ${ROS_DISTRO:-} && -n ${CONDA_PREFIX:-} ]] && site=(--system-site-packages)
+  echo "setting up $PWD/$VENV with $python (some minutes, once)"
+  "$python" -m venv --clear "${site[@]}" "$VENV"
+  touch "$VENV/COLCON_IGNORE"
+  ros > "$VENV/.ros"
+}
+
 fingerprint() { # what an installed environment depends on
-  { pwd; "$VENV/bin/python" -VV; cat constraints.txt "$@" src/*/setup.{py,cfg}; } | cksum
+  { pwd; ros; "$VENV/bin/python" -VV; cat constraints.txt "$@" src/*/setup.{py,cfg}; } | cksum
+}
+
+install_ros() {
+  case "$(ros)" in
+    wheels)
+      pip_install --constraint constraints.txt --requirement=requirements-ros.txt
+      ;;
+    none)
+      echo "no ROS 2 here, so no nodes (leo run, leo topic, leo demo); the rest works. For these" \
+        "install ROS 2 Jazzy (RoboStack has it for this platform), source it, set up again"
+      ;;
+    *)
+      "$VENV/bin/python" -c 'import rclpy, sensor_msgs.msg' 2>> "$LOG" ||
+        die "ROS $ROS_DISTRO is sourced, but $VENV/bin/python cannot import its rclpy and" \
+          "sensor_msgs: set PYTHON to the Python of that ROS, or source none (see $PWD/$LOG)"
+      ;;
+  esac
+}
+
+link_packages() { # NAME…: what ros2 run and ros2 launch look for, which editable installs leave out
+  local name share=$PWD/$VENV/share
+  mkdir -p "$share/ament_index/resource_index/packages" "$VENV/lib"
+  for name in "$@"; do
+    ln -sf "$PWD/src/$name/resource/$name" "$share/ament_index/resource_index/packages/"
+    ln -sfn "$PWD/src/$name" "$share/$name"
+    [[ -d src/$name/scripts ]] && ln -sfn "$PWD/src/$name/scripts" "$VENV/lib/$name"
+  done
+  return 0
 }
 
 setup() { # REQUIREMENTS…: install them and the four packages, unless that is done already
-  local stamp=$VENV/.ready-${*: -1} packages
-  if ! usable "$VENV/bin/python" || other_python_wanted; then
-    local python
-    python=$(find_python)
-    need_compiler "$python"
-    echo "setting up $PWD/$VENV with $python (some minutes, once)"
-    "$python" -m venv --clear "$VENV"
-    touch "$VENV/COLCON_IGNORE"
+  local stamp=$VENV/.ready-${*: -1} packages=(leo_msgs_py leo_sim leo_diffmodel leo_learner)
+  if ! usable "$VENV/bin/python" || other_python_wanted ||
+    [[ "$(cat "$VENV/.ros" 2> /dev/null)" != "$(ros)" ]]; then
+    make_environment
   fi
   [[ -f $stamp && "$(cat "$stamp")" == "$(fingerprint "$@")" ]] && return
   echo "installing ${*} (log: $LOG)"
   : > "$LOG"
   pip_install --constraint constraints.txt setuptools
+  install_ros
   pip_install --constraint constraints.txt "${@/#/--requirement=}"
-  packages=(src/leo_msgs_py src/leo_sim src/leo_diffmodel src/leo_learner)
-  pip_install --no-build-isolation --no-deps "${packages[@]/#/--editable=}"
+  pip_install --no-build-isolation --no-deps "${packages[@]/#/--editable=src/}"
+  link_packages "${packages[@]}"
   # LEO's kernels compile at their first use and are kept.
   "$VENV/bin/python" -c 'from leo_sim.model import Model; m = Model("leo"); m.step(m.start(), [0] * 6, 0.03)'
   fingerprint "$@" > "$stamp"

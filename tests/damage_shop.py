@@ -16,14 +16,13 @@ from leo_learner.configs import RECOMMENDED
 from leo_learner.ddpg import Training
 from leo_learner.env import ModelEnv
 from leo_learner.policy import save_policy
-from leo_msgs_py.values import JointStates
-from leo_msgs_py.wire.types import serialize
+from leo_msgs_py.cdr import joint_state
 from leo_sim.model import Model
 from leo_sim.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
 MAP = """
-topics: {joint_states: /joint_states, dynamic_joint_states: /dynamic_joint_states}
+topics: {joint_states: /joint_states, applied: /robot/applied_voltage}
 joints: {pivot: {name: pivot, sign: -1, offset: 0.1}}
 input: auto
 interface: voltage
@@ -104,7 +103,6 @@ def _chunked(folder: Path, compression: CompressionType) -> None:
         schema = writer.register_schema(JOINT_STATE, 'ros2msg', text.encode())
         channel = writer.register_channel('/joint_states', 'cdr', schema)
         for k in range(400):
-            q, dq = np.array([np.sin(0.01 * k)]), np.array([np.cos(0.01 * k)])
-            message = JointStates(k * 10**7, ('pivot',), q, dq).to_message()
-            writer.add_message(channel, k * 10**7, serialize(message), k * 10**7)
+            data = joint_state(k * 10**7, ['pivot'], [np.sin(0.01 * k)], [np.cos(0.01 * k)])
+            writer.add_message(channel, k * 10**7, data, k * 10**7)
         writer.finish()

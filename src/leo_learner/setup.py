@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Package leo_learner, for pip and for colcon."""
 from glob import glob
-import sys
 
 from setuptools import find_packages, setup
 
 PACKAGE = 'leo_learner'
 NODES = {'learner': 'leo_learner.nodes.learner:main'}
-# Only colcon calls `setup.py install` or `develop`; it puts scripts into lib/PACKAGE (setup.cfg).
-# pip would put them into bin/; with pip `leo run` finds them in the group leo.executables.
-UNDER_COLCON = bool({'install', 'develop'} & set(sys.argv))
 
 setup(
     name=PACKAGE,
@@ -23,6 +19,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
+        (f'lib/{PACKAGE}', glob('scripts/*')),  # where ros2 run looks
         (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
         (f'share/{PACKAGE}/config', glob('config/*.yaml')),
     ],
@@ -45,7 +42,6 @@ setup(
     ],
     extras_require={'test': ['pytest', 'hypothesis']},
     entry_points={
-        'console_scripts': [f'{n} = {t}' for n, t in NODES.items() if UNDER_COLCON],
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
         'leo.verbs': [
             f'{verb} = leo_learner.verbs.{verb}:main'

@@ -8,24 +8,26 @@ PACKAGE = 'leo_msgs_py'
 setup(
     name=PACKAGE,
     version='0.1.0',
-    description='Names, units, typed values, the node layer and the leo command',
+    description='Names, units, typed values, help for nodes and the leo command',
     author='The LEO developers',
     license='Apache-2.0',
     python_requires='>=3.11',
     packages=find_packages(),
-    package_data={PACKAGE: ['py.typed']},
+    package_data={PACKAGE: ['py.typed', 'dds/*.xml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
     ],
     install_requires=[
-        'cyclonedds>=11.0,<12',
         'numpy>=1.26.4',
         'pyyaml',
         'rich',
         'rosbags>=0.11',
     ],
-    extras_require={'test': ['pytest', 'hypothesis']},
+    extras_require={
+        'ros': ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6'],
+        'test': ['pytest', 'hypothesis'],
+    },
     entry_points={
         'console_scripts': ['leo = leo_msgs_py.cli:main'],
         'leo.verbs': [

@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Package leo_sim, for pip and for colcon."""
 from glob import glob
-import sys
 
 from setuptools import find_packages, setup
 
 PACKAGE = 'leo_sim'
 NODES = {'robot': 'leo_sim.nodes.robot:main'}
-# Only colcon calls `setup.py install` or `develop`; it puts scripts into lib/PACKAGE (setup.cfg).
-# pip would put them into bin/; with pip `leo run` finds them in the group leo.executables.
-UNDER_COLCON = bool({'install', 'develop'} & set(sys.argv))
 
 setup(
     name=PACKAGE,
@@ -23,6 +19,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
+        (f'lib/{PACKAGE}', glob('scripts/*')),  # where ros2 run looks
         (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
         (f'share/{PACKAGE}/config', glob('config/*.yaml')),
     ],
@@ -38,7 +35,6 @@ setup(
     ],
     extras_require={'mujoco': ['mujoco>=3.3,<4'], 'test': ['pytest', 'hypothesis', 'mujoco<4']},
     entry_points={
-        'console_scripts': [f'{n} = {t}' for n, t in NODES.items() if UNDER_COLCON],
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
         'leo.verbs': ['reveal = leo_sim.reveal:main', 'robot = leo_sim.verbs.robot:main'],
         'leo.robots': [

@@ -57,7 +57,7 @@ def test_units_signs_offsets_and_computed_columns(tmp_path):
     np.testing.assert_allclose(episode.t, [0.0, 0.01, 0.025])
     np.testing.assert_allclose(episode.q[:, 0], 0.25 - np.radians([0, 90, 180]))
     np.testing.assert_allclose(episode.dq[:, 0], [0, 2 * np.pi, -2 * np.pi])
-    np.testing.assert_allclose(episode.inputs[:, 0], [0.0, 7.4, -7.4])
+    np.testing.assert_allclose(episode.inputs[:, 0], [0.0, 7.4, 0.0])
     assert episode.enabled[:, 0].tolist() == [True, True, False]
     assert recording.metadata['imported_from'] == 'log.csv'
 
@@ -248,10 +248,10 @@ def test_an_interrupted_import_leaves_no_half_bag(tmp_path, monkeypatch):
     (tmp_path / 'log.csv').write_text('t,angle\n0,1\n1,2\n')
     (tmp_path / 'map.yaml').write_text('time: t\njoints: {pivot: {position: angle}}\n')
 
-    def interrupted(message):
+    def interrupted(*fields):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(arrays, 'serialize', interrupted)
+    monkeypatch.setattr(arrays.cdr, 'joint_state', interrupted)
     with pytest.raises(KeyboardInterrupt):
         import_logs([tmp_path / 'log.csv'], tmp_path / 'map.yaml', tmp_path / 'bag')
     assert not (tmp_path / 'bag').exists()

@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Our bags open elsewhere, others' bags open here, cut ones up to the cut."""
 
+import json
+import os
+from pathlib import Path
+
 from mcap.reader import make_reader
 from mcap.records import Message
 from mcap.writer import CompressionType, Writer
@@ -10,6 +14,8 @@ import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
+from rosbags.serde import SerdeError
+from tests.messages import dynamic
 import yaml
 
 from leo_diffmodel.bags.arrays import Run, write_runs
@@ -17,11 +23,11 @@ from leo_diffmodel.bags.finish import BagState, finish_bag
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.mcap_file import McapFile
 from leo_diffmodel.bags.recording import read_bag
-from leo_diffmodel.bags.types import definition
+from leo_diffmodel.bags.types import definition, DYNAMIC_JOINT_STATE, JOINT_STATE
 from leo_diffmodel.bags.writer import BagWriter
-from leo_msgs_py import messages as m
+from leo_msgs_py import cdr
+from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied, JointStates
-from leo_msgs_py.wire.types import serialize
 from leo_sim.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
@@ -31,7 +37,10 @@ COUNT = 2000
 @pytest.fixture(scope='module')
 def run() -> Run:
     t = np.arange(COUNT) * 0.01
-    inputs = {'pivot': {'voltage': np.sin(7 * t), 'enabled': np.ones(COUNT)}}
+    inputs = {'pivot': {
+        'voltage': np.sin(7 * t), 'enabled': np.ones(COUNT), 'current': np.cos(7 * t),
+        'supply_voltage': 7.5 + 0 * t, 'temperature': 30.0 + t,
+    }}  # fmt: skip
     return Run(t, ['pivot'], np.sin(t)[:, None], np.cos(t)[:, None], inputs=inputs)
 
 
@@ -52,8 +61,14 @@ def test_rosbags_reads_ours(bag, run):
             c.ext.offered_qos_profiles[0].durability.name
             for c in reader.connections if c.topic == '/robot/episode'
         ]
-    assert counts['/dynamic_joint_states'] == ('control_msgs/msg/DynamicJointState', COUNT)
-    assert counts['/joint_states'] == ('sensor_msgs/msg/JointState', COUNT)
+    assert counts == {
+        '/robot/episode': ('std_msgs/msg/UInt32', 1),
+        '/joint_states': (JOINT_STATE, COUNT),
+        '/robot/applied_voltage': (JOINT_STATE, COUNT),
+        '/robot/current': (JOINT_STATE, COUNT),
+        '/robot/supply': ('sensor_msgs/msg/BatteryState', COUNT),
+        '/robot/temperature': ('sensor_msgs/msg/Temperature', COUNT),
+    }
     assert q == run.q[:, 0].tolist() and durability == ['TRANSIENT_LOCAL']
 
 
@@ -61,10 +76,19 @@ def test_mcap_ros2_reads_ours(bag, run):
     with (bag / 'bag_0.mcap').open('rb') as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         assert reader.get_header().profile == 'ros2'
-        decoded = reader.iter_decoded_messages(topics=['/dynamic_joint_states'])
-        volts = [message.interface_values[0].values[0] for _, _, _, message in decoded]
+        read = {
+            topic: [message for _, _, _, message in reader.iter_decoded_messages([topic])]
+            for topic in ('/robot/applied_voltage', '/robot/current', '/robot/temperature',
+                          '/robot/supply')
+        }  # fmt: skip
         channels = reader.get_summary().channels.values()
-    assert volts == run.inputs['pivot']['voltage'].tolist()
+    volts, current, warm, supply = read.values()
+    columns = run.inputs['pivot']
+    assert [message.effort[0] for message in volts] == columns['voltage'].tolist()
+    assert [message.effort[0] for message in current] == columns['current'].tolist()
+    assert [message.temperature for message in warm] == columns['temperature'].tolist()
+    assert {message.voltage for message in supply} == {7.5}
+    assert {message.header.frame_id for message in warm + supply} == {'pivot'}
     hashes = {channel.topic: channel.metadata['topic_type_hash'] for channel in channels}
     assert hashes['/joint_states'] == definition('sensor_msgs/msg/JointState')[1]
 
@@ -73,31 +97,32 @@ def test_metadata_is_rosbag2_version_9(bag):
     content = yaml.safe_load((bag / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
     assert (content['version'], content['storage_identifier']) == (9, 'mcap')
     assert content['relative_file_paths'] == ['bag_0.mcap']
-    assert content['message_count'] == 2 * COUNT + 1
+    assert content['message_count'] == 5 * COUNT + 1
     assert content['duration']['nanoseconds'] == (COUNT - 1) * 10_000_000
 
 
 def test_a_rosbags_bag_under_other_names_is_read_through_a_topic_map(tmp_path, run):
-    types = {'/arm/states': 'sensor_msgs/msg/JointState',
-             '/arm/applied': 'control_msgs/msg/DynamicJointState'}
     with RosbagsWriter(
         tmp_path / 'foreign', version=9, storage_plugin=StoragePlugin.MCAP
     ) as writer:
         connections = {
             topic: writer.add_connection(
-                topic, name, msgdef=definition(name)[0], rihs01=definition(name)[1]
+                topic, JOINT_STATE, msgdef=definition(JOINT_STATE)[0],
+                rihs01=definition(JOINT_STATE)[1],
             )
-            for topic, name in types.items()
-        }
+            for topic in ('/arm/states', '/arm/applied')
+        }  # fmt: skip
         for k in range(200):
             stamp = k * 10_000_000
-            state = JointStates(stamp, ('grip', 'hinge'), np.array([9.0, run.q[k, 0]]),
-                                np.array([9.0, run.dq[k, 0]])).to_message()
-            applied = Applied(stamp, ('hinge',), run.inputs['pivot']['voltage'][k:k + 1])
-            writer.write(connections['/arm/states'], stamp, serialize(state))
-            writer.write(connections['/arm/applied'], stamp, serialize(applied.to_message()))
+            volts = run.inputs['pivot']['voltage'][k]
+            state = cdr.joint_state(
+                stamp, ('grip', 'hinge'), [9.0, run.q[k, 0]], [9.0, run.dq[k, 0]]
+            )
+            applied = cdr.joint_state(stamp, ('grip', 'hinge'), effort=[np.nan, volts])
+            writer.write(connections['/arm/states'], stamp, state)
+            writer.write(connections['/arm/applied'], stamp, applied)
     (tmp_path / 'map.yaml').write_text(
-        'topics: {joint_states: /arm/states, dynamic_joint_states: /arm/applied}\n'
+        'topics: {joint_states: /arm/states, applied: /arm/applied}\ninput: applied\n'
         'joints: {pivot: {name: hinge}}\n'
     )
     recording = read_bag(tmp_path / 'foreign', PENDULUM, tmp_path / 'map.yaml')
@@ -118,8 +143,8 @@ def test_a_cut_chunk_is_read_up_to_the_cut(tmp_path, compression):
         channel = writer.register_channel('/joint_states', 'cdr', schema)
         for k in range(5000):
             q, dq = rng.normal(0, 1e-4, (2, 1))
-            message = JointStates(k * 10_000_000, ('pivot',), q, dq).to_message()
-            writer.add_message(channel, k * 10_000_000, serialize(message), k)
+            data = cdr.joint_state(k * 10_000_000, ('pivot',), q, dq)
+            writer.add_message(channel, k * 10_000_000, data, k)
         writer.finish()
     content = whole.read_bytes()
     cut = tmp_path / 'cut.mcap'
@@ -160,8 +185,7 @@ def test_a_message_that_cannot_be_decoded_is_left_out_and_counted(tmp_path):
     writer = BagWriter(tmp_path / 'bag')
     channel = writer.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
     for k in range(10):
-        message = JointStates(k * 10**7, ('pivot',), np.zeros(1), np.zeros(1)).to_message()
-        data = serialize(message)
+        data = cdr.joint_state(k * 10**7, ('pivot',), [0.0], [0.0])
         writer.write(channel, data if k != 5 else data[:16] + b'\xff' * 40, k * 10**7)
     writer.close()
     recording = read_bag(tmp_path / 'bag', PENDULUM)
@@ -171,11 +195,12 @@ def test_a_message_that_cannot_be_decoded_is_left_out_and_counted(tmp_path):
 
 def test_info_says_what_is_there(bag):
     info = bag_info(bag)
-    assert (info.state, info.messages, info.joints) == ('finished', 2 * COUNT + 1, ('pivot',))
+    assert (info.state, info.messages, info.joints) == ('finished', 5 * COUNT + 1, ('pivot',))
     assert info.state_rate == pytest.approx(100.0) and info.metadata == {'robot': 'pendulum'}
     assert [(e.start, e.samples) for e in info.episodes] == [(0.0, COUNT)]
     assert [t.name for t in info.topics] == [
-        '/dynamic_joint_states', '/joint_states', '/robot/episode'
+        '/joint_states', '/robot/applied_voltage', '/robot/current', '/robot/episode',
+        '/robot/supply', '/robot/temperature',
     ]
 
 
@@ -184,7 +209,72 @@ def messages(file) -> list[tuple[int, bytes]]:
     return [(r.log_time, r.data) for r in McapFile(file).records() if isinstance(r, Message)]
 
 
-def test_the_types_of_the_graph_have_definitions():
-    for message in (m.JointState, m.DynamicJointState, m.UInt32, m.Clock, m.Bool, m.String):
-        text, digest = definition(message.__msgtype__)
-        assert digest.startswith('RIHS01_') and len(digest) == 71 and text
+@pytest.mark.parametrize('name', [JOINT_STATE, DYNAMIC_JOINT_STATE])
+def test_hostile_bytes_decode_or_are_told(name):
+    """The two types that a bag's arrays come from, mutated ten thousand times in all."""
+    whole = {
+        JOINT_STATE: cdr.joint_state(10**18, ('hip', 'knee'), [1, 2], [3, 4], [5, 6]),
+        DYNAMIC_JOINT_STATE: dynamic(10**18, {'hip': {'voltage': 1, 'enabled': 0}, 'knee': {}}),
+    }[name]
+    rng, refused = np.random.default_rng(0), 0
+    for kind in rng.integers(4, size=5000):
+        data = bytearray(whole)
+        place = rng.integers(len(data))
+        if kind == 0:
+            del data[place:]
+        elif kind == 1:
+            data[place : place + 4] = b'\xff' * len(data[place : place + 4])
+        else:
+            for at in rng.integers(len(data), size=kind):
+                data[at] = rng.integers(256)
+        try:
+            cdr.decode(bytes(data), name)
+        except SerdeError:
+            refused += 1
+    assert 1000 < refused < 5000
+
+
+@pytest.mark.parametrize('spare', [0, 1, 4, 8, 12])
+def test_what_serializers_leave_behind_a_message_is_passed_over(spare):
+    data = cdr.joint_state(7, ('hip', 'knee'), [1.0, 2.0])
+    message = cdr.decode(data + bytes(spare), JOINT_STATE)
+    assert message.position.tolist() == [1.0, 2.0] and len(message.effort) == 0
+    with pytest.raises(SerdeError, match='not a sensor_msgs/msg/JointState'):
+        cdr.decode(data + bytes(60), JOINT_STATE)
+
+
+def test_an_unknown_type_names_the_nearest():
+    with pytest.raises(UserError, match='did you mean sensor_msgs/msg/JointState'):
+        definition('sensor_msgs/msg/JointStat')
+
+
+PACKAGES = ('builtin_interfaces', 'diagnostic_msgs', 'rosgraph_msgs', 'sensor_msgs', 'std_msgs')
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_type_hashes_are_those_of_ros(package):
+    interfaces = pytest.importorskip(package).__file__
+    prefixes = [Path(p) for p in os.environ.get('AMENT_PREFIX_PATH', '').split(':') if p]
+    prefixes += Path(interfaces).parents
+    folder = next(p for p in prefixes if (p / 'share' / package / 'msg').is_dir())
+    found = 0
+    for file in (folder / 'share' / package / 'msg').glob('*.json'):
+        name = f'{package}/msg/{file.stem}'
+        hashes = {h['type_name']: h['hash_string']
+                  for h in json.loads(file.read_text())['type_hashes']}  # fmt: skip
+        assert definition(name)[1] == hashes[name]
+        found += 1
+    assert found
+
+
+def test_bytes_are_those_of_ros():
+    serialization = pytest.importorskip('rclpy.serialization')
+    arrays = np.array([1.0, -2.0]), np.array([0.5, 0.25])
+    state = JointStates(10**18 + 7, ('hip', 'knee'), *arrays)
+    applied = Applied(7, ('hip', 'knee'), arrays[0], 'voltage', np.array([True, False]))
+    for value, ours in (
+        (state, cdr.joint_state(state.stamp_ns, state.names, *arrays)),
+        (applied, cdr.joint_state(7, applied.names, effort=applied.nan_where_free)),
+    ):
+        theirs = serialization.serialize_message(value.to_message())  # its padding is arbitrary
+        assert cdr.encode(cdr.decode(theirs, JOINT_STATE)) == ours

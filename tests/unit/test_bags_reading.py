@@ -7,20 +7,28 @@ from pathlib import Path
 from mcap.records import Message
 import numpy as np
 import pytest
+from tests.messages import command, dynamic, message
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.contents import Logged, logged
 from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.types import DYNAMIC_JOINT_STATE, FLOAT64_ARRAY, JOINT_STATE, UINT32
 from leo_diffmodel.bags.writer import BagWriter
-from leo_msgs_py import messages as m
+from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.values import Applied, Command, JointStates
-from leo_msgs_py.wire.types import serialize, type_name
 from leo_sim.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
 TORQUE = load_robot('torque_pendulum')
 PERIOD = 10_000_000
+OLD_BAGS = Path(__file__).parents[1] / 'data' / 'bags_of_2026_11'
+KINDS = {
+    'joint_states': JOINT_STATE, 'applied_voltage': JOINT_STATE, 'applied_effort': JOINT_STATE,
+    'dynamic_joint_states': DYNAMIC_JOINT_STATE, 'commands': FLOAT64_ARRAY, 'episode': UINT32,
+    'chatter': 'std_msgs/msg/String',
+}  # fmt: skip
+VOLTS = '/robot/applied_voltage'
+NAN = float('nan')
 
 
 def swing(count: int = 400, period: float = 0.01) -> Run:
@@ -31,27 +39,26 @@ def swing(count: int = 400, period: float = 0.01) -> Run:
     return Run(t, ['pivot'], np.sin(t)[:, None], np.cos(t)[:, None], inputs=inputs)
 
 
-def write_messages(folder: Path, messages: list[tuple[str, int, object]]) -> Path:
-    """A bag of (topic, log time [ns], message)."""
+def write_messages(folder: Path, messages: list[tuple[str, int, bytes]]) -> Path:
+    """A bag of (topic, log time [ns], CDR bytes)."""
     writer, channels = BagWriter(folder), {}
-    for topic, log_ns, message in messages:
+    for topic, log_ns, data in messages:
         if topic not in channels:
-            channels[topic] = writer.add_topic(topic, type_name(type(message)))
-        writer.write(channels[topic], serialize(message), log_ns)
+            channels[topic] = writer.add_topic(topic, KINDS[topic.rpartition('/')[2]])
+        writer.write(channels[topic], data, log_ns)
     writer.close()
     return folder
 
 
-def state(stamp_ns: int, q: float, dq: float = 0.0, effort: float | None = None) -> object:
-    measured = None if effort is None else np.array([effort])
-    return JointStates(stamp_ns, ('pivot',), np.array([q]), np.array([dq]), measured).to_message()
+def state(stamp_ns: int, q: float, dq: float = 0.0, effort: float | None = None) -> bytes:
+    return joint_state(stamp_ns, ['pivot'], [q], [dq], () if effort is None else [effort])
 
 
-def applied(stamp_ns: int, volts: float) -> object:
-    return Applied(stamp_ns, ('pivot',), np.array([volts])).to_message()
+def applied(stamp_ns: int, volts: float) -> bytes:
+    return joint_state(stamp_ns, ['pivot'], effort=[volts])
 
 
-def still(count: int, start: int = 0) -> list[tuple[str, int, object]]:
+def still(count: int, start: int = 0) -> list[tuple[str, int, bytes]]:
     return [('/joint_states', k * PERIOD, state(k * PERIOD, 0.1)) for k in range(start, count)]
 
 
@@ -80,14 +87,66 @@ def test_without_a_publish_time_a_message_counts_from_when_it_was_logged(publish
 def test_motor_off_is_not_0_volts(tmp_path):
     run = swing(50)
     run.inputs['pivot']['enabled'][20:] = 0.0
-    (episode,) = read_bag(write_runs(tmp_path / 'bag', [run], {}), PENDULUM).episodes
+    recording = read_bag(write_runs(tmp_path / 'bag', [run], {}), PENDULUM)
+    (episode,) = recording.episodes
     assert episode.enabled[:20].all() and not episode.enabled[20:].any()
+    assert not episode.inputs[20:].any() and recording.warnings == ()
+
+
+def test_an_input_that_is_not_known_is_no_free_motor(tmp_path):
+    run = swing(50)
+    run.inputs['pivot']['voltage'][20:30] = NAN
+    recording = read_bag(write_runs(tmp_path / 'bag', [run], {}), PENDULUM)
+    (episode,) = recording.episodes
+    assert episode.enabled.all() and set(episode.inputs[20:30, 0]) == {episode.inputs[19, 0]}
+    assert '10 inputs with NaN or of a wrong length left out' in recording.warnings[0]
+
+
+@pytest.mark.parametrize('name', ['swing', 'cut'])
+def test_bags_of_before_2026_12_read_as_they_did(name):
+    recording = read_bag(OLD_BAGS / name, PENDULUM)
+    expected = np.load(OLD_BAGS / f'{name}.npz')
+    found = {
+        f'{field}_{k}': getattr(episode, field)
+        for k, episode in enumerate(recording.episodes)
+        for field in ('t', 'q', 'dq', 'inputs', 'enabled')
+    }
+    assert found.keys() == set(expected)
+    for key, values in found.items():
+        np.testing.assert_array_equal(values, expected[key])
+    assert not recording.episodes[0].enabled.all()
+    assert ['cut short' in warning for warning in recording.warnings] == [True] * (name == 'cut')
+
+
+def test_applied_voltages_and_dynamic_joint_states_read_alike(tmp_path):
+    free = [(1.0, 1.0), (0.0, 0.0), (2.0, 1.0), (0.0, 0.0)]
+    new = [(VOLTS, k * PERIOD, applied(k * PERIOD, v if on else NAN))
+           for k, (v, on) in enumerate(free)]
+    old = [('/dynamic_joint_states', k * PERIOD,
+            dynamic(k * PERIOD, {'pivot': {'voltage': v, 'enabled': on}}))
+           for k, (v, on) in enumerate(free)]
+    for name, log in (('new', new), ('old', old), ('both', new + old[:1])):
+        recording = read_bag(write_messages(tmp_path / name, still(4) + log), PENDULUM)
+        (episode,) = recording.episodes
+        assert episode.inputs[:, 0].tolist() == [1.0, 0.0, 2.0, 0.0]
+        assert episode.enabled[:, 0].tolist() == [True, False, True, False]
+        assert recording.warnings == ()
+
+
+def test_the_topic_says_the_unit(tmp_path):
+    log = [(f'/leo1{VOLTS}', 0, applied(0, 9.0)), ('/leo1/robot/applied_effort', 0, applied(0, 1))]
+    bag = write_messages(tmp_path / 'bag', still(5) + log)
+    assert set(read_bag(bag, PENDULUM).episodes[0].inputs[:, 0]) == {9.0}
+    assert set(read_bag(bag, TORQUE).episodes[0].inputs[:, 0]) == {1.0}
+    volts = write_messages(tmp_path / 'volts', still(5) + log[:1])
+    assert read_bag(volts, TORQUE).input == 'none'
+    assert 'has no usable effort of pivot (there is pivot)' in read_bag(volts, TORQUE).warnings[0]
 
 
 def test_inputs_faster_than_states_are_averaged(tmp_path):
     log = [('/joint_states', k * PERIOD, state(k * PERIOD, 0.1)) for k in range(3)]
     for stamp, volts in ((0, 1.0), (PERIOD // 4, 5.0), (PERIOD, -2.0)):
-        log.append(('/dynamic_joint_states', stamp, applied(stamp, volts)))
+        log.append((VOLTS, stamp, applied(stamp, volts)))
     (episode,) = read_bag(write_messages(tmp_path / 'bag', log), PENDULUM).episodes
     assert episode.inputs[:, 0].tolist() == [0.25 * 1.0 + 0.75 * 5.0, -2.0, -2.0]
 
@@ -109,7 +168,7 @@ def test_commands_come_from_log_time_mapped_by_the_median_delay(tmp_path):
     volts = np.arange(6.0)
     for k, value in enumerate(volts):
         at = epoch + delay + 1000 + 5 * k * PERIOD
-        log.append(('/voltage_controller/commands', at, Command(np.array([value])).to_message()))
+        log.append(('/voltage_controller/commands', at, command(value)))
     recording = read_bag(write_messages(tmp_path / 'bag', log), PENDULUM)
     (episode,) = recording.episodes
     assert np.array_equal(episode.inputs[:, 0], np.repeat(volts, 5))
@@ -161,7 +220,7 @@ def test_stamps_jumping_back_split_and_keep_their_inputs(tmp_path):
         for k in range(20):
             at, stamp = (20 * run + k) * PERIOD, k * PERIOD
             log.append(('/joint_states', at, state(stamp, 0.1)))
-            log.append(('/dynamic_joint_states', at, applied(stamp, volts)))
+            log.append((VOLTS, at, applied(stamp, volts)))
     first, second = read_bag(write_messages(tmp_path / 'bag', log), PENDULUM).episodes
     assert set(first.inputs[:, 0]) == {1.0} and set(second.inputs[:, 0]) == {2.0}
     assert len(first.t) == len(second.t) == 20
@@ -169,11 +228,11 @@ def test_stamps_jumping_back_split_and_keep_their_inputs(tmp_path):
 
 @pytest.mark.parametrize('late', [-2, -1, 0, 1, 2])
 def test_an_episode_number_that_comes_early_or_late_still_cuts_at_the_reset(tmp_path, late):
-    log = [('/robot/episode', 0, m.UInt32(data=4))]
+    log = [('/robot/episode', 0, uint32(4))]
     log += [
         ('/joint_states', k * PERIOD, state(k * PERIOD, 2.0 if k < 30 else 0.0)) for k in range(60)
     ]
-    log.append(('/robot/episode', (30 + late) * PERIOD - 1, m.UInt32(data=5)))
+    log.append(('/robot/episode', (30 + late) * PERIOD - 1, uint32(5)))
     recording = read_bag(write_messages(tmp_path / 'bag', log), PENDULUM)
     assert [float(np.ptp(episode.q)) for episode in recording.episodes] == [0.0, 0.0]
     assert [len(episode.t) for episode in recording.episodes] == [30, 30]
@@ -208,7 +267,7 @@ def test_wrapped_angles_are_unwrapped(tmp_path):
 
 def test_nan_is_dropped_and_counted(tmp_path):
     log = still(50)
-    log[10] = ('/joint_states', 10 * PERIOD, state(10 * PERIOD, float('nan')))
+    log[10] = ('/joint_states', 10 * PERIOD, state(10 * PERIOD, NAN))
     recording = read_bag(write_messages(tmp_path / 'bag', log), PENDULUM)
     assert len(recording.episodes[0].t) == 49
     assert '1 samples with NaN left out' in recording.warnings[0]
@@ -224,7 +283,7 @@ def test_missing_velocities_are_differentiated_and_said(tmp_path):
 def test_uneven_rates_and_states_before_the_first_input(tmp_path):
     stamps = np.cumsum(np.random.default_rng(2).integers(2, 12, 200)) * 1_000_000
     log = [('/joint_states', int(s), state(int(s), 0.1)) for s in stamps]
-    log.append(('/dynamic_joint_states', int(stamps[5]), applied(int(stamps[5]), 3.0)))
+    log.append((VOLTS, int(stamps[5]), applied(int(stamps[5]), 3.0)))
     (episode,) = read_bag(write_messages(tmp_path / 'bag', log), PENDULUM).episodes
     assert len(episode.t) == 195 and (episode.inputs == 3.0).all()
     np.testing.assert_allclose(np.diff(episode.t), np.diff(stamps[5:]) * 1e-9)
@@ -233,12 +292,15 @@ def test_uneven_rates_and_states_before_the_first_input(tmp_path):
 @pytest.mark.parametrize(
     ('log', 'message'),
     [
-        ([('/chatter', 0, m.String(data='x'))], r'no topic /joint_states; it has /chatter'),
         (
-            [('/joint_states', 0, m.JointState(name=['elbow'], position=[0.0]))],
+            [('/chatter', 0, message('std_msgs/msg/String', 'x'))],
+            r'no topic /joint_states; it has /chatter',
+        ),
+        (
+            [('/joint_states', 0, joint_state(0, ['elbow'], [0.0]))],
             r'joints pivot are not on /joint_states; there are elbow',
         ),
-        ([('/joint_states', 0, state(0, float('nan')))], 'every sample.* NaN'),
+        ([('/joint_states', 0, state(0, NAN))], 'every sample.* NaN'),
         (still(1), 'record longer'),
     ],
 )
@@ -265,6 +327,7 @@ def test_no_bag_no_mcap_and_no_mcap_file(tmp_path):
         ('topic: {}\n', "unknown key 'topic'; did you mean 'topics'?"),
         ('topics: {joint_states: /arm}\n', 'no topic /arm; it has /joint_states'),
         ('input: commands\n', 'no input on commands'),
+        ('input: applied\n', 'no input on applied'),
         ('- a\n', 'expected a mapping'),
         ('{', 'not a YAML file'),
     ],
@@ -283,11 +346,15 @@ def test_an_empty_bag_is_refused(tmp_path):
 
 
 def test_applied_inputs_of_other_joints_are_never_passed_over_in_silence(tmp_path):
-    other = Applied(0, ('hinge',), np.array([1.0]), 'voltage').to_message()
-    bag = write_messages(tmp_path / 'bag', [*still(10), ('/dynamic_joint_states', 0, other)])
-    recording = read_bag(bag, PENDULUM)
+    log = [
+        ('/dynamic_joint_states', 0, dynamic(0, {'hinge': {'voltage': 1.0, 'enabled': 1.0}})),
+        (VOLTS, 0, joint_state(0, ['hinge'], effort=[1.0])),
+    ]
+    recording = read_bag(write_messages(tmp_path / 'bag', still(10) + log), PENDULUM)
     assert recording.input == 'none'
-    assert 'no usable voltage of pivot (there is hinge: voltage, enabled)' in recording.warnings[0]
+    told = ' '.join(recording.warnings)
+    for there in ('hinge: voltage, enabled', 'hinge'):
+        assert f'no usable voltage of pivot (there is {there}); inputs taken from: none' in told
 
 
 def test_the_command_period_of_a_foreign_bag_is_in_robot_time(tmp_path):
@@ -295,9 +362,9 @@ def test_the_command_period_of_a_foreign_bag_is_in_robot_time(tmp_path):
     log = []
     for k in range(200):
         log.append(('/joint_states', k * PERIOD // wall, state(k * PERIOD, 0.1)))
-        log.append(('/dynamic_joint_states', k * PERIOD // wall, applied(k * PERIOD, 1.0)))
+        log.append((VOLTS, k * PERIOD // wall, applied(k * PERIOD, 1.0)))
         if k % 5 == 0:
             at = k * PERIOD // wall + 400_000 + 100_000 * (k % 3)
-            log.append(('/voltage_controller/commands', at, Command(np.array([1.0])).to_message()))
+            log.append(('/voltage_controller/commands', at, command(1.0)))
     recording = read_bag(write_messages(tmp_path / 'bag', log), PENDULUM)
     assert recording.command_period == pytest.approx(0.05)

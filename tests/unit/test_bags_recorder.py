@@ -17,14 +17,11 @@ from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.finish import BagState, finish_bag, is_recording
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.mcap_file import find_files
-from leo_diffmodel.bags.record import record
 from leo_diffmodel.bags.recorder import finish_left_over, header_stamp, RecordedTopic, Recorder
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.writer import BagWriter
+from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.messages import UInt32
-from leo_msgs_py.values import JointStates
-from leo_msgs_py.wire.types import serialize
 from leo_sim.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
@@ -33,25 +30,20 @@ EPISODE = RecordedTopic('/robot/episode', 'std_msgs/msg/UInt32', latched=True)
 CHILD = """
 import sys, time
 from pathlib import Path
-import numpy as np
 from leo_diffmodel.bags.recorder import RecordedTopic, Recorder
-from leo_msgs_py.values import JointStates
-from leo_msgs_py.wire.types import serialize
+from leo_msgs_py.cdr import joint_state
 
 recorder = Recorder(Path(sys.argv[1]))
 topic = RecordedTopic('/joint_states', 'sensor_msgs/msg/JointState')
 for k in range(10_000):
-    state = JointStates(k * 5_000_000, ('pivot',), np.array([0.1 * k]), np.array([20.0]))
-    recorder.record(topic, serialize(state.to_message()))
+    recorder.record(topic, joint_state(k * 5_000_000, ['pivot'], [0.1 * k], [20.0]))
     print(k, flush=True)
     time.sleep(0.005)
 """
 
 
 def state(stamp_ns: int, q: float = 0.0) -> bytes:
-    return serialize(
-        JointStates(stamp_ns, ('pivot',), np.array([q]), np.array([0.0])).to_message()
-    )
+    return joint_state(stamp_ns, ['pivot'], [q], [0.0])
 
 
 def streamed_messages(file: Path) -> int:
@@ -111,7 +103,7 @@ def test_a_killed_finisher_leaves_the_bag_as_it_was(tmp_path):
 def test_a_restarted_robot_gets_the_next_bag_with_what_was_latched(tmp_path):
     recorder = Recorder(tmp_path / 'bag')
     recorder.describe({'robot': 'pendulum'})
-    recorder.record(EPISODE, serialize(UInt32(data=3)))
+    recorder.record(EPISODE, uint32(3))
     for stamp in [*range(0, 10**9, 10**7), *range(0, 10**9, 10**7)]:
         recorder.record(STATES, state(stamp))
     recorder.close()
@@ -126,7 +118,7 @@ def test_a_restarted_robot_gets_the_next_bag_with_what_was_latched(tmp_path):
 
 def test_episodes_begin_where_they_were_published_however_late_they_were_recorded(tmp_path):
     recorder = Recorder(tmp_path / 'bag')
-    numbers = [(EPISODE, serialize(UInt32(data=k)), 1 + 400 * k) for k in range(3)]
+    numbers = [(EPISODE, uint32(k), 1 + 400 * k) for k in range(3)]
     states = [(STATES, state(k * 10**7, 0.001 * k), 10 * k + 5) for k in range(100)]
     for message in [*states, *numbers]:
         recorder.record(*message)
@@ -164,8 +156,6 @@ def test_an_existing_bag_is_never_overwritten(tmp_path):
         recorder.record(STATES, state(0))
         recorder.close()
     assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'bag_1', 'bag_2']
-    with pytest.raises(UserError, match='exists already'):
-        record([], tmp_path / 'bag', [])
     with pytest.raises(UserError, match='exists already'):
         BagWriter(tmp_path / 'bag')
 

@@ -3,12 +3,12 @@
 
 import numpy as np
 import pytest
+from tests.messages import dynamic
 
 from leo_diffmodel.bags.writer import BagWriter
+from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.messages import UInt32
-from leo_msgs_py.values import Applied, JointStates
-from leo_msgs_py.wire.types import serialize
+from leo_msgs_py.values import JointStates
 from leo_sim.drivers.base import DriverOptions, EndOfRun, NotPossible
 from leo_sim.drivers.replay import ReplayDriver
 from leo_sim.robot import load_robot
@@ -20,21 +20,41 @@ def state(k: int, joint: str = 'pivot') -> JointStates:
     return JointStates(STAMPS[k], (joint,), np.array([0.1 * k]), np.array([-1.0 / (k + 1)]))
 
 
-def record(folder, joint='pivot', states=True, applied_from=0):
+def encoded(k: int, joint: str = 'pivot') -> bytes:
+    read = state(k, joint)
+    return joint_state(read.stamp_ns, read.names, read.position, read.velocity)
+
+
+def given(k: int, joint: str = 'pivot') -> bytes:
+    """What was applied at a state: free at the last one."""
+    return joint_state(STAMPS[k], [joint], effort=[0.5 * k if k < 5 else np.nan])
+
+
+def given_before(k: int, joint: str = 'pivot') -> bytes:
+    """As robots said it before 2026-12."""
+    return dynamic(STAMPS[k], {joint: {'voltage': 0.5 * k * (k < 5), 'enabled': k < 5}})
+
+
+APPLIED = {
+    given: ('/robot/applied_voltage', 'sensor_msgs/msg/JointState'),
+    given_before: ('/dynamic_joint_states', 'control_msgs/msg/DynamicJointState'),
+}
+
+
+def record(folder, joint='pivot', states=True, applied_from=0, applied=given):
     """Six states, each published twice, an input at each, a new episode before the fourth."""
     bag = BagWriter(folder)
     topics = [bag.add_topic('/robot/episode', 'std_msgs/msg/UInt32')]
     topics.append(bag.add_topic('/joint_states', 'sensor_msgs/msg/JointState') if states else 0)
-    topics.append(bag.add_topic('/dynamic_joint_states', 'control_msgs/msg/DynamicJointState'))
-    bag.write(topics[0], serialize(UInt32(data=4)), 0)
+    topics.append(bag.add_topic(*APPLIED[applied]))
+    bag.write(topics[0], uint32(4), 0)
     for k, stamp in enumerate(STAMPS):
         if k == 3:
-            bag.write(topics[0], serialize(UInt32(data=5)), stamp)
+            bag.write(topics[0], uint32(5), stamp)
         for _ in range(2 if states else 0):
-            bag.write(topics[1], serialize(state(k, joint).to_message()), stamp)
+            bag.write(topics[1], encoded(k, joint), stamp)
         if k >= applied_from:
-            applied = Applied(stamp, (joint,), np.array([0.5 * k]))
-            bag.write(topics[2], serialize(applied.to_message()), stamp)
+            bag.write(topics[2], applied(k, joint), stamp)
         bag.flush()
     bag.close()
     return folder
@@ -55,29 +75,45 @@ def play(driver):
             return rows, gaps, str(end)
 
 
-def test_states_inputs_gaps_and_episodes_come_back(tmp_path):
-    driver = replay(record(tmp_path / 'bag'))
+@pytest.mark.parametrize('applied', APPLIED)
+def test_states_inputs_gaps_and_episodes_come_back(tmp_path, applied):
+    driver = replay(record(tmp_path / 'bag', applied=applied))
     assert driver.info.state_rate == pytest.approx(100.0)
     rows, gaps, end = play(driver)
     assert [r[0].stamp_ns for r in rows] == STAMPS
-    for k, (read, applied, starts) in enumerate(rows):
-        assert serialize(read.to_message()) == serialize(state(k).to_message())
-        assert applied.values.tolist() == [0.5 * k] and applied.stamp_ns == STAMPS[k]
+    for k, (read, sent, starts) in enumerate(rows):
+        assert (read.position, read.velocity) == (state(k).position, state(k).velocity)
+        assert sent.values.tolist() == [0.5 * k * (k < 5)] and sent.stamp_ns == STAMPS[k]
+        assert sent.enabled.tolist() == [k < 5] and sent.interface == 'voltage'
         assert starts == (k >= 3)
     assert gaps == pytest.approx([0.01, 0.01, 0.015, 0.01, 0.01])
     assert 'ended after 6 states' in end
 
 
-def test_unknown_input_is_nan_not_zero(tmp_path):
+def test_an_unknown_input_is_none(tmp_path):
     rows, _, _ = play(replay(record(tmp_path / 'bag', applied_from=2)))
-    assert [np.isnan(r[1].values[0]) for r in rows] == [True, True, False, False, False, False]
+    assert [r[1] is None for r in rows] == [True, True, False, False, False, False]
+
+
+def test_what_does_not_decode_or_fit_is_passed_over(tmp_path):
+    bag = BagWriter(tmp_path / 'bag')
+    states = bag.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
+    applied = bag.add_topic(*APPLIED[given])
+    for k in range(6):
+        data = encoded(k)
+        bag.write(states, data[:20] + b'\xff' * 40 if k == 2 else data, STAMPS[k])
+        bag.write(applied, joint_state(STAMPS[k], ['pivot']) if k == 3 else given(k), STAMPS[k])
+    bag.close()
+    rows, _, _ = play(replay(tmp_path / 'bag'))
+    assert [r[0].stamp_ns for r in rows] == STAMPS[:2] + STAMPS[3:]
+    assert [r[1].values[0] for r in rows] == [0.0, 0.5, 1.0, 2.0, 0.0]
 
 
 def test_a_bag_cut_short_plays_up_to_the_cut(tmp_path):
     folder = record(tmp_path / 'bag')
     file = next(folder.glob('*.mcap'))
     whole = file.read_bytes()
-    file.write_bytes(whole[: whole.rindex(serialize(state(4).to_message())) + 10])
+    file.write_bytes(whole[: whole.rindex(encoded(4)) + 10])
     rows, _, _ = play(replay(folder))
     assert [r[0].stamp_ns for r in rows] == STAMPS[: len(rows)] and 4 <= len(rows) <= 5
 
@@ -96,7 +132,7 @@ def test_a_recording_cannot_be_reset_or_freed(tmp_path):
         ({'joint': 'elbow'}, r"has the joints \['elbow'\], robot pendulum has \['pivot'\]"),
         (
             {'states': False},
-            r"no /joint_states; it has \['/dynamic_joint_states', '/robot/episode'\]",
+            r"no /joint_states; it has \['/robot/applied_voltage', '/robot/episode'\]",
         ),
     ],
 )

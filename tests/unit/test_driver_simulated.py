@@ -10,7 +10,6 @@ import yaml
 
 from leo_diffmodel.blind import kinds
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.wire.types import serialize
 from leo_sim import drawing
 from leo_sim.batch import rollout
 from leo_sim.drivers import load_driver
@@ -37,11 +36,12 @@ def options(**changes) -> DriverOptions:
 
 
 def swing(driver: SimulatedDriver, ticks=50, volts=2.0):
-    """Messages of a run as bytes: states and what was applied."""
+    """What a run publishes, as bytes: states and what was applied."""
     rows = []
     for _ in range(ticks):
         state, applied = driver.read(), driver.write(np.array([volts]))
-        rows.append((serialize(state.to_message()), serialize(applied.to_message())))
+        measured = np.concatenate([state.position, state.velocity])
+        rows.append((measured.tobytes(), applied.nan_where_free.tobytes()))
         driver.advance(1.0 / driver.info.state_rate)
     return rows
 

@@ -143,7 +143,7 @@ class Algorithm5:
         start: Path | None = None,
         quiet: bool = False,
     ) -> None:
-        self._folder, self._model, self._config = folder, model, config
+        self.folder, self._model, self._config = folder, model, config
         self._settings, self._robot, self._source = settings, robot, source
         self._alive, self._say, self._start, self._quiet = alive, say, start, quiet
         self.done = self._read()
@@ -232,7 +232,7 @@ class Algorithm5:
         self._say(f'round {self.done.update}: updating the difference model')
         weights = self._source.newer(self.done.version)
         difference = from_bytes(weights)
-        (self._folder / f'difference-{difference.version:03d}.safetensors').write_bytes(weights)
+        (self.folder / f'difference-{difference.version:03d}.safetensors').write_bytes(weights)
         self.done.version = difference.version
         named = [f'{placed.effect.name} at {", ".join(placed.where)}'
                  for placed in self.corrected()[0].effects]
@@ -257,7 +257,7 @@ class Algorithm5:
         """The model with the effects named so far, and the difference model on top of it."""
         if not self.done.version:
             return self._model, None
-        path = self._folder / f'difference-{self.done.version:03d}.safetensors'
+        path = self.folder / f'difference-{self.done.version:03d}.safetensors'
         difference = from_bytes(path.read_bytes(), str(path))
         model = difference.model_beside(path.with_suffix('.yaml'), self._model)
         return model, difference if self._settings.network else None
@@ -265,13 +265,13 @@ class Algorithm5:
     def _round(self, update: int) -> Path:
         if update == 0 and self._start is not None:
             return self._start
-        return self._folder / f'round-{update}'
+        return self.folder / f'round-{update}'
 
     def _seed(self) -> int:
         return 1000 * self._settings.seed + self.done.update
 
     def _read(self) -> Done:
-        path, of = self._folder / DONE, self._of()
+        path, of = self.folder / DONE, self._of()
         if not path.exists():
             return Done(phase='train' if self._start is None else 'test', of=of)
         try:
@@ -281,7 +281,7 @@ class Algorithm5:
                             'remove it to start anew') from error
         for name, value in of.items():
             if done.of.get(name, value) != value:
-                raise UserError(f'{self._folder} holds a run with another {name} '
+                raise UserError(f'{self.folder} holds a run with another {name} '
                                 f'({done.of[name]}); give another folder')
         return done
 
@@ -295,7 +295,7 @@ class Algorithm5:
         return cast(dict[str, Any], json.loads(json.dumps(of)))
 
     def _write(self) -> None:
-        self._folder.mkdir(parents=True, exist_ok=True)
-        temporary = self._folder / f'{DONE}.tmp'
+        self.folder.mkdir(parents=True, exist_ok=True)
+        temporary = self.folder / f'{DONE}.tmp'
         temporary.write_text(json.dumps(asdict(self.done), indent=1))
-        temporary.replace(self._folder / DONE)
+        temporary.replace(self.folder / DONE)

@@ -8,16 +8,17 @@ import time
 from typing import Any
 
 import numpy as np
+from rclpy.node import Node
 
 from leo_learner.env import RobotSpaces, Step
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import api
+from leo_msgs_py.node import running, spin_once
 from leo_msgs_py.values import Command, JointStates
+from leo_sim.drivers.base import INTERFACES
 from leo_sim.model import State
 from leo_sim.robot import Robot
 
-COMMANDS = {'voltage': topics.VOLTAGE_COMMANDS, 'torque': topics.EFFORT_COMMANDS}
 SAME_START = 0.5
 """After this time [s] a state equal to the one before the reset is taken for the start pose."""
 RESEND = 0.3
@@ -40,14 +41,14 @@ class RobotEnv(RobotSpaces):
     transition is none; until a robot answers, the environment waits.
 
     Args:
-        node: of the node layer; this environment spins it while it waits.
+        node: joined to the graph; it is served while this environment waits.
         robot: model description of the robot behind the topics; its joints may come in any
             order.
 
     Waiting raises UserError where the robot that runs has other joints.
     """
 
-    def __init__(self, node: Any, robot: Robot) -> None:
+    def __init__(self, node: Node, robot: Robot) -> None:
         super().__init__(robot)
         self._node = node
         self._episode = -1
@@ -63,7 +64,7 @@ class RobotEnv(RobotSpaces):
         node.create_subscription(
             topics.EPISODE.type, topics.EPISODE.name, self._on_episode, topics.EPISODE.qos
         )
-        self._commands = node.create_publisher(*COMMANDS[robot.input])
+        self._commands = node.create_publisher(*topics.COMMANDS[INTERFACES[robot.input]])
         self._reset = node.create_client(*topics.RESET)
 
     def reset(
@@ -106,7 +107,7 @@ class RobotEnv(RobotSpaces):
         return self._latest if arrived() else None
 
     def _robot_there(self) -> bool:
-        return self._episode >= 0 and self._reset.wait_for_service(0.0)
+        return self._episode >= 0 and self._reset.service_is_ready()
 
     def _call_reset(self) -> Any:
         future = self._reset.call_async(topics.RESET.type.Request())
@@ -139,11 +140,11 @@ class RobotEnv(RobotSpaces):
         began = time.monotonic()
         reminded = began - REMIND + FIRST_REMINDER
         while not ready():
-            if not api.ok():
+            if not running():
                 raise Stopped
             if self._foreign:
                 raise self._foreign
-            api.spin_once(self._node, 0.1)
+            spin_once()
             now = time.monotonic()
             if limit is not None and now - began > limit:
                 return False

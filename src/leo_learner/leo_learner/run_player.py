@@ -1,45 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Send a run file to the robot, or to a model, one control period after the other."""
+"""Send a run file to the robot, one control period after the other."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
-import numpy as np
+from rclpy.node import Node
 
 from leo_diffmodel.next_run.run import Run
 from leo_learner.robot_env import RobotEnv
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import api
-from leo_sim.model import Model
+from leo_msgs_py.node import call, running
 
 PATIENCE = 5.0
 Tell = Callable[[], None]
-
-
-def on_model(run: Run, model: Model, tell: Tell = lambda: None) -> np.ndarray:
-    """Angles and rates of a model after each control period, shape (N, 2J)."""
-    state, seen = model.start(run.start or 'nominal', np.random.default_rng(0)), []
-    for inputs, on in zip(run.inputs, run.enabled, strict=True):
-        enabled = np.full(len(inputs), on)
-        state = model.step(state, inputs, model.robot.control_period, enabled=enabled)
-        seen.append(np.concatenate(model.sense(state)))
-        tell()
-    return np.array(seen)
 
 
 class RobotPlayer:
     """Plays runs on a robot node, in lockstep or in real time; the node's safety stays in force.
 
     Args:
-        node: of the node layer.
+        node: joined to the graph.
         env: the same robot as an environment, which knows how to wait for it.
     """
 
-    def __init__(self, node: Any, env: RobotEnv) -> None:
-        self._node, self._env = node, env
+    def __init__(self, node: Node, env: RobotEnv) -> None:
+        self._env = env
         self._torque = node.create_client(*topics.TORQUE)
 
     def play(self, run: Run, tell: Tell = lambda: None) -> bool:
@@ -63,13 +50,13 @@ class RobotPlayer:
                 tell()
             return True
         finally:
-            if not on and api.ok():
+            if not on and running():
                 self._switch(True)
 
     def _switch(self, on: bool) -> None:
         request = topics.TORQUE.type.Request(data=on)
         try:
-            done = api.call(self._node, self._torque, request, PATIENCE).success
+            done = call(self._torque, request, PATIENCE).success
         except TimeoutError:
             done = False
         if not done:

@@ -9,14 +9,16 @@ from pathlib import Path
 import sys
 from typing import Any
 
+from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
 from leo_diffmodel.bags.recorder import Recorder
 from leo_diffmodel.nodes.graph_recorder import GraphRecorder
 from leo_diffmodel.nodes.robot_facts import FACTS, facts_of, held_in
 from leo_learner.robot_env import RobotEnv, Stopped
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.messages import GetParameters, ParameterMessage, SetParameters
-from leo_msgs_py.node import api
-from leo_msgs_py.node.parameters import to_value_message
+from leo_msgs_py.node import call, graph, join, running, spin_until
 from leo_sim.robot import load_robot, Robot
 
 FOUND_SECONDS = 10.0
@@ -25,19 +27,30 @@ ANSWER_SECONDS = 60.0
 """How long one that is there may take to answer: it may be starting up."""
 
 
+@contextmanager
+def running_robot(ros_args: list[str], name: str = 'play') -> Iterator[RunningRobot]:
+    """A node of ours beside the robot's.
+
+    Args:
+        ros_args: `--ros-args ...`.
+        name: of our node.
+    """
+    with graph(ros_args):
+        yield RunningRobot(join(Node(name)))
+
+
 class RunningRobot:
     """The node `robot` beside ours.
 
     Args:
-        ros_args: `--ros-args ...`.
+        node: ours, joined to the graph.
 
     Attributes:
-        node: ours.
         facts: what the robot's node says about itself, as bags say it; by `ask`.
     """
 
-    def __init__(self, ros_args: list[str]) -> None:
-        self.node = api.create_node('play', ros_args)
+    def __init__(self, node: Node) -> None:
+        self.node = node
         self.facts: dict[str, str] = {}
 
     def ask(self) -> Robot:
@@ -60,7 +73,7 @@ class RunningRobot:
         """
         if self.facts.get('start') == pose:
             return
-        value = ParameterMessage(name='start', value=to_value_message(pose))
+        value = Parameter('start', value=pose).to_parameter_msg()
         request = SetParameters.Request(parameters=[value])
         (result,) = self._call(SetParameters, 'robot/set_parameters', request).results
         if not result.successful:
@@ -96,12 +109,12 @@ class RunningRobot:
     def _call(self, kind: Any, name: str, request: Any) -> Any:
         client = self.node.create_client(kind, name)
         try:
-            if not client.wait_for_service(FOUND_SECONDS):
+            if not spin_until(client.service_is_ready, FOUND_SECONDS):
                 raise UserError('no robot is running; start one (leo run leo_sim robot '
                                 '--ros-args -p robot:=leo) or name a model (--model leo)')
-            return api.call(self.node, client, request, ANSWER_SECONDS)
+            return call(client, request, ANSWER_SECONDS)
         except TimeoutError as error:
-            if not api.ok():
+            if not running():
                 raise Stopped from error
             raise UserError(f'the robot does not answer: {error}') from error
         finally:

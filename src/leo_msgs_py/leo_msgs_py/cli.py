@@ -26,6 +26,12 @@ verbs:
   leo run leo_sim robot --ros-args -p robot:=pendulum
   leo topic list -t
 """
+_ROS = {'rclpy', 'rcl_interfaces', 'builtin_interfaces', 'rosgraph_msgs', 'diagnostic_msgs',
+        'sensor_msgs', 'std_msgs', 'std_srvs'}  # fmt: skip
+_NO_ROS = (
+    'this needs ROS 2, and there is no {} here: source a ROS 2 Jazzy, or on Linux x86-64 install '
+    "'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces with pip (./run_all.sh setup does)"
+)
 _BAD_INPUT = 2
 _INTERRUPTED = 130
 _LONGEST = 1500
@@ -61,6 +67,9 @@ def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
 
     SIGTERM interrupts as Ctrl-C does, so that whoever started processes can end them.
     """
+    # Set by the ROS wheels when they start Python a second time; another environment's Python
+    # started from here has a library path of its own to set.
+    os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)
     if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL and current_thread() is main_thread():
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
@@ -76,9 +85,12 @@ def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except ImportError as error:
-        if not isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
+        if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
+            return _INTERRUPTED  # an extension module that was just being loaded
+        if (error.name or '').partition('.')[0] not in _ROS:
             raise
-        return _INTERRUPTED  # an extension module that was just being loaded
+        print(f'leo: error: {_NO_ROS.format(error.name)}', file=sys.stderr)
+        return _BAD_INPUT
     return status
 
 

@@ -7,8 +7,12 @@ into rclpy's arguments: `node.create_publisher(*topics.JOINT_STATES)`.
 
 from typing import Any, NamedTuple
 
-from leo_msgs_py import messages as m
-from leo_msgs_py.qos import best_effort, latched, QoSProfile, reliable
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import BatteryState, JointState, Temperature
+from std_msgs.msg import Bool, Float64MultiArray, String, UInt8MultiArray, UInt32
+from std_srvs.srv import SetBool, Trigger
 
 
 class Topic(NamedTuple):
@@ -26,25 +30,41 @@ class Service(NamedTuple):
     name: str
 
 
-# robot -> all: rad, rad/s (m, m/s), stamp = time of measurement
-JOINT_STATES = Topic(m.JointState, 'joint_states', reliable(10))
-# learner -> robot: V (N m) in actuator order
-VOLTAGE_COMMANDS = Topic(m.Float64MultiArray, 'voltage_controller/commands', reliable(1))
-EFFORT_COMMANDS = Topic(m.Float64MultiArray, 'effort_controller/commands', reliable(1))
-# robot -> recorder: what was really applied
-DYNAMIC_JOINT_STATES = Topic(m.DynamicJointState, 'dynamic_joint_states', reliable(10))
-EPISODE = Topic(m.UInt32, 'robot/episode', latched())
-E_STOPPED = Topic(m.Bool, 'robot/e_stopped', latched())
-ROBOT_DESCRIPTION = Topic(m.String, 'robot_description', latched())
-CLOCK = Topic(m.Clock, '/clock', best_effort(1))
-DIAGNOSTICS = Topic(m.DiagnosticArray, '/diagnostics', reliable(10))
-# any -> difference-model node -> any, and its weights for the learner
-DIFFERENCE_QUERY = Topic(m.DynamicJointState, 'difference_model/query', reliable(10))
-DIFFERENCE_CORRECTION = Topic(m.JointState, 'difference_model/correction', reliable(10))
-DIFFERENCE_WEIGHTS = Topic(m.UInt8MultiArray, 'difference_model/weights', latched())
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""Late joiners get the last message."""
+DEEP = QoSProfile(depth=1000)
+"""Never holds the writer up; a reader that is 1000 messages behind loses some."""
+LOSSLESS = QoSProfile(depth=1, history=HistoryPolicy.KEEP_ALL)
+"""From such a writer to such a reader nothing is lost: a full reader holds the writer up."""
 
-RESET = Service(m.Trigger, 'robot/reset')
-E_STOP = Service(m.Trigger, 'robot/e_stop')
-E_STOP_RESET = Service(m.Trigger, 'robot/e_stop_reset')
-TORQUE = Service(m.SetBool, 'robot/torque')
-DIFFERENCE_UPDATE = Service(m.Trigger, 'difference_model/update')
+# robot -> all: rad, rad/s (m, m/s), stamp = time of measurement
+JOINT_STATES = Topic(JointState, 'joint_states', QoSProfile(depth=10))
+# learner -> robot: V (N m) in actuator order, by the interface of the robot's input
+COMMANDS = {
+    'voltage': Topic(Float64MultiArray, 'voltage_controller/commands', QoSProfile(depth=1)),
+    'effort': Topic(Float64MultiArray, 'effort_controller/commands', QoSProfile(depth=1)),
+}
+# robot -> recorder: what was really applied, V (N m) in `effort`, NaN where the motor is free
+APPLIED = {
+    'voltage': Topic(JointState, 'robot/applied_voltage', QoSProfile(depth=10)),
+    'effort': Topic(JointState, 'robot/applied_effort', QoSProfile(depth=10)),
+}
+# hardware that measures them -> recorder: V; A in `effort`; deg C, frame_id = joint
+SUPPLY = Topic(BatteryState, 'robot/supply', QoSProfile(depth=10))
+CURRENT = Topic(JointState, 'robot/current', QoSProfile(depth=10))
+TEMPERATURE = Topic(Temperature, 'robot/temperature', QoSProfile(depth=10))
+EPISODE = Topic(UInt32, 'robot/episode', LATCHED)
+E_STOPPED = Topic(Bool, 'robot/e_stopped', LATCHED)
+ROBOT_DESCRIPTION = Topic(String, 'robot_description', LATCHED)
+CLOCK = Topic(Clock, '/clock', QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT))
+DIAGNOSTICS = Topic(DiagnosticArray, '/diagnostics', QoSProfile(depth=10))
+# any -> difference-model node -> any, and its weights for the learner
+DIFFERENCE_QUERY = Topic(JointState, 'difference_model/query', QoSProfile(depth=10))
+DIFFERENCE_CORRECTION = Topic(JointState, 'difference_model/correction', QoSProfile(depth=10))
+DIFFERENCE_WEIGHTS = Topic(UInt8MultiArray, 'difference_model/weights', LATCHED)
+
+RESET = Service(Trigger, 'robot/reset')
+E_STOP = Service(Trigger, 'robot/e_stop')
+E_STOP_RESET = Service(Trigger, 'robot/e_stop_reset')
+TORQUE = Service(SetBool, 'robot/torque')
+DIFFERENCE_UPDATE = Service(Trigger, 'difference_model/update')

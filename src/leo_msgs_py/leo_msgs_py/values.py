@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from leo_msgs_py import messages as m
 from leo_msgs_py.errors import UserError
 
 Array = np.ndarray
@@ -39,13 +38,7 @@ class JointStates:
 
     def to_message(self) -> Any:
         """As sensor_msgs/JointState."""
-        return m.JointState(
-            header=m.Header(stamp=time_message(self.stamp_ns)),
-            name=list(self.names),
-            position=_floats(self.position),
-            velocity=_floats(self.velocity),
-            effort=[] if self.effort is None else _floats(self.effort),
-        )
+        return _joint_state(self.stamp_ns, self.names, self.position, self.velocity, self.effort)
 
     @classmethod
     def from_message(cls, message: Any) -> JointStates:
@@ -60,7 +53,7 @@ class JointStates:
         )
 
     def of(self, names: tuple[str, ...]) -> JointStates:
-        """The same of these joints, in this order.
+        """States of these joints alone, in this order.
 
         Raises:
             UserError: one is missing.
@@ -91,8 +84,6 @@ class Applied:
             shape (A,).
         interface: 'voltage' or 'effort', the unit of `values`.
         enabled: False where torque is off (a free joint, not a braking one), shape (A,).
-        extra: further interfaces such as 'current' [A], each of shape (A,), NaN where a joint
-            lacks one.
     """
 
     stamp_ns: int
@@ -100,7 +91,6 @@ class Applied:
     values: Array
     interface: str = 'voltage'
     enabled: Array | None = None
-    extra: dict[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.enabled is None:
@@ -111,26 +101,39 @@ class Applied:
         """Start of the period [s]."""
         return self.stamp_ns * 1e-9
 
+    @property
+    def nan_where_free(self) -> Array:
+        """Values [V or N m] as they are sent: NaN where torque is off, shape (A,)."""
+        return np.where(np.asarray(self.enabled), self.values, np.nan)
+
     def to_message(self) -> Any:
-        """As control_msgs/DynamicJointState with one interface list per joint."""
-        columns = {
-            self.interface: np.asarray(self.values, float),
-            'enabled': np.asarray(self.enabled, float),
-            **self.extra,
-        }
-        return m.DynamicJointState(
-            header=m.Header(stamp=time_message(self.stamp_ns)),
-            joint_names=list(self.names),
-            interface_values=[_interfaces(columns, j) for j in range(len(self.names))],
-        )
+        """As sensor_msgs/JointState with V or N m in `effort`; its topic's name is the unit."""
+        return _joint_state(self.stamp_ns, self.names, (), (), self.nan_where_free)
 
     @classmethod
-    def from_message(cls, message: Any, interface: str | None = None) -> Applied:
+    def from_message(cls, message: Any, interface: str) -> Applied:
+        """From sensor_msgs/JointState; NaN means torque off.
+
+        Args:
+            message: from `robot/applied_voltage` or `robot/applied_effort`.
+            interface: 'voltage' or 'effort', the unit its topic is named after.
+
+        Raises:
+            UserError: not one value for every joint.
+        """
+        names = tuple(message.name)
+        effort = _sized(message.effort, names, 'effort')
+        enabled = ~np.isnan(effort)
+        stamp_ns = nanoseconds(message.header.stamp)
+        return cls(stamp_ns, names, np.where(enabled, effort, 0.0), interface, enabled)
+
+    @classmethod
+    def from_dynamic(cls, message: Any, interface: str) -> Applied:
         """From control_msgs/DynamicJointState: the joints that have the input interface.
 
         Args:
             message: the message; joints without the interface (passive ones) are left out.
-            interface: 'voltage' or 'effort'; None takes voltage where any joint has it.
+            interface: 'voltage' or 'effort'.
 
         Raises:
             UserError: no joint has the interface.
@@ -138,20 +141,17 @@ class Applied:
         tables = [
             dict(zip(v.interface_names, v.values, strict=False)) for v in message.interface_values
         ]
-        interface = interface or _input_interface(tables)
         rows = {n: t for n, t in zip(message.joint_names, tables, strict=False) if interface in t}
         if not rows:
             raise UserError(
                 f'no joint of {list(message.joint_names)} has the interface {interface!r}'
             )
-        extra = sorted({key for t in rows.values() for key in t} - {interface, 'enabled'})
         return cls(
             stamp_ns=nanoseconds(message.header.stamp),
             names=tuple(rows),
-            values=_column(rows, interface),
+            values=np.array([row[interface] for row in rows.values()], float),
             interface=interface,
-            enabled=_column(rows, 'enabled', 1.0) > 0.5,
-            extra={key: _column(rows, key) for key in extra},
+            enabled=np.array([row.get('enabled', 1.0) > 0.5 for row in rows.values()], bool),
         )
 
 
@@ -163,7 +163,9 @@ class Command:
 
     def to_message(self) -> Any:
         """As std_msgs/Float64MultiArray."""
-        return m.Float64MultiArray(data=_floats(self.values))
+        from std_msgs.msg import Float64MultiArray
+
+        return Float64MultiArray(data=_floats(self.values))
 
     @classmethod
     def from_message(cls, message: Any) -> Command:
@@ -178,8 +180,25 @@ def nanoseconds(stamp: Any) -> int:
 
 def time_message(stamp_ns: int) -> Any:
     """builtin_interfaces/Time of a time [ns]."""
+    from builtin_interfaces.msg import Time
+
     seconds, rest = divmod(int(stamp_ns), 1_000_000_000)
-    return m.Time(sec=seconds, nanosec=rest)
+    return Time(sec=seconds, nanosec=rest)
+
+
+def _joint_state(
+    stamp_ns: int, names: tuple[str, ...], position: Any, velocity: Any, effort: Any
+) -> Any:
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import Header
+
+    return JointState(
+        header=Header(stamp=time_message(stamp_ns)),
+        name=list(names),
+        position=_floats(position),
+        velocity=_floats(velocity),
+        effort=[] if effort is None else _floats(effort),
+    )
 
 
 def _floats(values: Any) -> list[float]:
@@ -194,17 +213,3 @@ def _sized(values: Any, names: tuple[str, ...], what: str) -> Array:
             f'joint state has {array.size} {what} values for {len(names)} joints {list(names)}'
         )
     return array
-
-
-def _interfaces(columns: dict[str, Array], joint: int) -> Any:
-    return m.InterfaceValue(
-        interface_names=list(columns), values=[float(c[joint]) for c in columns.values()]
-    )
-
-
-def _input_interface(tables: list[dict[str, float]]) -> str:
-    return 'voltage' if any('voltage' in table for table in tables) else 'effort'
-
-
-def _column(rows: dict[str, dict[str, float]], key: str, missing: float = np.nan) -> Array:
-    return np.array([row.get(key, missing) for row in rows.values()], float)

@@ -7,24 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 import shutil
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from leo_msgs_py import topics
-from leo_msgs_py.wire.types import message_class, serialize
+from leo_msgs_py import cdr
 
-from .qos_text import to_yaml
-from .types import DYNAMIC_JOINT_STATE, JOINT_STATE, UINT32
+from .types import APPLIED, CURRENT, EPISODE, STATES, SUPPLY, TEMPERATURE, Topic
 from .writer import BagWriter
-
-# Plain classes even where ROS is there: the codec of bags wants numpy arrays.
-Time, Header = message_class('builtin_interfaces/msg/Time'), message_class('std_msgs/msg/Header')
-JointState = message_class(JOINT_STATE)
-DynamicJointState = message_class(DYNAMIC_JOINT_STATE)
-InterfaceValue = message_class('control_msgs/msg/InterfaceValue')
-UInt32 = message_class(UINT32)
 
 Floats = NDArray[np.float64]
 EPISODE_PAUSE_NS = 1_000_000_000
@@ -41,7 +31,8 @@ class Run:
         dq: velocities [rad/s, m/s], shape (T, J), or None.
         effort: measured torques [N m], shape (T, J), or None.
         inputs: per actuated joint its interfaces, each shape (T,): `voltage` [V] or `effort`
-            [N m], `enabled` (1 or 0), `supply_voltage` [V], ...; empty for a passive run.
+            [N m] (NaN = not known), `enabled` (1 or 0), `supply_voltage` [V], `current` [A],
+            `temperature` [degC]; empty for a passive run.
     """
 
     t: Floats
@@ -73,49 +64,50 @@ def write_runs(folder: Path, runs: Sequence[Run], metadata: Mapping[str, str]) -
 
 
 def _write(writer: BagWriter, runs: Sequence[Run]) -> None:
-    channels = {
-        topic.name: writer.add_topic(f'/{topic.name}', type_name, to_yaml(topic.qos))
-        for topic, type_name in (
-            (topics.EPISODE, UINT32),
-            (topics.JOINT_STATES, JOINT_STATE),
-            (topics.DYNAMIC_JOINT_STATES, DYNAMIC_JOINT_STATE),
-        )
-        if type_name != DYNAMIC_JOINT_STATE or any(run.inputs for run in runs)
-    }
+    channels: dict[Topic, int] = {}
     start = 0
     for number, run in enumerate(runs, start=1):
         stamps = start + np.round((run.t - run.t[0]) * 1e9).astype(np.int64)
-        episode = serialize(UInt32(data=number))
-        writer.write(channels[topics.EPISODE.name], episode, int(stamps[0]))
-        for name, stamp, message in _messages(run, stamps.tolist()):
-            writer.write(channels[name], serialize(message), stamp)
+        for topic, stamp, data in _messages(run, number, stamps.tolist()):
+            if topic not in channels:
+                channels[topic] = writer.add_topic(*topic)
+            writer.write(channels[topic], data, stamp)
         start = int(stamps[-1]) + EPISODE_PAUSE_NS
     writer.close()
 
 
-def _messages(run: Run, stamps: list[int]) -> Iterator[tuple[str, int, Any]]:
-    """Yield (topic, stamp [ns], message) in time order."""
-    nothing: list[float] = []
-    names = list(run.joints)
-    columns = [list(interfaces.values()) for interfaces in run.inputs.values()]
+def _messages(run: Run, number: int, stamps: list[int]) -> Iterator[tuple[Topic, int, bytes]]:
+    """Yield (topic, stamp [ns], CDR bytes) in time order."""
+    yield EPISODE, stamps[0], cdr.uint32(number)
+    columns = list(_columns(run))
     for k, stamp in enumerate(stamps):
-        header = Header(stamp=_time(stamp))
-        yield topics.JOINT_STATES.name, stamp, JointState(
-            header=header, name=names, position=run.q[k],
-            velocity=nothing if run.dq is None else run.dq[k],
-            effort=nothing if run.effort is None else run.effort[k],
-        )
-        if columns:
-            yield topics.DYNAMIC_JOINT_STATES.name, stamp, DynamicJointState(
-                header=header, joint_names=list(run.inputs), interface_values=[
-                    InterfaceValue(
-                        interface_names=list(interfaces), values=[c[k] for c in column]
-                    )
-                    for interfaces, column in zip(run.inputs.values(), columns, strict=True)
-                ],
-            )
+        dq, effort = (() if values is None else values[k] for values in (run.dq, run.effort))
+        yield STATES, stamp, cdr.joint_state(stamp, run.joints, run.q[k], dq, effort)
+        for topic, joints, rows in columns:
+            yield topic, stamp, cdr.joint_state(stamp, joints, effort=rows[k])
+        for joint, interfaces in run.inputs.items():
+            if 'supply_voltage' in interfaces:
+                yield SUPPLY, stamp, cdr.supply(stamp, joint, interfaces['supply_voltage'][k])
+            if 'temperature' in interfaces:
+                yield TEMPERATURE, stamp, cdr.temperature(
+                    stamp, joint, interfaces['temperature'][k]
+                )
 
 
-def _time(stamp_ns: int) -> Any:
-    seconds, rest = divmod(stamp_ns, 1_000_000_000)
-    return Time(sec=seconds, nanosec=rest)
+def _columns(run: Run) -> Iterator[tuple[Topic, list[str], Sequence[Floats]]]:
+    """Yield (topic, joints, what is in `effort` of each message)."""
+    for interface, topic in {**APPLIED, 'current': CURRENT}.items():
+        driven = {j: columns for j, columns in run.inputs.items() if interface in columns}
+        if driven:
+            values = np.column_stack([columns[interface] for columns in driven.values()])
+            rows = list(values) if topic is CURRENT else _applied(values, driven)
+            yield topic, list(driven), rows
+
+
+def _applied(values: Floats, driven: Mapping[str, Mapping[str, Floats]]) -> list[Floats]:
+    """Return the values with NaN where a motor is free, nothing where one is not known."""
+    on = np.ones(len(values))
+    free = np.column_stack([columns.get('enabled', on) for columns in driven.values()]) <= 0.5
+    sent = np.where(free, np.nan, values)
+    unknown = np.any(~free & ~np.isfinite(values), axis=1)
+    return [row[:0] if unknown[k] else row for k, row in enumerate(sent)]

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 import math
 from typing import Any, TYPE_CHECKING
 
@@ -14,13 +15,14 @@ from leo_msgs_py.errors import UserError
 
 from .contents import BagContents, TopicLog
 from .states import deserialize, Floats, stamp_of, Stamps, StateLog
-from .topic_map import COMMANDS, find_topic, TopicMap
-from .types import DYNAMIC_JOINT_STATE, FLOAT64_ARRAY
+from .topic_map import COMMANDS, find_topic, INTERFACES, TopicMap
+from .types import APPLIED, FLOAT64_ARRAY
 
 if TYPE_CHECKING:
     from leo_sim.robot import Robot
 
-INTERFACES = {'voltage': 'voltage', 'torque': 'effort'}
+Row = tuple[list[float], list[float]]
+"""Values and enabled of one message, in actuator order."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,8 @@ def read_inputs(
         UserError: the topic map asks for inputs that are not there.
     """
     readers = {
-        'dynamic_joint_states': _applied, 'commands': _commanded, 'effort': _effort,
+        'applied': _applied, 'dynamic_joint_states': _dynamic, 'commands': _commanded,
+        'effort': _effort,
     }
     wanted = topic_map.input
     for name, reader in readers.items():
@@ -69,34 +72,58 @@ def read_inputs(
 def _applied(
     contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap,
 ) -> InputLog | None:
+    default = APPLIED[INTERFACES[robot.input]].name
+    topic = find_topic(contents, 'applied', topic_map, default)
+    return None if topic is None else _stated(topic, _applied_row, states, robot, topic_map)
+
+
+def _dynamic(
+    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap,
+) -> InputLog | None:
     topic = find_topic(contents, 'dynamic_joint_states', topic_map)
-    if topic is None:
-        return None
-    interface = topic_map.interface or INTERFACES[robot.input]
-    rows = _interface_rows(topic, interface, [a.joint for a in robot.actuators], topic_map)
+    row = partial(_dynamic_row, topic_map.interface or INTERFACES[robot.input])
+    return None if topic is None else _stated(topic, row, states, robot, topic_map)
+
+
+def _stated(
+    topic: TopicLog, row: Callable[[Any, Sequence[str]], Row | None], states: StateLog,
+    robot: Robot, topic_map: TopicMap,
+) -> InputLog | None:
+    """Read a topic that says what was applied: the messages with all actuators."""
+    wanted = [str(topic_map.joint(a.joint).name) for a in robot.actuators]
+    rows = [
+        (logged.log_ns, stamp_of(message), *found)
+        for logged, message in deserialize(topic, topic.type)
+        if (found := row(message, wanted)) is not None
+    ]
     if not rows:
         return None
-    values = np.array([row[2] for row in rows]) * _signs(robot, topic_map)
-    enabled = np.array([row[3] for row in rows])
-    log, stamp = (np.array([row[k] for row in rows], dtype=np.int64) for k in (0, 1))
+    log, stamp = (np.array([r[k] for r in rows], dtype=np.int64) for k in (0, 1))
+    values, enabled = (np.array([r[k] for r in rows], dtype=float) for k in (2, 3))
     if not states.stamped or not stamp.any():
         stamp = _to_robot_time(log, states)
+    values = values * _signs(robot, topic_map)
     return _finite(InputLog(robot.input, topic.name, log, stamp, values, enabled, 0))
 
 
-def _interface_rows(
-    topic: TopicLog, interface: str, actuated: Sequence[str], topic_map: TopicMap,
-) -> list[tuple[int, int, list[float], list[float]]]:
-    """Return (log, stamp, values, enabled) of the messages with `interface` on all actuators."""
-    wanted = [str(topic_map.joint(name).name) for name in actuated]
-    rows = []
-    for logged, message in deserialize(topic, DYNAMIC_JOINT_STATE):
-        joints = dict(zip(message.joint_names, message.interface_values, strict=False))
-        if all(name in joints and interface in joints[name].interface_names for name in wanted):
-            values = [_interface(joints[name], interface) for name in wanted]
-            enabled = [_interface(joints[name], 'enabled', 1.0) for name in wanted]
-            rows.append((logged.log_ns, stamp_of(message), values, enabled))
-    return rows
+def _applied_row(message: Any, wanted: Sequence[str]) -> Row | None:
+    """Return what a JointState has in `effort`: NaN is a free motor, a wrong length not known."""
+    names = list(message.name)
+    if not set(wanted) <= set(names):
+        return None
+    if len(message.effort) != len(names):
+        return [math.nan] * len(wanted), [1.0] * len(wanted)
+    values = message.effort[[names.index(name) for name in wanted]]
+    free = np.isnan(values)
+    return np.where(free, 0.0, values).tolist(), (~free).tolist()
+
+
+def _dynamic_row(interface: str, message: Any, wanted: Sequence[str]) -> Row | None:
+    joints = dict(zip(message.joint_names, message.interface_values, strict=False))
+    if not all(name in joints and interface in joints[name].interface_names for name in wanted):
+        return None
+    values = [_interface(joints[name], interface) for name in wanted]
+    return values, [_interface(joints[name], 'enabled', 1.0) for name in wanted]
 
 
 def _interface(values: Any, name: str, default: float = float('nan')) -> float:

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .contents import BagContents
+from .contents import BagContents, TopicLog
 from .finish import is_recording
-from .inputs import InputLog, INTERFACES
+from .inputs import InputLog
 from .split import Segments
 from .states import deserialize, StateLog
-from .topic_map import find_topic, TopicMap
-from .types import DYNAMIC_JOINT_STATE
+from .topic_map import DEFAULT_NAMES, INTERFACES, TopicMap
+from .types import APPLIED, DYNAMIC_JOINT_STATE, JOINT_STATE
 
 if TYPE_CHECKING:
     from leo_sim.robot import Robot
@@ -61,24 +61,46 @@ def input_notes(
                      f'{", ".join(robot.joint_names)}')
     if inputs is not None and inputs.dropped:
         notes.append(f'{inputs.dropped} inputs with NaN or of a wrong length left out')
-    topic = find_topic(contents, 'dynamic_joint_states', topic_map)
-    source = inputs.source if inputs else 'none, so the bag counts as passive'
-    if topic is not None and topic.messages and topic.name != source and topic_map.input == 'auto':
-        wanted = topic_map.interface or INTERFACES[robot.input]
-        joints = ', '.join(str(topic_map.joint(a.joint).name) for a in robot.actuators)
-        there = _interfaces(next((m for _, m in deserialize(topic, DYNAMIC_JOINT_STATE)), None))
-        notes.append(
-            f'{topic.name} has no usable {wanted} of {joints} (there is {there}); inputs taken '
-            f'from: {source}'
-        )
+    if topic_map.input == 'auto':
+        notes += _passed_over(contents, robot, topic_map, inputs)
     return [f'{contents.path}: {note}' for note in notes]
 
 
-def _interfaces(message: object) -> str:
-    """Return the joints of a DynamicJointState and their interfaces in words."""
-    names = getattr(message, 'joint_names', [])
-    values = getattr(message, 'interface_values', [])
-    pairs = zip(names, values, strict=False)
+def _passed_over(
+    contents: BagContents, robot: Robot, topic_map: TopicMap, inputs: InputLog | None,
+) -> list[str]:
+    """Return which topics say what was applied, but not what this robot needs."""
+    source = inputs.source if inputs else 'none, so the bag counts as passive'
+    telling = _telling(contents, topic_map)
+    if any(topic.name == source and topic.type == JOINT_STATE for topic in telling):
+        return []
+    wanted = topic_map.interface or INTERFACES[robot.input]
+    joints = ', '.join(str(topic_map.joint(a.joint).name) for a in robot.actuators)
+    return [
+        f'{topic.name} has no usable {wanted} of {joints} (there is {_there(topic)}); inputs '
+        f'taken from: {source}'
+        for topic in telling if topic.name != source
+    ]
+
+
+def _telling(contents: BagContents, topic_map: TopicMap) -> list[TopicLog]:
+    """Return the topics that say what was applied."""
+    names = (*(topic.name for topic in APPLIED.values()), DEFAULT_NAMES['dynamic_joint_states'])
+    mapped = [topic_map.topics.get('applied'), topic_map.topics.get('dynamic_joint_states')]
+    return [
+        topic for topic in contents.topics.values()
+        if topic.messages and topic.type in (JOINT_STATE, DYNAMIC_JOINT_STATE)
+        and (topic.name in mapped or topic.name.endswith(names))
+    ]
+
+
+def _there(topic: TopicLog) -> str:
+    """Return the joints of the first message, of a DynamicJointState with their interfaces."""
+    message = next((m for _, m in deserialize(topic, topic.type)), None)
+    joints = getattr(message, 'name', getattr(message, 'joint_names', []))
+    if topic.type == JOINT_STATE:
+        return ', '.join(joints) or 'nothing'
+    pairs = zip(joints, getattr(message, 'interface_values', []), strict=False)
     return '; '.join(f'{n}: {", ".join(v.interface_names)}' for n, v in pairs) or 'nothing'
 
 

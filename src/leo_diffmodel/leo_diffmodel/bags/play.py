@@ -5,19 +5,23 @@ from __future__ import annotations
 
 from pathlib import Path
 import time
-from typing import Any
 
-from leo_diffmodel.nodes.graph_recorder import reading
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.messages import load as load_type
-from leo_msgs_py.node import api
-from leo_msgs_py.qos import DurabilityPolicy, QoSProfile
+from leo_msgs_py.interfaces import load as load_type
+from leo_msgs_py.node import graph, join, running, spin_once, spin_until
 
 from .contents import load, TopicLog
 from .qos_text import from_yaml
 
 DISCOVERY_SECONDS = 1.0
-ACKNOWLEDGE_SECONDS = 2.0
+ACKNOWLEDGE_SECONDS = 4.0
+"""Fast DDS asks its readers every 3 s what they have."""
+DEPTH = 1000
 
 
 def play(
@@ -41,25 +45,22 @@ def play(
     if not wait >= 0.0:
         raise UserError(f'--wait {wait:g} is no time; give 0 or more seconds')
     contents = load(bag)
-    node = api.create_node('player', ros_args)
-    try:
+    with graph(ros_args):
+        node = join(Node('player'))
         publishers = _publishers(node, list(contents.topics.values()))
         if not publishers:
             raise UserError(f'{bag} has no messages of a type known here')
-        player = _Player(node, publishers, rate)
+        player = _Player(publishers, rate)
         player.wait_for_readers(wait)
         player.play_once()
-        while loop and api.ok():
+        while loop and running():
             player.play_once()
         player.acknowledge()
-    finally:
-        node.destroy_node()
-        api.shutdown()
     print(f'played {bag}: {player.played} messages')
     return 0
 
 
-def _publishers(node: Any, topics: list[TopicLog]) -> list[tuple[Any, TopicLog]]:
+def _publishers(node: Node, topics: list[TopicLog]) -> list[tuple[Publisher, TopicLog]]:
     found = []
     for topic in topics:
         try:
@@ -78,15 +79,22 @@ def _offered(text: str) -> QoSProfile:
 
     What is latched keeps its depth: it is what a late reader gets.
     """
-    qos = from_yaml(text)
-    return qos if qos.durability == DurabilityPolicy.TRANSIENT_LOCAL else reading(qos)
+    recorded = from_yaml(text)
+    qos = QoSProfile(
+        depth=recorded.depth,
+        history=HistoryPolicy[recorded.history.upper()],
+        reliability=ReliabilityPolicy[recorded.reliability.upper()],
+        durability=DurabilityPolicy[recorded.durability.upper()],
+    )
+    if qos.durability != DurabilityPolicy.TRANSIENT_LOCAL:
+        qos.depth = max(qos.depth, DEPTH)
+    return qos
 
 
 class _Player:
     """Publishes the messages of all topics in log order, at their distances in time."""
 
-    def __init__(self, node: Any, publishers: list[tuple[Any, TopicLog]], rate: float) -> None:
-        self._node = node
+    def __init__(self, publishers: list[tuple[Publisher, TopicLog]], rate: float) -> None:
         self._rate = rate
         self._publishers = [publisher for publisher, _ in publishers]
         self._messages = sorted(
@@ -100,7 +108,7 @@ class _Player:
 
     def wait_for_readers(self, seconds: float) -> None:
         """Wait until every topic has a reader, at most so long."""
-        api.spin_until(self._node, self._all_have_readers, seconds)
+        spin_until(self._all_have_readers, seconds)
 
     def play_once(self) -> None:
         """Publish everything once, or until the process shall end."""
@@ -108,9 +116,9 @@ class _Player:
         began = time.monotonic()
         for log_ns, data, publisher in self._messages:
             due = began + (log_ns - first) * 1e-9 / self._rate
-            while api.ok() and (left := due - time.monotonic()) > 0.0:
-                api.spin_once(self._node, left)
-            if not api.ok():
+            while running() and (left := due - time.monotonic()) > 0.0:
+                spin_once(left)
+            if not running():
                 return
             publisher.publish(data)
             self.played += 1
@@ -118,8 +126,8 @@ class _Player:
     def acknowledge(self) -> None:
         """Wait until the reliable readers have everything."""
         for publisher in self._publishers:
-            if api.ok():
-                publisher.wait_for_all_acked(ACKNOWLEDGE_SECONDS)
+            if running():
+                publisher.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_SECONDS))
 
     def _all_have_readers(self) -> bool:
         return all(publisher.get_subscription_count() for publisher in self._publishers)

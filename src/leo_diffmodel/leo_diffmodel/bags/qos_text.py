@@ -3,22 +3,36 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import yaml
 
-from leo_msgs_py.qos import (
-    DurabilityPolicy,
-    HistoryPolicy,
-    QoSProfile,
-    ReliabilityPolicy,
-)
-
 _INFINITE = {'sec': 9223372036, 'nsec': 854775807}
+_NUMBERS = {
+    'history': {1: 'keep_last', 2: 'keep_all'},
+    'reliability': {1: 'reliable', 2: 'best_effort'},
+    'durability': {1: 'transient_local', 2: 'volatile'},
+}
+"""Policies by rmw's number, as bags before version 9 have them."""
 
 
-def to_yaml(qos: QoSProfile) -> str:
-    """Return the `offered_qos_profiles` text of one publisher, as rosbag2 version 9 writes it."""
+@dataclass(frozen=True)
+class Qos:
+    """Quality of service of a topic, policies by their names; the defaults are ROS's own."""
+
+    history: str = 'keep_last'
+    depth: int = 10
+    reliability: str = 'reliable'
+    durability: str = 'volatile'
+
+
+def to_yaml(qos: Any) -> str:
+    """Return the `offered_qos_profiles` text of one publisher, as rosbag2 version 9 writes it.
+
+    Args:
+        qos: a `Qos`, or rclpy's QoSProfile.
+    """
     profile = {
         'history': _name(qos.history),
         'depth': qos.depth,
@@ -33,25 +47,16 @@ def to_yaml(qos: QoSProfile) -> str:
     return yaml.safe_dump([profile], sort_keys=False)
 
 
-def from_yaml(text: str) -> QoSProfile:
+def from_yaml(text: str) -> Qos:
     """Return the first profile of an `offered_qos_profiles` text, ROS's default for none.
 
     Names (version 9) and numbers (before) are understood; what is unknown gets the default.
     """
-    profiles = yaml.safe_load(text) if text.strip() else None
-    if not profiles:
-        return QoSProfile(depth=10)
-    profile: dict[str, Any] = profiles[0]
-    return QoSProfile(
-        depth=max(int(profile.get('depth', 10)), 1),
-        history=_member(HistoryPolicy, profile.get('history'), HistoryPolicy.KEEP_LAST),
-        reliability=_member(
-            ReliabilityPolicy, profile.get('reliability'), ReliabilityPolicy.RELIABLE
-        ),
-        durability=_member(
-            DurabilityPolicy, profile.get('durability'), DurabilityPolicy.VOLATILE
-        ),
-    )
+    found = profiles(text)
+    if not found:
+        return Qos()
+    policies = {policy: _policy(policy, found[0].get(policy)) for policy in _NUMBERS}
+    return Qos(depth=max(int(found[0].get('depth', 10)), 1), **policies)
 
 
 def profiles(text: str) -> list[dict[str, Any]]:
@@ -60,12 +65,11 @@ def profiles(text: str) -> list[dict[str, Any]]:
 
 
 def _name(policy: Any) -> str:
-    return str(policy.name).lower()
+    return str(getattr(policy, 'name', policy)).lower()
 
 
-def _member(policies: Any, value: str | int | None, default: Any) -> Any:
-    """Return the policy of a name ('reliable') or of rmw's number (1)."""
-    for policy in policies:
-        if value in (policy.value, _name(policy)):
-            return policy
-    return default
+def _policy(policy: str, value: str | int | None) -> str:
+    """Return a policy's name from its name ('reliable') or from rmw's number (1)."""
+    names = _NUMBERS[policy]
+    name = names.get(value) if isinstance(value, int) else value
+    return str(name if name in names.values() else getattr(Qos, policy))

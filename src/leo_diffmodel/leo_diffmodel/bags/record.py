@@ -6,11 +6,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
 
 from leo_diffmodel.nodes.graph_recorder import GRAPH_TOPICS, GraphRecorder
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import api
+from leo_msgs_py.node import graph, spin
 
 from .recorder import Recorder
 
@@ -31,18 +33,17 @@ def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> in
     if folder is not None and folder.exists():
         raise UserError(f'{folder} exists already; choose another folder')
     base = folder or Path(f'{datetime.now():rosbag2_%Y_%m_%d-%H_%M_%S}')
-    node = api.create_node('recorder', ros_args)
-    recorder = Recorder(base)
-    recording = GraphRecorder(node, recorder)
-    wanted = _Wanted(node, recording, names) if names else None
-    if wanted is None:
-        recording.add_graph()
-    try:
-        api.spin(node)
-    finally:
-        recording.close()
-        node.destroy_node()
-        api.shutdown()
+    with graph(ros_args):
+        node = Node('recorder')
+        recorder = Recorder(base)
+        recording = GraphRecorder(node, recorder)
+        wanted = _Wanted(node, recording, names) if names else None
+        if wanted is None:
+            recording.add_graph()
+        try:
+            spin(node)
+        finally:
+            recording.close()
     _report(recorder, wanted)
     return 0
 
@@ -58,7 +59,7 @@ def _report(recorder: Recorder, wanted: _Wanted | None) -> None:
 class _Wanted:
     """Named topics, subscribed to as soon as their type is known."""
 
-    def __init__(self, node: Any, recording: GraphRecorder, names: Sequence[str]) -> None:
+    def __init__(self, node: Node, recording: GraphRecorder, names: Sequence[str]) -> None:
         self._node = node
         self._recording = recording
         self.missing = [node.resolve_topic_name(name) for name in names]
@@ -67,7 +68,8 @@ class _Wanted:
                 recording.add(topic)
         if self.missing:
             node.get_logger().info(f'waiting for {", ".join(self.missing)}')
-            api.wall_timer(node, LOOK_PERIOD, self._look)
+            steady = Clock(clock_type=ClockType.STEADY_TIME)
+            node.create_timer(LOOK_PERIOD, self._look, clock=steady)
 
     def _found(self, name: str) -> bool:
         if name in self.missing:

@@ -19,6 +19,7 @@ BACK_NS = 100_000_000
 LATE = 1.0
 """Messages from before a restart may arrive so long after it [s]."""
 
+_STAMP_ENDS = 12
 _STAMPED = {JOINT_STATE, DYNAMIC_JOINT_STATE}
 
 
@@ -55,21 +56,25 @@ class Recorder:
         self.folder: Path | None = None
         self.messages = 0
 
-    def record(self, topic: RecordedTopic, data: bytes, published_ns: int = 0) -> None:
-        """Write one CDR message, logged now; not one that was sent before a restart.
+    def record(
+        self, topic: RecordedTopic, data: bytes, published_ns: int = 0, logged_ns: int = 0,
+    ) -> None:
+        """Write one CDR message; not one that was sent before a restart.
 
         Args:
             topic: where it came from.
             data: encapsulation header first.
             published_ns: by the publisher's clock, which orders what one node published on
                 several topics; 0 where unknown.
+            logged_ns: when it arrived; 0 for now.
         """
         if self._is_left_over(topic, data):
             return
+        logged_ns = logged_ns or time.time_ns()
         if self._writer is None or self._jumps_back(topic, data):
-            self._next_bag()
+            self._next_bag(logged_ns)
             self._old_stamp.pop(topic.name, None)
-        self._write(topic, data, published_ns)
+        self._write(topic, data, published_ns, logged_ns)
         self.messages += 1
         if topic.latched:
             self._latched[topic.name] = (topic, data, published_ns)
@@ -97,7 +102,7 @@ class Recorder:
             self._writer.close()
             self._writer = None
 
-    def _next_bag(self) -> None:
+    def _next_bag(self, logged_ns: int) -> None:
         self.close()
         self.folder = free_folder(self._base)
         self._writer = BagWriter(self.folder, self._metadata)
@@ -105,24 +110,28 @@ class Recorder:
         self._old_stamp, self._last_stamp = self._last_stamp, {}
         self._turned = time.monotonic()
         for latched in self._latched.values():
-            self._write(*latched)
+            self._write(*latched, logged_ns)
 
-    def _write(self, topic: RecordedTopic, data: bytes, published_ns: int) -> None:
+    def _write(
+        self, topic: RecordedTopic, data: bytes, published_ns: int, logged_ns: int,
+    ) -> None:
         assert self._writer is not None
         if topic.name not in self._channels:
             self._channels[topic.name] = self._writer.add_topic(topic.name, topic.type, topic.qos)
-        self._writer.write(self._channels[topic.name], data, time.time_ns(), published_ns)
+        self._writer.write(self._channels[topic.name], data, logged_ns, published_ns)
 
     def _is_left_over(self, topic: RecordedTopic, data: bytes) -> bool:
         """Whether a topic still goes on where it was when another one jumped back."""
         old = self._old_stamp.pop(topic.name, None)
-        if old is None or header_stamp(data) < old or time.monotonic() - self._turned > LATE:
+        if old is None or len(data) < _STAMP_ENDS or time.monotonic() - self._turned > LATE:
+            return False
+        if header_stamp(data) < old:
             return False
         self._old_stamp[topic.name] = old
         return True
 
     def _jumps_back(self, topic: RecordedTopic, data: bytes) -> bool:
-        if topic.type not in _STAMPED:
+        if topic.type not in _STAMPED or len(data) < _STAMP_ENDS:
             return False
         stamp = header_stamp(data)
         back = stamp < self._last_stamp.get(topic.name, stamp) - BACK_NS

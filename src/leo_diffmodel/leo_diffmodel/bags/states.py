@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.serde import SerdeError
 
+from leo_msgs_py.cdr import decode
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.wire.definitions import typestore
 
 from .contents import Logged, TopicLog
 from .topic_map import TopicMap
@@ -77,7 +77,6 @@ def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[Logged, Any]]
         type_name: their type.
     """
     topic.broken = 0
-    decode = typestore().deserialize_cdr
     for message in topic.messages:
         try:
             decoded = decode(message.data, type_name)

@@ -6,7 +6,7 @@ A topic map, every key optional:
     topics: {joint_states: /arm/joint_states, commands: /arm/pwm_controller/commands}
     joints:
       pivot: {name: joint_1, sign: -1, offset: 0.1}   # ours = sign * theirs + offset [rad]
-    input: commands          # or auto, dynamic_joint_states, effort, none
+    input: commands          # or auto, applied, dynamic_joint_states, effort, none
     interface: voltage       # its name on the dynamic joint states
     command_order: [pivot]   # joints of the command topic
     hold: previous           # a stamp means the period before it
@@ -22,18 +22,21 @@ from pydantic import BaseModel, ConfigDict, Field
 from leo_msgs_py.errors import UserError
 
 from .contents import BagContents, TopicLog
-from .types import DYNAMIC_JOINT_STATE, FLOAT64_ARRAY, JOINT_STATE, UINT32
+from .types import DYNAMIC_JOINT_STATE, EPISODE, FLOAT64_ARRAY, JOINT_STATE, STATES, UINT32
 from .yaml_config import read_config
 
-Role = Literal['joint_states', 'dynamic_joint_states', 'commands', 'episode']
+Role = Literal['joint_states', 'applied', 'dynamic_joint_states', 'commands', 'episode']
 DEFAULT_NAMES = {
-    'joint_states': '/joint_states',
+    'joint_states': STATES.name,
     'dynamic_joint_states': '/dynamic_joint_states',
-    'episode': '/robot/episode',
+    'episode': EPISODE.name,
 }
+INTERFACES = {'voltage': 'voltage', 'torque': 'effort'}
+"""Unit of a robot's input -> what it is called on the graph."""
 COMMANDS = {'voltage': '/voltage_controller/commands', 'torque': '/effort_controller/commands'}
 TYPES = {
     'joint_states': JOINT_STATE,
+    'applied': JOINT_STATE,
     'dynamic_joint_states': DYNAMIC_JOINT_STATE,
     'commands': FLOAT64_ARRAY,
     'episode': UINT32,
@@ -57,7 +60,9 @@ class TopicMap(BaseModel):
 
     topics: dict[Role, str] = {}
     joints: dict[str, JointMap] = {}
-    input: Literal['auto', 'dynamic_joint_states', 'commands', 'effort', 'none'] = 'auto'
+    input: Literal[
+        'auto', 'applied', 'dynamic_joint_states', 'commands', 'effort', 'none'
+    ] = 'auto'
     interface: str | None = None
     command_order: list[str] | None = None
     hold: Literal['next', 'previous'] = 'next'

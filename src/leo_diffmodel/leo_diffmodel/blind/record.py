@@ -8,23 +8,16 @@ import tempfile
 
 import yaml
 
-from leo_diffmodel.bags.types import DYNAMIC_JOINT_STATE, JOINT_STATE, UINT32
+from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
 from leo_diffmodel.bags.writer import BagWriter
 from leo_diffmodel.blind.case import Case
 from leo_diffmodel.blind.scenes import Scene
-from leo_msgs_py import topics
-from leo_msgs_py.messages import UInt32
+from leo_msgs_py import cdr
 from leo_msgs_py.values import Applied, JointStates
-from leo_msgs_py.wire.types import serialize
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
 from leo_sim.model_file import write_effects
 
-TOPICS = (
-    (topics.JOINT_STATES, JOINT_STATE),
-    (topics.DYNAMIC_JOINT_STATES, DYNAMIC_JOINT_STATE),
-    (topics.EPISODE, UINT32),
-)
 RATE = 100.0
 APART = 1_000_000
 """Between the seeds of one scene's noise and the next's."""
@@ -42,14 +35,14 @@ def record(case: Case, folder: Path) -> list[Path]:
 
 def _recorded(driver: SimulatedDriver, scene: Scene, case: Case, folder: Path) -> Path:
     writer = BagWriter(folder, {'robot': case.robot.name, 'held': str(scene.held).lower()})
-    states, applied, episode = (writer.add_topic(f'/{t.name}', type_) for t, type_ in TOPICS)
+    topics = STATES, APPLIED[driver.info.interface], EPISODE
+    states, applied, episode = (writer.add_topic(*topic) for topic in topics)
     per_control, step = round(RATE * case.robot.control_period), scene.begin()
 
     def begin() -> None:
         seen = driver.read()
-        number = serialize(UInt32(data=1 + driver.starts))
-        writer.write(episode, number, seen.stamp_ns)
-        _write(writer, states, seen)
+        writer.write(episode, cdr.uint32(1 + driver.starts), seen.stamp_ns)
+        writer.write(states, _measured(seen), seen.stamp_ns)
 
     begin()
     for k in range(scene.count):
@@ -61,10 +54,11 @@ def _recorded(driver: SimulatedDriver, scene: Scene, case: Case, folder: Path) -
             continue
         inputs, on = driven
         driver.set_torque(bool(on.all()))
-        _write(writer, applied, driver.write(inputs))
+        writer.write(applied, _sent(driver.write(inputs)), seen.stamp_ns)
         for _ in range(per_control):
             driver.advance(1 / RATE)
-            _write(writer, states, driver.read())
+            seen = driver.read()
+            writer.write(states, _measured(seen), seen.stamp_ns)
     writer.close()
     return folder
 
@@ -84,5 +78,9 @@ def _options(case: Case, number: int, private: Path) -> DriverOptions:
     )
 
 
-def _write(writer: BagWriter, channel: int, value: JointStates | Applied) -> None:
-    writer.write(channel, serialize(value.to_message()), value.stamp_ns)
+def _measured(seen: JointStates) -> bytes:
+    return cdr.joint_state(seen.stamp_ns, seen.names, seen.position, seen.velocity)
+
+
+def _sent(applied: Applied) -> bytes:
+    return cdr.joint_state(applied.stamp_ns, applied.names, effort=applied.nan_where_free)

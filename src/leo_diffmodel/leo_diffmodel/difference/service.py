@@ -9,7 +9,12 @@ from pathlib import Path
 import time
 from typing import Any, TYPE_CHECKING
 
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 import numpy as np
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import UInt8MultiArray
 
 from leo_diffmodel.difference.job import CONFIG_NAMES, Progress, Updates
 
@@ -17,8 +22,7 @@ if TYPE_CHECKING:
     from leo_diffmodel.difference.model import DifferenceModel
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.messages import DiagnosticStatus, JointState, KeyValue, UInt8MultiArray
-from leo_msgs_py.node import api
+from leo_msgs_py.values import JointStates
 from leo_sim.model import Model
 from leo_sim.model_file import load_model
 
@@ -50,7 +54,7 @@ class Settings:
 class DifferenceService:
     """Answers queries, publishes weights, starts updates; recording never waits for it."""
 
-    def __init__(self, node: Any, settings: Settings) -> None:
+    def __init__(self, node: Node, settings: Settings) -> None:
         if settings.config not in CONFIG_NAMES:
             names = ', '.join(CONFIG_NAMES)
             raise UserError(f'no difference model {settings.config!r}; give one of {names}')
@@ -67,10 +71,10 @@ class DifferenceService:
         query = topics.DIFFERENCE_QUERY
         node.create_subscription(query.type, query.name, self._on_query, query.qos)
         node.create_service(*topics.DIFFERENCE_UPDATE, self._on_update)
-        api.wall_timer(node, POLL_PERIOD, self._poll)
+        node.create_timer(POLL_PERIOD, self._poll, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._publish_newest()
 
-    def status(self) -> Any:
+    def status(self) -> DiagnosticStatus:
         """The DiagnosticStatus of the last update."""
         progress, difference = self._updates.progress, self._difference
         values = {
@@ -179,25 +183,24 @@ def correction(
     return wanted.q - following.q, wanted.dq - following.dq
 
 
-def read_query(message: Any, model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def read_query(message: JointState, model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Angles and rates (J,) and inputs (A,) of a query.
 
     Raises:
-        UserError: a joint or one of its interfaces is missing.
+        UserError: a joint, its position or velocity, or the input of a driven one is missing.
     """
     robot = model.robot
-    kind = 'voltage' if robot.input == 'voltage' else 'effort'
-    table = {
-        name: dict(zip(entry.interface_names, entry.values, strict=False))
-        for name, entry in zip(message.joint_names, message.interface_values, strict=False)
-    }
-    try:
-        q = np.array([table[name]['position'] for name in robot.joint_names])
-        dq = np.array([table[name]['velocity'] for name in robot.joint_names])
-        inputs = np.array([table[actuator.joint][kind] for actuator in robot.actuators])
-    except KeyError as error:
+    asked = JointStates.from_message(message).of(robot.joint_names)
+    inputs = None if asked.effort is None else asked.effort[_driven(model)]
+    if inputs is None or not np.isfinite(inputs).all():
+        unit = 'V' if robot.input == 'voltage' else 'N m'
         raise UserError(
             f'a difference query for {robot.name} gives position and velocity of '
-            f'{", ".join(robot.joint_names)} and {kind} of the driven ones; {error} is missing'
-        ) from error
-    return q, dq, inputs
+            f'{", ".join(robot.joint_names)} and in effort the input [{unit}] of '
+            f'{", ".join(actuator.joint for actuator in robot.actuators)}'
+        )
+    return asked.position, asked.velocity, inputs
+
+
+def _driven(model: Model) -> list[int]:
+    return [model.robot.joint_names.index(actuator.joint) for actuator in model.robot.actuators]

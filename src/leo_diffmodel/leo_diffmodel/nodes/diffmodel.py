@@ -8,16 +8,19 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from std_msgs.msg import Header
 
 from leo_diffmodel.bags.recorder import finish_left_over, recorded, Recorder
 from leo_diffmodel.difference.service import DifferenceService, Settings
 from leo_diffmodel.nodes.graph_recorder import GraphRecorder
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
-from leo_msgs_py.messages import DiagnosticArray, Header
-from leo_msgs_py.node import api
-from leo_msgs_py.values import time_message
+from leo_msgs_py.node import fixed_parameter, graph, spin
 
 DIAGNOSTICS_PERIOD = 1.0
 
@@ -25,14 +28,14 @@ DIAGNOSTICS_PERIOD = 1.0
 class Part(Protocol):
     """One thing the node does."""
 
-    def status(self) -> Any:
-        """Return its DiagnosticStatus."""
+    def status(self) -> DiagnosticStatus:
+        """Return how it is."""
 
     def close(self) -> None:
         """Finish what is open."""
 
 
-class DiffModelNode:
+class DiffModelNode(Node):
     """Composes the parts and reports their status on /diagnostics once a second.
 
     Parameters:
@@ -44,15 +47,16 @@ class DiffModelNode:
         repair: name effects first; the difference is learned on top of them.
     """
 
-    def __init__(self, node: Any) -> None:
-        self._node = node
-        self._base = Path(api.fixed_parameter(node, 'bag', 'runs/rollout'))
-        record = api.fixed_parameter(node, 'record', True)
-        robot = api.fixed_parameter(node, 'robot', '')
+    def __init__(self) -> None:
+        super().__init__('diffmodel')
+        self._base = Path(fixed_parameter(self, 'bag', 'runs/rollout'))
+        record = fixed_parameter(self, 'record', True)
+        robot = fixed_parameter(self, 'robot', '')
         self._parts: list[Part] = [self._record(robot)] if record else []
         self._parts.append(self._difference())
-        self._diagnostics = node.create_publisher(*topics.DIAGNOSTICS)
-        api.wall_timer(node, DIAGNOSTICS_PERIOD, self._report)
+        self._diagnostics = self.create_publisher(*topics.DIAGNOSTICS)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(DIAGNOSTICS_PERIOD, self._report, clock=steady)
 
     def close(self) -> None:
         """Finish what is open."""
@@ -61,23 +65,23 @@ class DiffModelNode:
 
     def _record(self, robot: str) -> GraphRecorder:
         for folder in finish_left_over(self._base):
-            self._node.get_logger().info(f'finished {folder}, whose recorder was killed')
-        recording = GraphRecorder(self._node, Recorder(self._base), robot)
+            self.get_logger().info(f'finished {folder}, whose recorder was killed')
+        recording = GraphRecorder(self, Recorder(self._base), robot)
         recording.add_graph()
         return recording
 
     def _difference(self) -> DifferenceService:
         settings = Settings(
-            model=api.fixed_parameter(self._node, 'model', 'pendulum'),
+            model=fixed_parameter(self, 'model', 'pendulum'),
             bags=partial(recorded, self._base),
             folder=self._base.with_name(f'{self._base.name}.difference'),
-            config=api.fixed_parameter(self._node, 'difference', 'recommended'),
-            repair=api.fixed_parameter(self._node, 'repair', False),
+            config=fixed_parameter(self, 'difference', 'recommended'),
+            repair=fixed_parameter(self, 'repair', False),
         )
-        return DifferenceService(self._node, settings)
+        return DifferenceService(self, settings)
 
     def _report(self) -> None:
-        header = Header(stamp=time_message(self._node.get_clock().now().nanoseconds))
+        header = Header(stamp=self.get_clock().now().to_msg())
         status = [part.status() for part in self._parts]
         self._diagnostics.publish(DiagnosticArray(header=header, status=status))
 
@@ -85,12 +89,10 @@ class DiffModelNode:
 @executable
 def main(argv: list[str]) -> int:
     """Run the node until SIGINT or SIGTERM."""
-    node = api.create_node('diffmodel', argv)
-    diffmodel = DiffModelNode(node)
-    try:
-        api.spin(node)
-    finally:
-        diffmodel.close()
-        node.destroy_node()
-        api.shutdown()
+    with graph(argv):
+        node = DiffModelNode()
+        try:
+            spin(node)
+        finally:
+            node.close()
     return 0

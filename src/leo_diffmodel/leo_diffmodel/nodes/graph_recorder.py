@@ -1,75 +1,104 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recording the graph from a node: raw subscriptions into a `Recorder`."""
+"""Recording the graph: serialized messages taken from subscriptions into a `Recorder`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import partial
+from importlib.util import find_spec
 from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from rclpy.subscription import Subscription
 
 from leo_diffmodel.bags.qos_text import to_yaml
 from leo_diffmodel.bags.recorder import RecordedTopic, Recorder
 from leo_diffmodel.nodes.robot_facts import RobotFacts
 from leo_msgs_py import topics
-from leo_msgs_py.messages import DiagnosticStatus, KeyValue, load
-from leo_msgs_py.node import api
-from leo_msgs_py.qos import DurabilityPolicy, QoSProfile
+from leo_msgs_py.interfaces import load
 from leo_msgs_py.topics import Topic
-from leo_msgs_py.wire.types import type_name
 
-DEPTH = 1000
+TAKE_PERIOD = 0.02
 FLUSH_PERIOD = 0.1
 FACTS_PERIOD = 0.25
 
 GRAPH_TOPICS = (
-    topics.JOINT_STATES, topics.DYNAMIC_JOINT_STATES, topics.VOLTAGE_COMMANDS,
-    topics.EFFORT_COMMANDS, topics.EPISODE, topics.E_STOPPED, topics.ROBOT_DESCRIPTION,
-    topics.CLOCK,
+    topics.JOINT_STATES, *topics.APPLIED.values(), *topics.COMMANDS.values(), topics.EPISODE,
+    topics.E_STOPPED, topics.ROBOT_DESCRIPTION, topics.CLOCK, topics.SUPPLY, topics.CURRENT,
+    topics.TEMPERATURE,
 )
 """What is recorded unless topics are named."""
 
+DYNAMIC_JOINT_STATES = '/dynamic_joint_states', 'control_msgs/msg/DynamicJointState'
+"""What a ros2_control robot publishes; recorded where control_msgs is installed."""
+
 
 class GraphRecorder:
-    """Subscribes a node to topics and records them, flushing and asking for facts on timers.
+    """Records topics with everything that is published on them.
+
+    Its subscriptions keep all messages, belong to a node that no executor serves, and are emptied
+    by a timer of `node`: in Python that takes a tenth of the time of a callback for each message,
+    and gives the time at which each was published.
 
     Args:
-        node: of the node layer.
+        node: joined to the graph; its name, remappings and timers are used.
         recorder: takes the bytes.
         robot: model for the `leo` record where the robot node does not answer.
     """
 
-    def __init__(self, node: Any, recorder: Recorder, robot: str = '') -> None:
+    def __init__(self, node: Node, recorder: Recorder, robot: str = '') -> None:
         self._node = node
         self._recorder = recorder
         self._facts = RobotFacts(node, robot)
         self._said: Any = None
-        api.wall_timer(node, FLUSH_PERIOD, self._flush)
-        api.wall_timer(node, FACTS_PERIOD, self._describe)
+        self._ears = Node(
+            f'{node.get_name()}_recorder', namespace=node.get_namespace(), enable_rosout=False,
+            use_global_arguments=False, start_parameter_services=False,
+        )
+        self._subscriptions: list[tuple[RecordedTopic, Subscription]] = []
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timers = [
+            node.create_timer(period, action, clock=steady)
+            for period, action in (
+                (TAKE_PERIOD, self._take), (FLUSH_PERIOD, self._flush),
+                (FACTS_PERIOD, self._describe),
+            )
+        ]
 
     def add_graph(self) -> None:
         """Record the graph's topics."""
         for topic in GRAPH_TOPICS:
             self.add(topic)
+        if find_spec('control_msgs'):
+            name, type_text = DYNAMIC_JOINT_STATES
+            self.add_named(name, type_text, topics.JOINT_STATES.qos)
 
     def add(self, topic: Topic) -> None:
         """Record a topic of the graph's table."""
-        name = self._node.resolve_topic_name(topic.name)
-        self._subscribe(name, topic.type, topic.qos)
+        package, kind, *_ = topic.type.__module__.split('.')
+        self.add_named(topic.name, f'{package}/{kind}/{topic.type.__name__}', topic.qos)
 
     def add_named(self, name: str, type_text: str, qos: QoSProfile) -> None:
-        """Record a topic found in the graph.
+        """Record a topic.
 
         Args:
-            name: absolute.
+            name: as nodes give it; remapped as `node`'s are.
             type_text: as `sensor_msgs/msg/JointState`.
             qos: what its publisher offers.
 
         Raises:
-            UserError: the type is not known here.
+            UserError: the type is not installed.
         """
-        self._subscribe(name, load(type_text), qos)
+        name = self._node.resolve_topic_name(name)
+        latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        recorded = RecordedTopic(name, type_text, to_yaml(qos), latched)
+        subscription = self._ears.create_subscription(
+            load(type_text), name, lambda _: None, keeping_all(qos), raw=True
+        )
+        self._subscriptions.append((recorded, subscription))
 
-    def status(self) -> Any:
+    def status(self) -> DiagnosticStatus:
         """Return the DiagnosticStatus of the bag being written."""
         folder = self._recorder.folder
         return DiagnosticStatus(
@@ -83,19 +112,23 @@ class GraphRecorder:
         )
 
     def close(self) -> None:
-        """Finish the bag."""
+        """Take what has arrived and finish the bag."""
+        for timer in self._timers:
+            self._node.destroy_timer(timer)
+        self._take()
+        self._ears.destroy_node()
         self._recorder.close()
 
-    def _subscribe(self, name: str, message_type: Any, qos: QoSProfile) -> None:
-        latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
-        type_text = _type_text(message_type)
-        recorded = RecordedTopic(name, type_text, to_yaml(qos), latched)
-        self._node.create_subscription(
-            message_type, name, partial(self._record, recorded), reading(qos), raw=True
-        )
-
-    def _record(self, topic: RecordedTopic, data: bytes, info: Mapping[str, Any]) -> None:
-        self._recorder.record(topic, data, info['source_timestamp'])
+    def _take(self) -> None:
+        """Record what has arrived on all topics, in the order of its arrival."""
+        arrived = [
+            (info['received_timestamp'] or info['source_timestamp'], topic, data, info)
+            for topic, subscription in self._subscriptions
+            for data, info in _messages(subscription)
+        ]
+        arrived.sort(key=lambda entry: entry[0])
+        for logged_ns, topic, data, info in arrived:
+            self._recorder.record(topic, data, info['source_timestamp'], logged_ns)
 
     def _flush(self) -> None:
         self._recorder.flush()
@@ -109,18 +142,18 @@ class GraphRecorder:
             self._recorder.describe(facts)
 
 
-def reading(qos: QoSProfile) -> QoSProfile:
-    """Return what to subscribe with: as offered, but deep enough to lose nothing."""
+def _messages(subscription: Subscription) -> list[tuple[bytes, dict[str, int]]]:
+    """Take the serialized messages that wait, with rmw's information on each."""
+    taken = []
+    with subscription.handle:
+        take = subscription.handle.take_message
+        while (message := take(subscription.msg_type, True)) is not None:
+            taken.append(message)
+    return taken
+
+
+def keeping_all(qos: QoSProfile) -> QoSProfile:
+    """Return what to subscribe with: as offered, but with a history that keeps everything."""
     return QoSProfile(
-        depth=max(qos.depth, DEPTH),
-        durability=qos.durability,
-        reliability=qos.reliability,
+        history=HistoryPolicy.KEEP_ALL, durability=qos.durability, reliability=qos.reliability
     )
-
-
-def _type_text(message_type: Any) -> str:
-    """Return `pkg/msg/Name` of our classes and of the generated ROS ones."""
-    if hasattr(message_type, '__msgtype__'):
-        return type_name(message_type)
-    package = message_type.__module__.split('.')[0]
-    return f'{package}/msg/{message_type.__name__}'

@@ -3,10 +3,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import GetParameters
+from rclpy.node import Node
+from rclpy.parameter import parameter_value_to_python
+
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.messages import load
 
 FACTS = ('robot', 'start', 'noise', 'seed', 'state_rate', 'realtime_factor')
 """Parameters of the robot node that belong into a bag; hidden effects are no parameter of it."""
@@ -19,13 +24,12 @@ class RobotFacts:
     """Asks the node `robot` beside ours, now and again, without ever waiting.
 
     Args:
-        node: of the node layer.
+        node: joined to the graph.
         robot: the model to name where nobody answers (hardware on plain ROS topics).
     """
 
-    def __init__(self, node: Any, robot: str = '') -> None:
-        self._service = load('rcl_interfaces/srv/GetParameters')
-        self._client = node.create_client(self._service, 'robot/get_parameters')
+    def __init__(self, node: Node, robot: str = '') -> None:
+        self._client = node.create_client(GetParameters, 'robot/get_parameters')
         self._future: Any = None
         self._unanswered = 0
         self._known = {'robot': robot} if robot else {}
@@ -37,7 +41,7 @@ class RobotFacts:
             self._future = None
         self._forget_unanswered()
         if self._future is None and self._client.service_is_ready():
-            self._future = self._client.call_async(self._service.Request(names=list(FACTS)))
+            self._future = self._client.call_async(GetParameters.Request(names=list(FACTS)))
         return dict(self._known)
 
     def _forget_unanswered(self) -> None:
@@ -48,23 +52,19 @@ class RobotFacts:
             self._future = None
 
 
-def facts_of(values: Any) -> dict[str, str]:
-    """What the values (rcl_interfaces/ParameterValue) of `FACTS` say, and whether it is held."""
+def facts_of(values: Iterable[ParameterValue]) -> dict[str, str]:
+    """What the values of `FACTS` say, and whether the robot is held."""
     found = {name: _text(value) for name, value in zip(FACTS, values, strict=False)}
     known = {name: text for name, text in found.items() if text}
     return known | held_in(known)
 
 
-def _text(value: Any) -> str:
-    """Return a rcl_interfaces/ParameterValue as text, '' for one that is not set."""
-    fields = {
-        1: 'bool_value', 2: 'integer_value', 3: 'double_value', 4: 'string_value',
-        8: 'double_array_value',
-    }
-    if value.type not in fields:
+def _text(message: ParameterValue) -> str:
+    """Return a value as text, '' for one that is not set."""
+    value = parameter_value_to_python(message)
+    if value is None:
         return ''
-    content = getattr(value, fields[value.type])
-    return str([float(x) for x in content]) if value.type == 8 else str(content)
+    return str(value if isinstance(value, (bool, int, float, str)) else list(value))
 
 
 def held_in(facts: dict[str, str]) -> dict[str, str]:

@@ -6,11 +6,13 @@ from __future__ import annotations
 import time
 from typing import Any
 
+from rclpy.node import Node
+
 from leo_diffmodel.difference.model import from_bytes
 from leo_learner.robot_env import Stopped
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import api
+from leo_msgs_py.node import running, spin_once
 
 ASK_AGAIN = 5.0
 """An update is asked for again after this time [s]: the node may have been restarted."""
@@ -20,11 +22,11 @@ class DifferenceClient:
     """Waits for weights of a later version, asking until it gets them.
 
     Args:
-        node: of the node layer; spun while waiting.
+        node: joined to the graph; it is served while this waits.
         robot: name of the robot the weights must be of.
     """
 
-    def __init__(self, node: Any, robot: str) -> None:
+    def __init__(self, node: Node, robot: str) -> None:
         self._node, self._robot = node, robot
         self._weights, self._said = b'', ''
         self._version = 0
@@ -41,16 +43,16 @@ class DifferenceClient:
         version = max(version, self._version)
         asked = -ASK_AGAIN
         while self._version <= version:
-            if not api.ok():
+            if not running():
                 raise Stopped
             if time.monotonic() - asked > ASK_AGAIN:
                 asked = time.monotonic()
                 self._ask()
-            api.spin_once(self._node, 0.1)
+            spin_once()
         return self._weights
 
     def _ask(self) -> None:
-        if self._update.wait_for_service(0.0):
+        if self._update.service_is_ready():
             future = self._update.call_async(topics.DIFFERENCE_UPDATE.type.Request())
             future.add_done_callback(self._on_answer)
         else:

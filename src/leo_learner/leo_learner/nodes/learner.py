@@ -11,7 +11,8 @@ from __future__ import annotations
 from dataclasses import asdict
 import json
 from pathlib import Path
-from typing import Any
+
+from rclpy.node import Node
 
 from leo_diffmodel.difference.fit import LEAST as LEAST_TRANSITIONS
 from leo_learner.algorithm5 import Algorithm5, Settings
@@ -25,7 +26,7 @@ from leo_learner.policy import Policy
 from leo_learner.robot_env import RobotEnv, Stopped
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import api
+from leo_msgs_py.node import fixed_parameter, graph, join, running, spin_once
 from leo_sim.model_file import load_model
 from leo_sim.robot import Robot
 
@@ -33,10 +34,10 @@ LEAST = {'tests': 1, 'patience': 1, 'transitions': LEAST_TRANSITIONS}
 """Of the settings that may not be 0."""
 
 
-def read_settings(node: Any) -> Settings:
+def read_settings(node: Node) -> Settings:
     """Declare the numbers of `Settings` as parameters on `node`, and read them."""
     defaults = {name: v for name, v in asdict(Settings()).items() if not isinstance(v, bool)}
-    given = {name: api.fixed_parameter(node, name, value) for name, value in defaults.items()}
+    given = {name: fixed_parameter(node, name, value) for name, value in defaults.items()}
     for name, value in given.items():
         least = LEAST.get(name, 0)
         if not isinstance(value, int) or value < least:
@@ -67,36 +68,42 @@ def checked(start: str, robot: Robot, config: Config) -> Path | None:
 @executable
 def main(argv: list[str]) -> int:
     """Run the learner node until its last update is tested."""
-    node = api.create_node('learner', argv)
+    with graph(argv):
+        node = Node('learner')
+        status = Status(node)
+        algorithm = _algorithm(node, status)
+        folder = algorithm.folder
+        try:
+            if algorithm.run():
+                status.say(f'done; best policy {algorithm.best}, after {algorithm.done.samples} '
+                           f'steps on the robot; try: leo play {algorithm.best}')
+            else:
+                status.say(f'stopped; start again with -p folder:={folder} to go on')
+        except Stopped:
+            status.say(f'stopped while waiting; start again with -p folder:={folder} to go on')
+    return 0
+
+
+def _algorithm(node: Node, status: Status) -> Algorithm5:
+    """What the node's parameters ask for, on the robot and the difference model beside it."""
     settings = read_settings(node)
-    model = load_model(api.fixed_parameter(node, 'model', 'pendulum'))
-    folder = Path(api.fixed_parameter(node, 'folder', 'runs/learner'))
-    start = api.fixed_parameter(node, 'start', '')
-    name = api.fixed_parameter(node, 'config', 'recommended')
+    model = load_model(fixed_parameter(node, 'model', 'pendulum'))
+    folder = Path(fixed_parameter(node, 'folder', 'runs/learner'))
+    start = fixed_parameter(node, 'start', '')
+    name = fixed_parameter(node, 'config', 'recommended')
     config = configuration(name, model.robot)
-    status = Status(node)
-    log = status.say
-
-    def alive() -> bool:
-        api.spin_once(node, 0.0)
-        return api.ok()
-
+    join(node)
     algorithm = Algorithm5(
         folder, model, config,
         Settings(**asdict(settings) | {'thesis': name == 'thesis'}),
-        RobotEnv(node, model.robot), DifferenceClient(node, model.robot.name), alive, log,
+        RobotEnv(node, model.robot), DifferenceClient(node, model.robot.name), _alive, status.say,
         checked(start, model.robot, config),
     )
     status.done = algorithm.done
-    try:
-        if algorithm.run():
-            log(f'done; best policy {algorithm.best}, after {algorithm.done.samples} steps on '
-                f'the robot; try: leo play {algorithm.best}')
-        else:
-            log(f'stopped; start again with -p folder:={folder} to go on')
-    except Stopped:
-        log(f'stopped while waiting; start again with -p folder:={folder} to go on')
-    finally:
-        node.destroy_node()
-        api.shutdown()
-    return 0
+    return algorithm
+
+
+def _alive() -> bool:
+    """Serve what is due between two episodes; whether to go on."""
+    spin_once(0.0)
+    return running()

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from std_msgs.msg import Header
 
 from leo_learner.algorithm5 import Done
 from leo_msgs_py import topics
-from leo_msgs_py.messages import DiagnosticArray, DiagnosticStatus, Header, KeyValue
-from leo_msgs_py.node import api
-from leo_msgs_py.values import time_message
 
 PERIOD = 1.0
 """Time between two reports [s]; while a policy trains, the episode under way ends first."""
@@ -19,17 +19,17 @@ class Status:
     """Logs what is being done, and repeats it on /diagnostics once a second.
 
     Args:
-        node: of the node layer.
+        node: the learner.
 
     Attributes:
         done: how far the run is; None before it begins.
     """
 
-    def __init__(self, node: Any) -> None:
+    def __init__(self, node: Node) -> None:
         self._node, self._said = node, 'starting'
         self.done: Done | None = None
         self._publisher = node.create_publisher(*topics.DIAGNOSTICS)
-        api.wall_timer(node, PERIOD, self._report)
+        node.create_timer(PERIOD, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def say(self, text: str) -> None:
         """Log one line; it is the message of the reports until the next."""
@@ -37,7 +37,7 @@ class Status:
         self._node.get_logger().info(text)
 
     def _report(self) -> None:
-        header = Header(stamp=time_message(self._node.get_clock().now().nanoseconds))
+        header = Header(stamp=self._node.get_clock().now().to_msg())
         status = DiagnosticStatus(
             level=DiagnosticStatus.OK, name=f'{self._node.get_name()}: learning',
             message=self._said, values=[KeyValue(key=k, value=v) for k, v in self._values()],

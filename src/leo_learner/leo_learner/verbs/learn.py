@@ -4,15 +4,21 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 import json
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.verbs.common import Parser
+
+if TYPE_CHECKING:
+    from leo_learner.training_loop import TrainingLoop
+    from leo_sim.model import Model
+    from leo_sim.robot import Robot
 
 EXAMPLES = """\
   leo learn --robot pendulum -o runs/ideal
@@ -148,47 +154,56 @@ def _resumed(options: argparse.Namespace) -> Run:
 
 
 def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
-    from leo_learner import ddpg, sarsa
-    from leo_learner.checkpoint import PREFIX, start_from
-    from leo_learner.configs import configuration
-    from leo_learner.env import training_env
-    from leo_learner.fused import FusedAgent
     from leo_learner.learning import learn
     from leo_learner.sym import driven
-    from leo_learner.training_loop import TrainingLoop
-    from leo_msgs_py.node import api
     from leo_sim.model_file import load_model
 
     model = load_model(run.model)
     if not model.robot.reward:
         raise UserError(f'{model.robot.name} has no task to learn; give its robot.yaml a reward')
-    alive: Callable[[], bool] = lambda: True  # noqa: E731
-    if run.on_robot:
-        from leo_learner.robot_env import RobotEnv
+    with _stage(run, model, ros_args) as (env, alive):
+        training = _training(run, model.robot, driven(env, run.actions), folder)
+        _write_down(run, folder)
+        return learn(training, model.robot, run.steps, folder, quiet=quiet, alive=alive)
 
-        env: Any = RobotEnv(api.create_node('learn', ros_args), model.robot)
-        alive = api.ok
-    else:
-        env = training_env(model)
-    env = driven(env, run.actions)
-    training: TrainingLoop
+
+@contextmanager
+def _stage(
+    run: Run, model: Model, ros_args: list[str]
+) -> Iterator[tuple[Any, Callable[[], bool]]]:
+    """What is trained on, the model or the running robot, and whether to go on."""
+    from leo_learner.env import training_env
+
+    if not run.on_robot:
+        yield training_env(model), lambda: True
+        return
+    from leo_learner.running_robot import running_robot
+    from leo_msgs_py.node import running
+
+    with running_robot(ros_args, 'learn') as robot:
+        yield robot.env(model.robot), running
+
+
+def _training(run: Run, robot: Robot, env: Any, folder: Path) -> TrainingLoop:
+    from leo_learner import ddpg, sarsa
+    from leo_learner.checkpoint import PREFIX, start_from
+    from leo_learner.configs import configuration
+    from leo_learner.fused import FusedAgent
+
     if run.agent == 'sarsa':
-        training = sarsa.Training(env, sarsa.CONFIGS[run.config], run.seed)
-    else:
-        config = configuration(run.config, model.robot)
-        training = ddpg.Training(env, config, run.seed, FusedAgent)
-        if run.start is not None and not any(folder.glob(f'{PREFIX}*')):
-            start_from(Path(run.start), training)
+        return sarsa.Training(env, sarsa.CONFIGS[run.config], run.seed)
+    training = ddpg.Training(env, configuration(run.config, robot), run.seed, FusedAgent)
+    if run.start is not None and not any(folder.glob(f'{PREFIX}*')):
+        start_from(Path(run.start), training)
+    return training
+
+
+def _write_down(run: Run, folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / RUN).write_text(json.dumps(asdict(run), indent=1))
     except OSError as error:
         raise UserError(f'cannot write {folder} ({error.strerror}); give another -o') from error
-    try:
-        return learn(training, model.robot, run.steps, folder, quiet=quiet, alive=alive)
-    finally:
-        if run.on_robot:
-            api.shutdown()
 
 
 def _numbers(outcome: Any) -> dict[str, Any]:

@@ -156,19 +156,17 @@ class _Stage:
 def _stage(options: Any, model: Model, ros_args: list[str]) -> Iterator[_Stage]:
     """The model asked for, or the running robot."""
     from leo_learner.env import model_env, read_difference
-    from leo_learner.robot_env import RobotEnv
     from leo_learner.rollouts import Rollouts
-    from leo_msgs_py.node import api
 
     if not options.model:
         path = options.difference
         difference = path and read_difference(path, model.robot)
-        try:
-            robot = RobotEnv(api.create_node('play', ros_args), model.robot)
+        from leo_learner.running_robot import running_robot
+
+        with running_robot(ros_args) as running:
+            robot = running.env(model.robot)
             watched = _watched(robot, difference)
             yield _Stage(watched or robot, path, watched)
-        finally:
-            api.shutdown()
         return
     if options.difference:
         model = model.changed(difference_model=options.difference)

@@ -70,19 +70,15 @@ def _on_model(options: Any, _: list[str]) -> dict[str, Any]:
 
 def _on_robot(options: Any, ros_args: list[str]) -> dict[str, Any]:
     from leo_learner.motion_player import perform
-    from leo_learner.running_robot import RunningRobot
-    from leo_msgs_py.node import api
+    from leo_learner.running_robot import running_robot
 
-    running = RunningRobot(ros_args)
-    try:
+    with running_robot(ros_args) as running:
         robot = running.ask()
         routine = Routine(robot, str(options.policy), options.seed)
         running.put(routine.start)
         env = running.env(robot)
         with running.recorded(options.bag), playing(_periods(robot, options)) as tell:
             done = perform(env, routine, _seconds(options), tell=tell)
-    finally:
-        api.shutdown()
     return _told('the robot', robot, routine, done)
 
 

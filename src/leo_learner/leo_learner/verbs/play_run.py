@@ -47,10 +47,16 @@ def run_text(result: dict[str, Any]) -> str:
 
 
 def _on_model(run: Run, model: Model, options: Any, _: list[str]) -> dict[str, Any]:
-    from leo_learner.run_player import on_model
+    import numpy as np
 
+    state, rows = model.start(run.start or 'nominal', np.random.default_rng(0)), []
     with playing(run.count) as tell:
-        seen = on_model(run, model, tell)
+        for inputs, on in zip(run.inputs, run.enabled, strict=True):
+            enabled = np.full(len(inputs), on)
+            state = model.step(state, inputs, model.robot.control_period, enabled=enabled)
+            rows.append(np.concatenate(model.sense(state)))
+            tell()
+    seen = np.array(rows)
     joints = model.robot.joint_names
     names = [f'{j} [rad]' for j in joints] + [f'{j} [rad/s]' for j in joints]
     spans = zip(names, seen.min(axis=0), seen.max(axis=0), strict=True)
@@ -59,18 +65,14 @@ def _on_model(run: Run, model: Model, options: Any, _: list[str]) -> dict[str, A
 
 def _on_robot(run: Run, model: Model, options: Any, ros_args: list[str]) -> dict[str, Any]:
     from leo_learner.run_player import RobotPlayer
-    from leo_learner.running_robot import RunningRobot
-    from leo_msgs_py.node import api
+    from leo_learner.running_robot import running_robot
 
-    running = RunningRobot(ros_args)
-    try:
+    with running_robot(ros_args) as running:
         if run.start or options.bag:
             _make_ready(running, run, options.policy)
         player = RobotPlayer(running.node, running.env(model.robot))
         with running.recorded(options.bag), playing(run.count * options.episodes) as tell:
             complete = all(player.play(run, tell) for _ in range(options.episodes))
-    finally:
-        api.shutdown()
     return {'complete': complete} | ({'bag': str(options.bag)} if options.bag else {})
 
 

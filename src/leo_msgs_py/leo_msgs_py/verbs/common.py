@@ -55,22 +55,21 @@ def dispatch(prog: str, description: str, verbs: Mapping[str, Callable[[list[str
 @contextmanager
 def probe() -> Iterator[Any]:
     """A hidden node to look at the graph with; left again at the end."""
-    from leo_msgs_py.node import api
+    from rclpy.node import Node
 
-    node = api.create_node(f'_leo_{os.getpid()}', ['--ros-args', '--log-level', 'error'])
-    try:
-        yield node
-    finally:
-        api.shutdown()
+    from leo_msgs_py.node import graph, join
+
+    with graph(['--ros-args', '--log-level', 'error']):
+        yield join(Node(f'_leo_{os.getpid()}', start_parameter_services=False))
 
 
 def settle(node: Any) -> None:
     """Spin until discovery has been quiet for a moment, a few seconds at most."""
-    from leo_msgs_py.node import api
+    from leo_msgs_py.node import running, spin_once
 
     start = changed = time.monotonic()
     seen: Any = None
-    while api.ok():
+    while running():
         now = time.monotonic()
         state = (
             sorted(node.get_node_names_and_namespaces()),
@@ -82,7 +81,7 @@ def settle(node: Any) -> None:
         calm = now - start >= _AT_LEAST_S and now - changed >= _QUIET_S
         if calm or now - start >= _AT_MOST_S:
             return
-        api.spin_once(node, 0.05)
+        spin_once(0.05)
 
 
 def absolute(name: str) -> str:
@@ -92,11 +91,11 @@ def absolute(name: str) -> str:
 
 def where() -> str:
     """Which domain and discovery range was looked in, and what else to try."""
-    from leo_msgs_py.node import api
+    from leo_msgs_py.node import describe
 
     return (
-        f'on {api.describe()}; both sides need the same ROS_DOMAIN_ID and '
-        'ROS_AUTOMATIC_DISCOVERY_RANGE (unset, ROS takes SUBNET and cyclonedds LOCALHOST)'
+        f'on {describe()}; both sides need the same ROS_DOMAIN_ID, and a reach '
+        '(ROS_AUTOMATIC_DISCOVERY_RANGE) that includes the other'
     )
 
 

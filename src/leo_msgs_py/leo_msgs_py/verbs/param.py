@@ -5,12 +5,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from leo_msgs_py import messages as m
-from leo_msgs_py import ros_yaml
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node.parameters import from_value_message, to_value_message
 from leo_msgs_py.verbs import common
 from leo_msgs_py.verbs import node as node_verb
+from leo_msgs_py.verbs.plain import to_plain
 
 _LIST_EXAMPLES = '  leo param list\n  leo param list /robot\n'
 _GET_EXAMPLES = '  leo param get /robot realtime_factor\n'
@@ -49,11 +47,14 @@ def _get(argv: list[str]) -> int:
     with common.probe() as node:
         common.settle(node)
         name = node_verb.find(node, options.node)
-        request = m.GetParameters.Request(names=[options.parameter])
-        response = _ask(node, name, m.GetParameters, 'get_parameters', request)
+        from rcl_interfaces.srv import GetParameters
+        from rclpy.parameter import parameter_value_to_python
+
+        request = GetParameters.Request(names=[options.parameter])
+        response = _ask(node, name, GetParameters, 'get_parameters', request)
         if not len(response.values) or not response.values[0].type:
             raise _unknown(node, name, options.parameter)
-        value = from_value_message(response.values[0])
+        value = to_plain(parameter_value_to_python(response.values[0]))
     common.show(options, value, [common.as_yaml(value).removesuffix('...\n').rstrip()])
     return 0
 
@@ -69,10 +70,14 @@ def _set(argv: list[str]) -> int:
         name = node_verb.find(node, options.node)
         if options.parameter not in _names(node, name):
             raise _unknown(node, name, options.parameter)
-        value = to_value_message(ros_yaml.load(options.value))
-        parameter = m.ParameterMessage(name=options.parameter, value=value)
-        request = m.SetParameters.Request(parameters=[parameter])
-        response = _ask(node, name, m.SetParameters, 'set_parameters', request)
+        from rcl_interfaces.msg import Parameter
+        from rcl_interfaces.srv import SetParameters
+        from rclpy.parameter import get_parameter_value
+
+        value = get_parameter_value(options.value)
+        parameter = Parameter(name=options.parameter, value=value)
+        request = SetParameters.Request(parameters=[parameter])
+        response = _ask(node, name, SetParameters, 'set_parameters', request)
         (result,) = response.results
     if not result.successful:
         raise UserError(f'{name} refused: {result.reason}')
@@ -81,8 +86,9 @@ def _set(argv: list[str]) -> int:
 
 
 def _names(node: Any, name: str) -> list[str]:
-    request = m.ListParameters.Request()
-    response = _ask(node, name, m.ListParameters, 'list_parameters', request)
+    from rcl_interfaces.srv import ListParameters
+
+    response = _ask(node, name, ListParameters, 'list_parameters', ListParameters.Request())
     return sorted(response.result.names)
 
 
@@ -93,11 +99,11 @@ def _unknown(node: Any, name: str, parameter: str) -> UserError:
 
 
 def _ask(node: Any, name: str, kind: Any, service: str, request: Any) -> Any:
-    from leo_msgs_py.node import api
+    from leo_msgs_py.node import call
 
     client = node.create_client(kind, f'{name}/{service}')
     try:
-        return api.call(node, client, request, _TIMEOUT_S)
+        return call(client, request, _TIMEOUT_S)
     except TimeoutError as error:
         raise UserError(f'{name} serves no parameters: {error}') from error
     finally:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Messages as plain dictionaries and back, for YAML and JSON (ROS's classes and ours)."""
+"""Messages as plain dictionaries and back, for YAML and JSON ."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ import re
 from typing import Any
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.messages import load
+from leo_msgs_py.interfaces import load
 
-_PLACEHOLDER = 'structure_needs_at_least_one_member'
 _SEQUENCE = re.compile(r'sequence<([\w/]+)(?:, \d+)?>|([\w/]+)\[\d+\]')
 
 
@@ -17,7 +16,7 @@ def to_plain(value: Any) -> Any:
     """A message as nested dictionaries, lists and scalars, fields in order."""
     if hasattr(value, 'get_fields_and_field_types'):
         names = value.get_fields_and_field_types()
-        return {n: to_plain(getattr(value, n)) for n in names if n != _PLACEHOLDER}
+        return {n: to_plain(getattr(value, n)) for n in names}
     if isinstance(value, bytes):
         return list(value) if len(value) != 1 else value[0]
     if hasattr(value, 'tolist'):
@@ -34,7 +33,7 @@ def fill(message: Any, data: dict[str, Any]) -> Any:
     kinds = message.get_fields_and_field_types()
     for name, value in data.items():
         if name not in kinds:
-            there = ', '.join(n for n in kinds if n != _PLACEHOLDER) or 'none'
+            there = ', '.join(kinds) or 'none'
             raise UserError(f'{type(message).__name__} has no field {name!r}; it has: {there}')
         try:
             setattr(message, name, _convert(getattr(message, name), value, kinds[name]))
@@ -51,7 +50,7 @@ def _convert(current: Any, value: Any, kind: str) -> Any:
     found = _SEQUENCE.fullmatch(kind)
     element = (found[1] or found[2]) if found else ''
     if '/' in element:
-        cls = load(element.replace('/', '/msg/'))
+        cls = load(element)
         return [fill(cls(), _mapping(item)) for item in value]
     if kind in ('double', 'float'):
         return float(value)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.messages import load
+from leo_msgs_py.interfaces import load
 from leo_msgs_py.verbs import common
 from leo_msgs_py.verbs.plain import fill, to_plain
 
@@ -48,15 +48,15 @@ def _call(argv: list[str]) -> int:
     options = parser.parse_args(argv)
     if options.type and '/' not in options.type:
         options.type, options.values = None, options.type
-    from leo_msgs_py.node import api
+    from leo_msgs_py.node import call
 
     with common.probe() as node:
         service = common.absolute(options.service)
-        srv_type = load(options.type or _found_type(node, service))
+        srv_type = load(options.type or _found_type(node, service), 'srv')
         request = fill(srv_type.Request(), common.from_yaml(options.values))
         client = node.create_client(srv_type, service)
         try:
-            response = api.call(node, client, request, options.timeout)
+            response = call(client, request, options.timeout)
         except TimeoutError as error:
             raise UserError(f'{error}; is its node still running?') from error
     data = to_plain(response)

@@ -3,10 +3,8 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
-from leo_msgs_py import topics
 from leo_msgs_py.verbs import common
 from leo_msgs_py.verbs.plain import to_plain
 
@@ -32,7 +30,8 @@ def main(argv: list[str]) -> int:
 
 def _listen(seconds: float) -> list[dict[str, Any]]:
     """The last status of each part that reports on /diagnostics, by name."""
-    from leo_msgs_py.node import api
+    from leo_msgs_py import topics
+    from leo_msgs_py.node import spin_until
 
     latest: dict[str, Any] = {}
 
@@ -42,9 +41,7 @@ def _listen(seconds: float) -> list[dict[str, Any]]:
     with common.probe() as node:
         node.create_subscription(topics.DIAGNOSTICS.type, topics.DIAGNOSTICS.name, keep,
                                  topics.DIAGNOSTICS.qos)  # fmt: skip
-        end = time.monotonic() + seconds
-        while api.ok() and time.monotonic() < end:
-            api.spin_once(node, 0.05)
+        spin_until(lambda: False, seconds)
     return [_plain(latest[name]) for name in sorted(latest)]
 
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from leo_msgs_py.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from leo_msgs_py.verbs import common
 from leo_msgs_py.verbs.topic_streams import echo, hz, pub
 
@@ -81,10 +80,12 @@ def _endpoint(info: Any) -> dict[str, Any]:
     }
 
 
-def _qos(profile: QoSProfile) -> dict[str, Any]:
-    reliable = profile.reliability == ReliabilityPolicy.RELIABLE
-    latched = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+def _qos(profile: Any) -> dict[str, Any]:
     return {
-        'reliability': 'reliable' if reliable else 'best effort',
-        'durability': 'transient local' if latched else 'volatile',
+        'reliability': _words(profile.reliability),
+        'durability': _words(profile.durability),
     }
+
+
+def _words(policy: Any) -> str:
+    return str(policy.name).lower().replace('_', ' ')

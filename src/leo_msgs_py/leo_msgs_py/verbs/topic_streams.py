@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.messages import load
-from leo_msgs_py.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from leo_msgs_py.interfaces import load
 from leo_msgs_py.verbs import common
 from leo_msgs_py.verbs.plain import fill, to_plain
 
@@ -29,7 +28,7 @@ _PUB_EXAMPLES = (
 )
 _DEPTH = 100
 _MATCH_S = 3.0
-_ACK_S = 2.0
+_LINGER_S = 0.3
 
 
 def echo(argv: list[str]) -> int:
@@ -59,17 +58,17 @@ def hz(argv: list[str]) -> int:
     parser.add_argument('--once', action='store_true', help='stop after the first line')
     parser.add_json()
     options = parser.parse_args(argv)
-    from leo_msgs_py.node import api
+    from leo_msgs_py.node import running, spin_until
 
     stamps: list[float] = []
     with common.probe() as node:
         _subscribe(node, options, lambda data: stamps.append(time.monotonic()), raw=True)
-        while api.ok():
+        while running():
             stamps.clear()
-            api.spin_until(node, lambda: False, 1.0)
+            spin_until(lambda: False, 1.0)
             if len(stamps) > 1:
                 _print_rate(np.diff(stamps), options.json)
-            elif api.ok():
+            elif running():
                 print('no new messages', file=sys.stderr, flush=True)
             if options.once and len(stamps) > 1:
                 break
@@ -88,7 +87,7 @@ def pub(argv: list[str]) -> int:
     options = parser.parse_args(argv)
     if options.rate <= 0:
         raise UserError(f'--rate {options.rate} must be above 0')
-    message = fill(load_message(options.type)(), common.from_yaml(options.values))
+    message = fill(load(options.type)(), common.from_yaml(options.values))
     with common.probe() as node:
         publisher = node.create_publisher(
             type(message), common.absolute(options.topic), _latched(options.once)
@@ -96,42 +95,36 @@ def pub(argv: list[str]) -> int:
         return _send(node, publisher, message, options)
 
 
-def load_message(name: str) -> Any:
-    """Message class of 'pkg/msg/Name' or 'pkg/Name'; UserError where there is none."""
-    package, slash, leaf = name.partition('/')
-    if not slash:
-        raise UserError(f'{name!r} is no type; write for example std_msgs/msg/String')
-    return load(f'{package}/msg/{leaf.rpartition("/")[2]}')
-
-
 def _send(node: Any, publisher: Any, message: Any, options: argparse.Namespace) -> int:
-    from leo_msgs_py.node import api
+    from leo_msgs_py.node import running, spin_until
 
-    heard = api.spin_until(node, lambda: publisher.get_subscription_count() > 0, _MATCH_S)
+    heard = spin_until(lambda: publisher.get_subscription_count() > 0, _MATCH_S)
     if not heard:
         print(f'nobody subscribes to {options.topic} {common.where()}', file=sys.stderr)
     count = 0
     due = time.monotonic()
-    while api.ok():
+    while running():
         count += 1
         print(f'publishing #{count}: {message}', flush=True)
         publisher.publish(message)
         if options.once:
-            publisher.wait_for_all_acked(_ACK_S)
+            spin_until(lambda: False, _LINGER_S)
             return 0 if heard else 1
         due += 1 / options.rate
-        api.spin_until(node, lambda: False, max(0.0, due - time.monotonic()))
+        spin_until(lambda: False, max(0.0, due - time.monotonic()))
     return 0
 
 
-def _latched(once: bool) -> QoSProfile:
+def _latched(once: bool) -> Any:
     """Transient local as `ros2 topic pub`, so that readers of either durability match."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+
     return QoSProfile(depth=1 if once else 10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def _stream(node: Any, options: argparse.Namespace, write: Any, raw: bool) -> None:
     """Call back with each message until interrupted, or with the first one only."""
-    from leo_msgs_py.node import api
+    from leo_msgs_py.node import running, spin_once
 
     seen: list[Any] = []
 
@@ -142,8 +135,8 @@ def _stream(node: Any, options: argparse.Namespace, write: Any, raw: bool) -> No
         write(message)
 
     _subscribe(node, options, receive, raw)
-    while api.ok() and not (options.once and seen):
-        api.spin_once(node, 0.5)
+    while running() and not (options.once and seen):
+        spin_once()
         if not options.once:
             seen.clear()
 
@@ -152,11 +145,13 @@ def _subscribe(node: Any, options: argparse.Namespace, receive: Any, raw: bool) 
     common.settle(node)
     topic = common.absolute(options.topic)
     kind = options.type or common.one_type(topic, node.get_topic_names_and_types(), 'topic')
-    node.create_subscription(load_message(kind), topic, receive, _matching(node, topic), raw=raw)
+    node.create_subscription(load(kind), topic, receive, _matching(node, topic), raw=raw)
 
 
-def _matching(node: Any, topic: str) -> QoSProfile:
+def _matching(node: Any, topic: str) -> Any:
     """The strongest QoS every publisher of the topic offers."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
     offered = [info.qos_profile for info in node.get_publishers_info_by_topic(topic)]
     reliable = all(p.reliability == ReliabilityPolicy.RELIABLE for p in offered)
     latched = bool(offered) and all(

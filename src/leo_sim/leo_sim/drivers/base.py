@@ -63,8 +63,8 @@ class Driver(Protocol):
     def read(self) -> JointStates:
         """The newest measured state, stamped with the time of measurement."""
 
-    def write(self, values: np.ndarray) -> Applied:
-        """Send values [V or N m], shape (A,), and return what was really applied."""
+    def write(self, values: np.ndarray) -> Applied | None:
+        """Send values [V or N m], shape (A,); what was really applied, None where not known."""
 
     def advance(self, seconds: float) -> float:
         """Go to the next state, nominally `seconds` on; returns how much time that is [s].

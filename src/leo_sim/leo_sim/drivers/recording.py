@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,14 +14,15 @@ import zlib
 from mcap.exceptions import McapError
 from mcap.records import Channel, Message, Schema
 from mcap.stream_reader import StreamReader
+from rosbags.serde import SerdeError
 
+from leo_msgs_py.cdr import decode
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied, JointStates
-from leo_msgs_py.wire.types import deserialize
 
-STATES = ('joint_states', 'sensor_msgs/msg/JointState')
-APPLIED = ('dynamic_joint_states', 'control_msgs/msg/DynamicJointState')
-EPISODE = ('robot/episode', 'std_msgs/msg/UInt32')
+STATES, EPISODE = '/joint_states', '/robot/episode'
+DYNAMIC = '/dynamic_joint_states'
+"""What was applied, in bags of ros2_control robots and in those of before 2026-12."""
 
 
 @dataclass(frozen=True)
@@ -32,31 +34,38 @@ class Moment:
     episode: int
 
 
-def read_moments(path: Path) -> list[Moment]:
+def read_moments(path: Path, interface: str) -> list[Moment]:
     """Every state of a bag (a rosbag2 folder or one .mcap) once; repeats are left out.
+
+    Args:
+        path: the bag.
+        interface: 'voltage' or 'effort', the unit of the inputs that count.
 
     Raises:
         UserError: no such bag, no MCAP in it, or no joint states (listing the topics it has).
     """
     states: list[tuple[JointStates, int]] = []
-    inputs: dict[int, Applied] = {}
+    applied = f'/robot/applied_{interface}'
+    inputs: dict[str, dict[int, Applied]] = {applied: {}, DYNAMIC: {}}
     episode, found = 0, set[str]()
-    for kind, data in _messages(_files(path), found):
-        message: Any = deserialize(data, kind)
-        if kind == EPISODE[1]:
+    for name, message in _messages(_files(path), applied, found):
+        if name == EPISODE:
             episode = int(message.data)
-        elif kind == APPLIED[1]:
-            applied = Applied.from_message(message)
-            inputs[applied.stamp_ns] = applied
-        else:
+        elif name == STATES:
             state = JointStates.from_message(message)
             if not states or state.stamp_ns != states[-1][0].stamp_ns:
                 states.append((state, episode))
+        else:
+            read = Applied.from_dynamic if name == DYNAMIC else Applied.from_message
+            with suppress(UserError):  # of other joints, or not known
+                value = read(message, interface)
+                inputs[name][value.stamp_ns] = value
     if not states:
         raise UserError(f'{path} has no /joint_states; it has {sorted(found) or "no topics"}')
-    stamps = sorted(inputs)
+    known = inputs[applied] or inputs[DYNAMIC]
+    stamps = sorted(known)
     return [
-        Moment(state, _latest(inputs, stamps, state.stamp_ns), number) for state, number in states
+        Moment(state, _latest(known, stamps, state.stamp_ns), number) for state, number in states
     ]
 
 
@@ -75,24 +84,29 @@ def _files(path: Path) -> list[Path]:
     return files
 
 
-def _messages(files: list[Path], found: set[str]) -> Iterator[tuple[str, bytes]]:
-    """Type and CDR bytes of the wanted messages; adds every topic it meets to `found`."""
+def _messages(files: list[Path], applied: str, found: set[str]) -> Iterator[tuple[str, Any]]:
+    """Wanted topics and their messages that decode; adds every topic it meets to `found`."""
+    types = {
+        STATES: 'sensor_msgs/msg/JointState',
+        applied: 'sensor_msgs/msg/JointState',
+        DYNAMIC: 'control_msgs/msg/DynamicJointState',
+        EPISODE: 'std_msgs/msg/UInt32',
+    }
     for file in files:
-        types: dict[int, str] = {}
+        topics: dict[int, str] = {}
         schemas: dict[int, str] = {}
         for record in _records(file):
             if isinstance(record, Schema):
                 schemas[record.id] = record.name
             elif isinstance(record, Channel):
                 found.add(record.topic)
-                kind = schemas.get(record.schema_id, '')
-                if any(
-                    record.topic.endswith(f'/{t}') and kind == k
-                    for t, k in (STATES, APPLIED, EPISODE)
-                ):
-                    types[record.id] = kind
-            elif isinstance(record, Message) and record.channel_id in types:
-                yield types[record.channel_id], record.data
+                for name, kind in types.items():
+                    if record.topic.endswith(name) and schemas.get(record.schema_id) == kind:
+                        topics[record.id] = name
+            elif isinstance(record, Message) and record.channel_id in topics:
+                name = topics[record.channel_id]
+                with suppress(SerdeError):
+                    yield name, decode(record.data, types[name])
 
 
 def _records(file: Path) -> Iterator[Any]:

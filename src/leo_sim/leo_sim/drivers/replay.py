@@ -15,19 +15,17 @@ from leo_sim.drivers.recording import Moment, read_moments
 
 
 class ReplayDriver:
-    """States and applied inputs of a bag, stamps and episodes included; commands are ignored.
-
-    Where the bag lacks what was applied at a state, `write` returns NaN: not known.
-    """
+    """States and applied inputs of a bag, stamps and episodes included; commands are ignored."""
 
     def __init__(self, options: DriverOptions) -> None:
         if not options.bag:
             raise UserError('driver replay needs a bag: -p driver:=replay -p bag:=BAG')
         self._path = Path(options.bag)
-        self._moments = read_moments(self._path)
+        info = robot_info(options.robot)
+        self._moments = read_moments(self._path, info.interface)
         first = self._moments[0].state
         self.info = replace(
-            robot_info(options.robot),
+            info,
             joints=first.names,
             state_rate=_median_rate(self._moments, options.robot.state_rate),
         )
@@ -47,16 +45,9 @@ class ReplayDriver:
         """The recorded state."""
         return self._moment.state
 
-    def write(self, values: np.ndarray) -> Applied:
-        """What was applied when the state was recorded, whatever is asked for now."""
-        if self._moment.applied is not None:
-            return self._moment.applied
-        return Applied(
-            stamp_ns=self._moment.state.stamp_ns,
-            names=self.info.actuators,
-            values=np.full(np.shape(values), np.nan),
-            interface=self.info.interface,
-        )
+    def write(self, values: np.ndarray) -> Applied | None:
+        """What was applied when the state was recorded; None where the bag does not know."""
+        return self._moment.applied
 
     def advance(self, seconds: float) -> float:
         """Go to the next recorded state; a jump back in time takes `seconds`."""

@@ -52,7 +52,6 @@ class SimulatedDriver:
             values=self._input.copy(),
             interface=self.info.interface,
             enabled=self._enabled.copy(),
-            extra={},
         )
 
     def advance(self, seconds: float) -> float:

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from leo_msgs_py.messages import DiagnosticArray, DiagnosticStatus, Header, KeyValue
-from leo_msgs_py.values import time_message
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from std_msgs.msg import Header
+
 from leo_sim.safety import Safety
 
 
@@ -20,6 +21,7 @@ class Health:
     def __init__(self, period: float) -> None:
         self._period = period
         self.missed = 0
+        self._told = 0
         self._loop_times: list[float] = []
 
     def note(self, loop_time: float, lateness: float) -> None:
@@ -34,8 +36,15 @@ class Health:
             return 0, 0.0, 0.0
         return len(times), 1e3 * sum(times) / len(times), 1e3 * max(times)
 
+    def take_missed(self) -> int:
+        """Number of deadlines missed since the last call."""
+        new, self._told = self.missed - self._told, self.missed
+        return new
 
-def robot_status(name: str, safety: Safety, health: Health, torque: bool, new_missed: int) -> Any:
+
+def robot_status(
+    name: str, safety: Safety, health: Health, torque: bool, new_missed: int
+) -> DiagnosticStatus:
     """The DiagnosticStatus of a robot node; `new_missed` deadlines since the last one."""
     count, mean, largest = health.take_loop_times()
     status = DiagnosticStatus(name=name)
@@ -56,9 +65,9 @@ def robot_status(name: str, safety: Safety, health: Health, torque: bool, new_mi
     return status
 
 
-def diagnostic_array(status: Any, now_ns: int) -> Any:
-    """A DiagnosticArray of one status, stamped."""
-    return DiagnosticArray(header=Header(stamp=time_message(now_ns)), status=[status])
+def diagnostic_array(status: DiagnosticStatus, stamp: Any) -> DiagnosticArray:
+    """A DiagnosticArray of one status with a builtin_interfaces/Time."""
+    return DiagnosticArray(header=Header(stamp=stamp), status=[status])
 
 
 def _level(safety: Safety, torque: bool, new_missed: int) -> tuple[Any, str]:

@@ -7,14 +7,12 @@ from leo_msgs_py import topics
 from leo_sim.drivers.base import DriverInfo
 from leo_sim.nodes.parameters import Settings
 
-COMMAND_TOPICS = {'voltage': topics.VOLTAGE_COMMANDS, 'effort': topics.EFFORT_COMMANDS}
-
 
 def greeting(settings: Settings, info: DriverInfo) -> list[str]:
     """Lines for the log of a node with a driver."""
     robot = settings.options.robot
     pace = f'{settings.realtime_factor:g} x real time' if settings.realtime_factor else 'lockstep'
-    command = COMMAND_TOPICS[info.interface].name
+    command = topics.COMMANDS[info.interface].name
     zeros = ', '.join(['0.0'] * len(info.actuators))
     lines = [
         f'{robot.name}, driver {settings.driver}, {pace}: states at '

@@ -9,8 +9,10 @@ from functools import partial
 import math
 from typing import Any
 
+from rclpy.node import Node
+
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node.api import fixed_parameter
+from leo_msgs_py.node import declared, fixed_parameter, private_parameter
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.robot import load_robot
 
@@ -38,7 +40,7 @@ class Settings:
     episode: int
 
 
-def read_settings(node: Any) -> Settings:
+def read_settings(node: Node) -> Settings:
     """Declare the parameters on `node` and check what was given.
 
     Raises:
@@ -48,7 +50,7 @@ def read_settings(node: Any) -> Settings:
     options = DriverOptions(
         robot=load_robot(given('robot', 'pendulum')),
         state_rate=_number('state_rate', given('state_rate', 0.0), 'Hz'),
-        start=node.declare_parameter('start', 'nominal').value,
+        start=declared(node, 'start', 'nominal'),
         seed=_seed('seed', given('seed', 0)),
         noise=read_noise(given('noise', [0.0, 0.0])),
         engine=given('engine', 'pybullet'),
@@ -79,12 +81,12 @@ def read_noise(values: Sequence[float]) -> tuple[float, float]:
     return float(values[0]), float(values[1])
 
 
-def _private(node: Any, sealed: str) -> dict[str, Any]:
-    hidden = node.declare_parameter('hidden', '', private=True).value
-    seed = node.declare_parameter('hidden_seed', -1, private=True).value
-    if not isinstance(seed, int):
-        raise UserError('hidden_seed is no whole number; give one from 0 up')
-    return {'hidden': hidden, 'hidden_seed': seed, 'sealed': sealed}
+def _private(node: Node, sealed: str) -> dict[str, Any]:
+    return {
+        'hidden': private_parameter(node, 'hidden', ''),
+        'hidden_seed': private_parameter(node, 'hidden_seed', -1),
+        'sealed': sealed,
+    }
 
 
 def _number(name: str, value: Any, unit: str) -> float:

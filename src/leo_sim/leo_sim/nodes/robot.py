@@ -8,157 +8,200 @@ leo run leo_sim robot --ros-args -p robot:=pendulum -p driver:=replay -p bag:=BA
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 import time
 from typing import Any
 
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rosgraph_msgs.msg import Clock as ClockMessage
+from std_msgs.msg import Bool, String, UInt32
+
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.messages import Bool, Clock, SetParametersResult, String, UInt32
-from leo_msgs_py.node import api
+from leo_msgs_py.node import end, graph, running, spin
 from leo_msgs_py.values import Command, JointStates, time_message
 from leo_sim.drivers import load_driver
-from leo_sim.drivers.base import EndOfRun, NotPossible, Placeable
+from leo_sim.drivers.base import EndOfRun, Placeable
 from leo_sim.nodes.diagnostics import diagnostic_array, Health, robot_status
 from leo_sim.nodes.episode import episode_file, EpisodeNumber
-from leo_sim.nodes.greeting import COMMAND_TOPICS, greeting
-from leo_sim.nodes.pacing import run_lockstep, run_realtime
+from leo_sim.nodes.greeting import greeting
 from leo_sim.nodes.parameters import read_settings, Settings
+from leo_sim.nodes.services import answered
 from leo_sim.safety import BadCommand, Safety
 
-READER_GRACE = 0.5
-"""How long the first state of an episode waits for the readers of its number [s]."""
+REPEAT_PERIOD = 0.2
+"""While waiting in lockstep the last state is repeated this often [s]."""
 
-DISCOVERY_GRACE = 1.0
-"""How long the very first state waits for somebody to find it [s]."""
+GIVE_UP_LATE = 1.0
+"""A robot later than this [s] does not catch up but goes on from now."""
+
+SOON = 1000
+"""Shortest period of a timer [ns]; one of 0 would leave no time for anything else."""
+
+PATIENCE = 5.0
+"""How long a reader that takes nothing can hold the robot up in lockstep [s]."""
 
 
-class RobotNode:
-    """Moves messages between one driver and the graph; `run` until the end.
+class RobotNode(Node):
+    """One driver in the graph, in lockstep with its commander or paced by the clock on the wall.
 
-    Attributes:
-        commanded: a command came since the last state that asked for one.
-        states_per_command: states in one control period.
+    In lockstep (`realtime_factor` 0) a command is what moves time: it is applied for one control
+    period, and the next state asks for the next one.
     """
 
-    def __init__(self, node: Any, settings: Settings) -> None:
-        self._node, self._factor = node, settings.realtime_factor
+    def __init__(self) -> None:
+        super().__init__('robot')
+        settings = read_settings(self)
+        self._lockstep = settings.realtime_factor == 0.0
+        self._factor = settings.realtime_factor
         self._driver = load_driver(settings.driver, settings.options)
-        self.info = self._driver.info
-        _check_clock(settings, self.info.own_clock)
+        self._info = self._driver.info
+        _check_clock(settings, self._info.own_clock)
+        self._period = 1.0 / self._info.state_rate
         # In lockstep time stands still without commands: none is ever too old.
-        timeout = settings.command_timeout if self._factor else 0.0
-        self._safety = Safety(self.info.limits, timeout, settings.slew)
+        timeout = 0.0 if self._lockstep else settings.command_timeout
+        self._safety = Safety(self._info.limits, timeout, settings.slew)
         self._episode = EpisodeNumber(
-            episode_file(node.get_fully_qualified_name()), settings.episode
+            episode_file(self.get_fully_qualified_name()), settings.episode
         )
-        self._health = Health(1.0 / (self.info.state_rate * self._factor) if self._factor else 0.0)
-        self._reported_missed = 0
+        self._health = Health(0.0 if self._lockstep else self._period / self._factor)
         self._seen_starts = 0
         self._torque = True
+        self._waits_for_readers = True
         self._state: JointStates | None = None
-        self.commanded = False
-        self.states_per_command = max(1, round(self.info.state_rate * self.info.control_period))
         self._make_publishers()
         self._make_listeners()
+        for line in greeting(settings, self._info):
+            self.get_logger().info(line)
 
     def _make_publishers(self) -> None:
-        create = self._node.create_publisher
-        self._states = create(*topics.JOINT_STATES)
-        self._applied = create(*topics.DYNAMIC_JOINT_STATES)
-        self._episodes = create(*topics.EPISODE)
-        self._e_stopped = create(*topics.E_STOPPED)
-        self._description = create(*topics.ROBOT_DESCRIPTION)
-        self._diagnostics = create(*topics.DIAGNOSTICS)
-        self._clock = create(*topics.CLOCK) if self.info.own_clock else None
+        applied = topics.APPLIED[self._info.interface]
+        qos = topics.LOSSLESS if self._lockstep else topics.DEEP
+        self._states = self.create_publisher(*topics.JOINT_STATES[:2], qos)
+        self._applied = self.create_publisher(*applied[:2], qos)
+        self._episodes = self.create_publisher(*topics.EPISODE)
+        self._e_stopped = self.create_publisher(*topics.E_STOPPED)
+        self._description = self.create_publisher(*topics.ROBOT_DESCRIPTION)
+        self._diagnostics = self.create_publisher(*topics.DIAGNOSTICS)
+        self._clock_publisher = self.create_publisher(*topics.CLOCK)
 
     def _make_listeners(self) -> None:
-        command = COMMAND_TOPICS[self.info.interface]
-        self._node.create_subscription(command.type, command.name, self._on_command, command.qos)
-        for service, action in (
-            (topics.RESET, self._reset),
-            (topics.E_STOP, self._e_stop),
-            (topics.E_STOP_RESET, self._e_stop_reset),
-        ):
-            self._node.create_service(*service, partial(_answer, action))
-        self._node.create_service(*topics.TORQUE, self._on_torque)
-        self._node.add_on_set_parameters_callback(self._on_parameters)
-        api.wall_timer(self._node, 1.0, self._publish_diagnostics)
+        kind, name, qos = topics.COMMANDS[self._info.interface]
+        self._commands = self.create_subscription(kind, name, self._on_command, qos)
+        self.create_service(*topics.RESET, partial(answered, self._reset))
+        self.create_service(*topics.E_STOP, partial(answered, self._e_stop))
+        self.create_service(*topics.E_STOP_RESET, partial(answered, self._e_stop_reset))
+        self.create_service(*topics.TORQUE, self._on_torque)
+        self.add_on_set_parameters_callback(self._on_parameters)
 
-    def run(self) -> None:
-        """Connect and run until shutdown or the end of a recording; motors at 0 afterwards."""
+    def begin(self) -> None:
+        """Connect the driver, say what robot this is, and publish the first state."""
         self._driver.connect()
-        try:
-            self._description.publish(String(data=self.info.urdf))
-            self._episodes.publish(UInt32(data=self._episode.value))
-            self._e_stopped.publish(Bool(data=False))
-            heard = self._states.get_subscription_count
-            api.spin_until(self._node, lambda: heard() > 0, DISCOVERY_GRACE)
-            if self._factor:
-                run_realtime(self, api.ok, self._factor)
-            else:
-                run_lockstep(self, api.ok)
-        except EndOfRun as end:
-            self._node.get_logger().info(str(end))
-        finally:
-            self._driver.stop()
+        self._description.publish(String(data=self._info.urdf))
+        self._episodes.publish(UInt32(data=self._episode.value))
+        self._e_stopped.publish(Bool(data=False))
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
+        if self._lockstep:
+            self._publish_state()
+            self._timer = self.create_timer(REPEAT_PERIOD, self._repeat_state, clock=steady)
+        else:
+            self._due = time.monotonic() + self._period
+            self._timer = self.create_timer(self._period, self._tick, clock=steady)
 
-    def publish_state(self) -> None:
-        """Read the driver and publish its state and clock, a new episode's number before it."""
-        if self._driver.starts != self._seen_starts:
-            self._begin_episodes(self._driver.starts - self._seen_starts)
-            self._seen_starts = self._driver.starts
-        self._state = self._driver.read()
-        if self._clock is not None:
-            self._clock.publish(Clock(clock=time_message(self._state.stamp_ns)))
-        self.repeat_state()
-
-    def repeat_state(self) -> None:
-        """Publish the last state again, to the bit."""
-        assert self._state is not None
-        self._states.publish(self._state.to_message())
-
-    def apply(self) -> None:
-        """Write what safety allows now and publish what was applied."""
-        applied = self._driver.write(self._safety.output(self._now()))
-        self._applied.publish(applied.to_message())
-
-    def advance(self) -> float:
-        """Go to the next state; how far that is [s]."""
-        return self._driver.advance(1.0 / self.info.state_rate)
-
-    def spin_once(self, timeout: float) -> None:
-        """Serve callbacks that are due, waiting for one at most `timeout` [s]."""
-        api.spin_once(self._node, timeout)
-
-    def acknowledged(self, timeout: float) -> bool:
-        """Whether all reliable readers have every state and input within `timeout` [s]."""
-        began = time.monotonic()
-        if not self._states.wait_for_all_acked(timeout):
-            return False
-        left = max(0.0, timeout - (time.monotonic() - began))
-        return bool(self._applied.wait_for_all_acked(left))
-
-    def warn(self, text: str) -> None:
-        """Log a warning."""
-        self._node.get_logger().warning(text)
-
-    def report(self, loop_time: float, lateness: float) -> None:
-        """Note how long one state took and how late it was [s]."""
-        self._health.note(loop_time, lateness)
-
-    def _now(self) -> float:
-        return 0.0 if self._state is None else self._state.stamp
+    def stop(self) -> None:
+        """Leave the motors at 0."""
+        self._driver.stop()
 
     def _on_command(self, message: Any) -> None:
         try:
             self._safety.accept(Command.from_message(message).values, self._now())
         except BadCommand as error:
-            self._node.get_logger().error(str(error), throttle_duration_sec=1.0)
+            self.get_logger().error(str(error), throttle_duration_sec=1.0)
         else:
-            self.commanded = True
+            if self._lockstep:
+                self._run_control_period()
+
+    def _run_control_period(self) -> None:
+        """Apply the command for one control period, publishing every state in it."""
+        states = max(1, round(self._info.state_rate * self._info.control_period))
+        for left in reversed(range(states)):
+            began = time.monotonic()
+            self._apply()
+            self._driver.advance(self._period)
+            if left == 0:
+                self._drop_commands()
+            self._publish_state()
+            self._health.note(time.monotonic() - began, 0.0)
+        self._timer.reset()
+
+    def _drop_commands(self) -> None:
+        """Forget what came before the state it should answer, say to a repeated one."""
+        commands = self._commands
+        while commands.handle.take_message(commands.msg_type, commands.raw) is not None:
+            pass
+
+    def _tick(self) -> None:
+        """Publish the state of now, apply what is commanded, and get the next state ready."""
+        began = time.monotonic()
+        self._publish_state()
+        self._apply()
+        try:
+            gap = self._driver.advance(self._period) / self._factor
+        except EndOfRun as over:
+            self.get_logger().info(str(over))
+            end()
+            return
+        self._health.note(time.monotonic() - began, began - self._due)
+        late = began - self._due > GIVE_UP_LATE
+        self._due = gap + (began if late else self._due)
+        self._timer.timer_period_ns = max(SOON, round((self._due - time.monotonic()) * 1e9))
+        self._timer.reset()
+
+    def _publish_state(self) -> None:
+        """Read the driver and publish clock and state, before them a new episode's number."""
+        if self._driver.starts != self._seen_starts:
+            self._begin_episodes(self._driver.starts - self._seen_starts)
+            self._seen_starts = self._driver.starts
+        self._state = self._driver.read()
+        if self._info.own_clock:
+            self._clock_publisher.publish(ClockMessage(clock=time_message(self._state.stamp_ns)))
+        self._repeat_state()
+
+    def _repeat_state(self) -> None:
+        assert self._state is not None
+        self._publish(self._states, self._state.to_message())
+
+    def _apply(self) -> None:
+        """Write what safety allows now and publish what was applied, where that is known."""
+        applied = self._driver.write(self._safety.output(self._now()))
+        if applied is not None:
+            self._publish(self._applied, applied.to_message())
+
+    def _publish(self, publisher: Publisher, message: Any) -> None:
+        """Publish; where a reader's history is full, wait for it as long as it is alive."""
+        began = time.monotonic()
+        while running():
+            try:
+                publisher.publish(message)
+            except RuntimeError as error:
+                if not self._waits_for_readers or time.monotonic() - began > PATIENCE:
+                    self._waits_for_readers = False
+                    self.get_logger().warning(
+                        f'{publisher.topic_name}: a reader takes nothing, going on without it '
+                        f'({error})', throttle_duration_sec=PATIENCE,
+                    )
+                    return
+            else:
+                self._waits_for_readers = True
+                return
+
+    def _now(self) -> float:
+        return 0.0 if self._state is None else self._state.stamp
 
     def _reset(self) -> str:
         self._driver.reset()
@@ -167,11 +210,11 @@ class RobotNode:
 
     def _begin_anew(self) -> None:
         self._safety.release()
-        self.commanded = False
-        self.publish_state()
+        self._drop_commands()
+        self._publish_state()
 
-    def _on_parameters(self, parameters: list[Any]) -> Any:
-        """A new start pose is taken up at once."""
+    def _on_parameters(self, parameters: list[Any]) -> SetParametersResult:
+        """Take up a new start pose at once."""
         try:
             for pose in (p.value for p in parameters if p.name == 'start'):
                 if not isinstance(self._driver, Placeable):
@@ -185,7 +228,7 @@ class RobotNode:
     def _e_stop(self) -> str:
         self._safety.e_stop()
         self._e_stopped.publish(Bool(data=True))
-        self._node.get_logger().warning('e-stop: 0 until /robot/e_stop_reset')
+        self.get_logger().warning('e-stop: 0 until /robot/e_stop_reset')
         return 'stopped: 0 until /robot/e_stop_reset'
 
     def _e_stop_reset(self) -> str:
@@ -202,43 +245,30 @@ class RobotNode:
             self._torque = request.data
             return 'motors on' if request.data else 'motors free'
 
-        return _answer(switch, request, response)
+        return answered(switch, request, response)
 
     def _begin_episodes(self, count: int) -> None:
         self._episodes.publish(UInt32(data=self._episode.next(count)))
-        self._episodes.wait_for_all_acked(READER_GRACE)
 
     def _publish_diagnostics(self) -> None:
-        missed = self._health.missed - self._reported_missed
-        self._reported_missed = self._health.missed
         status = robot_status(
-            self._node.get_fully_qualified_name(), self._safety, self._health, self._torque, missed
+            self.get_fully_qualified_name(), self._safety, self._health, self._torque,
+            self._health.take_missed(),
         )
-        now = self._node.get_clock().now().nanoseconds
-        self._diagnostics.publish(diagnostic_array(status, now))
+        self._diagnostics.publish(diagnostic_array(status, self.get_clock().now().to_msg()))
 
 
 @executable
 def main(argv: list[str]) -> int:
     """Run the robot node; `argv` as after the executable's name."""
-    node = api.create_node('robot', argv)
-    try:
-        settings = read_settings(node)
-        robot = RobotNode(node, settings)
-        for line in greeting(settings, robot.info):
-            node.get_logger().info(line)
-        robot.run()
-    finally:
-        api.shutdown()
+    with graph(argv):
+        robot = RobotNode()
+        try:
+            robot.begin()
+            spin(robot)
+        finally:
+            robot.stop()
     return 0
-
-
-def _answer(action: Callable[[], str], _request: Any, response: Any) -> Any:
-    try:
-        response.message, response.success = action(), True
-    except NotPossible as error:
-        response.message, response.success = str(error), False
-    return response
 
 
 def _check_clock(settings: Settings, own_clock: bool) -> None:

@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What our nodes need beside rclpy: a process around them, private parameters, waiting.
+
+    with graph(argv):
+        spin(RobotNode())
+
+Everything else is rclpy's own: nodes, parameters, timers, publishers, services.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+import signal
+from threading import current_thread, Event, main_thread
+import time
+from typing import Any
+
+import rclpy
+from rclpy.exceptions import InvalidParameterTypeException
+from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import get_rmw_implementation_identifier
+
+from leo_msgs_py import middleware
+from leo_msgs_py.errors import one_line, UserError
+from leo_msgs_py.hostile import harden
+
+try:
+    # Half the CPU of the others. spin_once() without a time never returns, and callbacks of two
+    # arguments (message, info) raise SystemError: both in rclpy 7.1.6.
+    from rclpy.experimental import EventsExecutor
+except ImportError:
+    EventsExecutor = SingleThreadedExecutor
+
+SLICE = 0.1
+"""Longest wait without a look at signals [s]: Python handles them between two waits."""
+
+_stop = Event()
+_executor: Executor | None = None
+
+
+@contextmanager
+def graph(argv: list[str] | None = None) -> Iterator[None]:
+    """Take part in the graph as long as this lasts; SIGINT and SIGTERM end `spin` and waits.
+
+    rclpy's own handlers would shut it down at once, and a callback that still publishes would
+    fail; with these everything works until the end. A second SIGINT interrupts.
+
+    Args:
+        argv: command line without the program name; rclpy heeds its `--ros-args`.
+
+    Raises:
+        UserError: arguments or environment that ROS does not understand.
+    """
+    global _executor
+    middleware.prepare()
+    try:
+        rclpy.init(args=['leo', *(argv or [])], signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # of a dozen types, down to plain RuntimeError
+        raise UserError(f'ROS does not start: {one_line(error)}') from error
+    _stop.clear()
+    _executor = EventsExecutor()
+    try:
+        with _signals():
+            yield
+    finally:
+        _stop.set()
+        for node in _executor.get_nodes():
+            node.destroy_node()
+        _executor.shutdown()
+        _executor = None
+        rclpy.try_shutdown()
+
+
+def running() -> bool:
+    """Whether nodes may go on: False outside of `graph`, and after a signal or `end`."""
+    return not _stop.is_set() and rclpy.ok()
+
+
+def end() -> None:
+    """Have `spin` and all waits return, as a signal does."""
+    _stop.set()
+
+
+def join(node: Node) -> Node:
+    """Have the process's executor serve a node, and say once where it is."""
+    assert _executor is not None, 'nodes live within graph()'
+    harden(node)
+    _executor.add_node(node)
+    node.get_logger().info(describe())
+    return node
+
+
+def spin(node: Node) -> None:
+    """Serve a node until a signal or `end`."""
+    join(node)
+    while running():
+        spin_once()
+
+
+def spin_once(timeout: float = SLICE) -> None:
+    """Run what is ready on the nodes that joined, waiting for it at most `timeout` [s]."""
+    assert _executor is not None, 'nodes live within graph()'
+    _executor.spin_once(timeout_sec=timeout)
+
+
+def spin_until(condition: Callable[[], bool], timeout: float) -> bool:
+    """Spin until the condition holds; whether it did within the time [s]."""
+    deadline = time.monotonic() + timeout
+    while not condition():
+        left = deadline - time.monotonic()
+        if left <= 0 or not running():
+            return condition()
+        spin_once(min(left, SLICE))
+    return True
+
+
+def call(client: Any, request: Any, timeout: float) -> Any:
+    """Call a service and spin until it answered; not from within a callback.
+
+    Raises:
+        TimeoutError: no server or no answer within the time [s], or a signal.
+    """
+    deadline = time.monotonic() + timeout
+    if not spin_until(client.service_is_ready, timeout):
+        raise TimeoutError(f'no server for {client.srv_name} within {timeout:g} s')
+    future = client.call_async(request)
+    if not spin_until(future.done, max(0.0, deadline - time.monotonic())):
+        client.remove_pending_request(future)
+        raise TimeoutError(f'{client.srv_name} did not answer within {timeout:g} s')
+    return future.result()
+
+
+def describe() -> str:
+    """Middleware, domain and reach in words."""
+    return middleware.describe(get_rmw_implementation_identifier())
+
+
+def fixed_parameter(node: Node, name: str, default: Any) -> Any:
+    """Declare a parameter that holds from start to end, and return its value.
+
+    A whole number given for a float is one. Setting it while the node runs is refused.
+
+    Raises:
+        UserError: the command line gives a value of another type than the default's.
+    """
+    return declared(node, name, default, read_only=True)
+
+
+def declared(node: Node, name: str, default: Any, read_only: bool = False) -> Any:
+    """Declare a parameter of the default's type and return its value (see `fixed_parameter`)."""
+    from rcl_interfaces.msg import ParameterDescriptor
+
+    value = private_parameter(node, name, default)
+    descriptor = ParameterDescriptor(read_only=read_only)
+    return node.declare_parameter(name, value, descriptor, ignore_override=True).value
+
+
+def private_parameter(node: Node, name: str, default: Any) -> Any:
+    """Return what the command line or a parameter file gives for a name, without declaring it.
+
+    Nobody can read it back: a declared parameter is served to all and published as an event.
+
+    Raises:
+        UserError: a value of another type than the default's.
+    """
+    given = node._parameter_overrides.get(name)  # rclpy shows overrides only by declaring them
+    return default if given is None else _of_type(name, given.value, default)
+
+
+def _of_type(name: str, value: Any, default: Any) -> Any:
+    wanted = Parameter.Type.from_parameter_value(default)
+    if wanted == Parameter.Type.DOUBLE and type(value) is int:
+        return float(value)
+    if wanted == Parameter.Type.DOUBLE_ARRAY and _all_numbers(value):
+        return [float(item) for item in value]
+    try:
+        if Parameter.Type.from_parameter_value(value) == wanted:
+            return value
+    except (InvalidParameterTypeException, TypeError):
+        pass
+    kind = wanted.name.lower().replace('_', ' ')
+    raise UserError(f'parameter {name!r} is a {kind}, not {value!r}')
+
+
+def _all_numbers(value: Any) -> bool:
+    if isinstance(value, (str, bytes, bool, int, float)) or value is None:
+        return False
+    return all(type(item) in (int, float) for item in value)
+
+
+@contextmanager
+def _signals() -> Iterator[None]:
+    if current_thread() is not main_thread():
+        yield
+        return
+
+    def handle(number: int, frame: Any) -> None:
+        if _stop.is_set() and number == signal.SIGINT:
+            raise KeyboardInterrupt
+        _stop.set()
+
+    before = {n: signal.signal(n, handle) for n in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
