@@ -1,178 +1,139 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Round trip of a JointState between two processes, and messages per second.
+"""Messages between processes and lockstep with a recorder, beside those of another checkout.
 
-    python benchmarks/transport.py [--samples 2000] [--json]
+    git worktree add ../before 41d7e69 && ../before/run_all.sh setup
+    python benchmarks/transport.py --against ../before --rounds 5
 
-Prints our numbers beside those of a real rclpy and of bare cyclonedds (ros_wire.md: two
-processes on loopback, 6 joints, 292 bytes of CDR, reliable, both cores 88 % busy).
+Each round measures both, one after the other, in turns; the table has medians over the rounds and
+their ratio. Without --against only this checkout is measured.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
 import json
 import os
+from pathlib import Path
 import random
+import signal
+import statistics
 import subprocess
-import sys
+import tempfile
 import time
-from typing import Any
 
-import numpy as np
-
-from leo_msgs_py import messages as m
-from leo_msgs_py.node import api
-from leo_msgs_py.qos import reliable
-
-JOINTS = 6
-BURST = 5000
-WAIT_S = 20.0
-# median and 99th percentile [ms], from ros_wire.md, "Numbers", normal scheduling
-REFERENCE = {
-    'round trip at 30 Hz': 'rclpy 0.85-1.01 / 4.2-5.7, bare cyclonedds 0.66-1.07 / 1.1-5.6',
-    'round trip back to back': 'rclpy 0.17-0.34 / 0.57-4.9, bare cyclonedds 0.18-0.29 / 0.25-0.62',
-    'Trigger call': 'rclpy 0.26 / 3.7, bare cyclonedds 0.12 / 0.18',
-}
-REFERENCE_RATE = 'bare cyclonedds writes 24-26 thousand/s; its reader keeps about 3/4 of them'
+ROOT = Path(__file__).resolve().parents[1]
+PEER = Path(__file__).with_name('transport_peer.py')
+TRIPS, PERIODS = 2000, 600
+TICKS = os.sysconf('SC_CLK_TCK')
+Figures = dict[str, float]
 
 
 def main() -> int:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('--samples', type=int, default=2000, help='round trips back to back')
+    parser.add_argument('--against', type=Path, help='another checkout with its .venv')
+    parser.add_argument('--rounds', type=int, default=3)
     parser.add_argument('--json', action='store_true', help='print JSON')
-    parser.add_argument('--echo', action='store_true', help=argparse.SUPPRESS)
     options = parser.parse_args()
-    if options.echo:
-        return echo()
-    os.environ['ROS_DOMAIN_ID'] = str(random.randint(101, 200))
-    with subprocess.Popen([sys.executable, __file__, '--echo']) as peer:
+    checkouts = {'here': ROOT}
+    if options.against:
+        checkouts['there'] = options.against.resolve()
+    found: dict[str, list[Figures]] = {name: [] for name in checkouts}
+    for number in range(options.rounds):
+        for name in sorted(checkouts, reverse=bool(number % 2)):
+            found[name].append(measure(checkouts[name]))
+    medians = {
+        name: {key: statistics.median(row[key] for row in rows) for key in rows[0]}
+        for name, rows in found.items()
+    }
+    print(json.dumps(medians) if options.json else table(medians))
+    return 0
+
+
+def measure(checkout: Path) -> Figures:
+    """All figures of one checkout, once."""
+    with tempfile.TemporaryDirectory() as folder:
+        bench = Bench(checkout, Path(folder))
+        return bench.trips() | bench.start() | bench.lockstep()
+
+
+class Bench:
+    """Processes of one checkout in a domain of their own."""
+
+    def __init__(self, checkout: Path, folder: Path) -> None:
+        self._bin, self._folder = checkout / '.venv' / 'bin', folder
+        self._environment = os.environ | {
+            'ROS_DOMAIN_ID': str(random.randint(101, 200)), 'XDG_RUNTIME_DIR': str(folder),
+        }
+
+    def trips(self) -> Figures:
+        """Round trips of a JointState with six joints."""
+        with self._process('python', PEER, 'echo', '0'):
+            return self._ask('trips', TRIPS)
+
+    def start(self) -> Figures:
+        """From starting a robot node to its first state in another process."""
+        with self._process('python', PEER, 'first', '0', pipe=True) as listener:
+            assert listener.stdout is not None
+            listener.stdout.readline()
+            began = time.time()
+            with self._robot():
+                heard = json.loads(listener.stdout.readline())['at']
+        return {'node start to first state [s]': heard - began}
+
+    def lockstep(self) -> Figures:
+        """A robot, a recorder and a commander in lockstep."""
+        words = 'leo_diffmodel', 'diffmodel', '--ros-args', '-p', f'bag:={self._folder / "bag"}'
+        with self._robot() as robot, self._process('leo', 'run', *words) as recorder:
+            time.sleep(5.0)
+            before = cpu(robot) + cpu(recorder)
+            figures = self._ask('drive', PERIODS)
+            used = cpu(robot) + cpu(recorder) - before
+        states = PERIODS * 5
+        return figures | {'robot and recorder CPU per state [us]': 1e6 * used / states}
+
+    def _robot(self) -> contextmanager:
+        words = '-p', 'robot:=pendulum', '-p', 'realtime_factor:=0'
+        return self._process('leo', 'run', 'leo_sim', 'robot', '--ros-args', *words)
+
+    def _ask(self, role: str, count: int) -> Figures:
+        done = subprocess.run(
+            [self._bin / 'python', PEER, role, str(count)], env=self._environment,
+            capture_output=True, text=True, check=True,
+        )
+        return json.loads(done.stdout.splitlines()[-1])
+
+    @contextmanager
+    def _process(
+        self, program: str, *words: str | Path, pipe: bool = False
+    ) -> Iterator[subprocess.Popen[str]]:
+        out = subprocess.PIPE if pipe else subprocess.DEVNULL
+        process = subprocess.Popen(
+            [self._bin / program, *words], env=self._environment, cwd=self._folder,
+            stdout=out, stderr=subprocess.DEVNULL, text=True,
+        )
         try:
-            result = measure(options.samples)
+            yield process
         finally:
-            api.shutdown()
-            peer.terminate()
-    print(json.dumps(result) if options.json else table(result))
-    return 0
+            process.send_signal(signal.SIGINT)
+            process.wait(30)
 
 
-def echo() -> int:
-    """The other process: sends everything back, counts the burst, answers the service."""
-    node = api.create_node('echo', ['--ros-args', '--log-level', 'error'])
-    pong = node.create_publisher(m.JointState, 'pong', reliable(10))
-    node.create_subscription(m.JointState, 'ping', pong.publish, reliable(10))
-    kept: list[float] = []
-    node.create_subscription(
-        m.JointState, 'burst', lambda _: kept.append(time.monotonic()), reliable(BURST)
-    )
-
-    def count(_: Any, response: Any) -> Any:
-        span = kept[-1] - kept[0] if kept else 1.0
-        response.success, response.message = True, f'{len(kept)} {span}'
-        return response
-
-    node.create_service(m.Trigger, 'count', count)
-    api.spin(node)
-    api.shutdown()
-    return 0
+def cpu(process: subprocess.Popen[str]) -> float:
+    """CPU time of a process so far [s]."""
+    fields = Path(f'/proc/{process.pid}/stat').read_text().rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) / TICKS
 
 
-def measure(samples: int) -> dict[str, Any]:
-    """Round trips [ms], call times [ms], messages per second."""
-    node = api.create_node('bench', ['--ros-args', '--log-level', 'error'])
-    message = m.JointState(name=[f'joint_{i:04d}' for i in range(JOINTS)])
-    for field in ('position', 'velocity', 'effort'):
-        setattr(message, field, [0.1] * JOINTS)
-    slow = round_trips(node, message, max(50, samples // 20), 1 / 30)
-    fast = round_trips(node, message, samples, 0.0)
-    client = node.create_client(m.Trigger, 'count')
-    calls = call_times(node, client, samples // 4)
-    return {
-        'milliseconds': {
-            'round trip at 30 Hz': percentiles(slow),
-            'round trip back to back': percentiles(fast),
-            'Trigger call': percentiles(calls),
-        },
-        'messages_per_second': throughput(node, client, message),
-    }
-
-
-def round_trips(node: Any, message: Any, count: int, pause: float) -> list[float]:
-    """Times [s] from publishing to the echo's callback."""
-    back: list[float] = []
-    ping = node.create_publisher(m.JointState, 'ping', reliable(10))
-    pong = node.create_subscription(
-        m.JointState, 'pong', lambda _: back.append(time.perf_counter()), reliable(10)
-    )
-    matched = lambda: ping.get_subscription_count() and pong.get_publisher_count()  # noqa: E731
-    if not api.spin_until(node, matched, WAIT_S):
-        raise SystemExit('the echo process did not appear')
-    times = []
-    for _ in range(count):
-        back.clear()
-        sent = time.perf_counter()
-        ping.publish(message)
-        while not back:
-            api.spin_once(node, 1.0)
-        times.append(back[0] - sent)
-        time.sleep(pause)
-    node.destroy_publisher(ping)
-    node.destroy_subscription(pong)
-    return times
-
-
-def call_times(node: Any, client: Any, count: int) -> list[float]:
-    """Times [s] of service calls."""
-    client.wait_for_service(WAIT_S)
-    times = []
-    for _ in range(count):
-        sent = time.perf_counter()
-        future = client.call_async(m.Trigger.Request())
-        while not future.done():
-            api.spin_once(node, 1.0)
-        times.append(time.perf_counter() - sent)
-    return times
-
-
-def throughput(node: Any, client: Any, message: Any) -> dict[str, float]:
-    """A burst as fast as it goes: written and received per second, share received."""
-    burst = node.create_publisher(m.JointState, 'burst', reliable(BURST))
-    api.spin_until(node, lambda: burst.get_subscription_count() > 0, WAIT_S)
-    start = time.perf_counter()
-    for _ in range(BURST):
-        burst.publish(message)
-    written = time.perf_counter() - start
-    burst.wait_for_all_acked(WAIT_S)
-    before, kept, span = -1.0, 0.0, 1.0
-    while kept != before:
-        before = kept
-        time.sleep(0.5)
-        answer = api.call(node, client, m.Trigger.Request(), WAIT_S)
-        kept, span = (float(word) for word in answer.message.split())
-    return {
-        'written': BURST / written,
-        'received': kept / span,
-        'share_received': kept / BURST,
-    }
-
-
-def percentiles(times: list[float]) -> dict[str, float]:
-    """Median and 99th percentile [ms]."""
-    median, p99 = np.percentile(times, [50, 99]) * 1e3
-    return {'median': round(median, 3), 'p99': round(p99, 3), 'n': len(times)}
-
-
-def table(result: dict[str, Any]) -> str:
-    """The numbers beside the reference's."""
-    lines = ['median / 99th percentile [ms]']
-    for name, row in result['milliseconds'].items():
-        ours = f'{row["median"]:.2f} / {row["p99"]:.2f} (n {row["n"]})'
-        lines.append(f'  {name:24} {ours:26} reference: {REFERENCE[name]}')
-    rate = result['messages_per_second']
-    lines.append(
-        f'messages per second: {rate["written"]:.0f} written, {rate["received"]:.0f} received '
-        f'({rate["share_received"]:.0%}); reference: {REFERENCE_RATE}'
-    )
+def table(medians: dict[str, Figures]) -> str:
+    """Figures of both checkouts and their ratio."""
+    lines = [f'{"":40} {"here":>9} {"there":>9} {"ratio":>7}']
+    for name, value in medians['here'].items():
+        other = medians.get('there', {}).get(name)
+        beside = '' if other is None else f' {other:9.3g} {value / other:7.2f}'
+        lines.append(f'{name:40} {value:9.3g}{beside}')
     return '\n'.join(lines)
 
 

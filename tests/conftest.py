@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fixtures of tests that talk over DDS: a domain of their own, processes that end."""
+"""Fixtures of tests that talk over ROS: a domain of their own, a node, processes that end."""
 
 from collections.abc import Callable, Iterator
 import signal
 import subprocess
 import sys
+from typing import Any
 
 import pytest
 
@@ -25,6 +26,17 @@ def domain() -> Iterator[int]:
         patch.setenv('ROS_DOMAIN_ID', str(number))
         patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
         yield number
+
+
+@pytest.fixture
+def node(domain: int) -> Iterator[Any]:
+    """A node of this process, joined to the test's domain."""
+    from rclpy.node import Node
+
+    from leo_msgs_py.node import graph, join
+
+    with graph(['--ros-args', '--log-level', 'warn']):
+        yield join(Node('tester'))
 
 
 @pytest.fixture

@@ -1,51 +1,55 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node for tests to talk to: publishes, latches, echoes, serves, has parameters."""
 
-import os
 import sys
 from typing import Any
 
-from leo_msgs_py import messages as m
-from leo_msgs_py.node import api
-from leo_msgs_py.qos import best_effort, latched, reliable
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, Float64MultiArray, Header, UInt32
+from std_srvs.srv import SetBool, Trigger
+
+from leo_msgs_py import topics
+from leo_msgs_py.cli import executable
+from leo_msgs_py.node import graph, private_parameter, spin
 
 
-def main() -> int:
+@executable
+def main(argv: list[str]) -> int:
     """Run until told to stop."""
-    node = api.create_node('talker', sys.argv[1:])
-    node.declare_parameter('gain', 1.5)
-    node.declare_parameter('names', ['a', 'b'])
-    node.declare_parameter('fixed', 3, m.ParameterDescriptor(read_only=True))
-    node.declare_parameter('secret', 'hush', private=True)
-    states = node.create_publisher(m.JointState, 'joint_states', reliable(10))
-    enabled = node.create_publisher(m.Bool, 'enabled', latched())
-    echo = node.create_publisher(m.Float64MultiArray, 'echo', reliable(10))
-    noise = node.create_publisher(m.UInt32, 'noise', best_effort(1))
-    enabled.publish(m.Bool(data=True))
-    node.create_subscription(m.Float64MultiArray, 'commands', echo.publish, reliable(1))
+    with graph(argv):
+        node = Node('talker')
+        node.declare_parameter('gain', 1.5)
+        node.declare_parameter('names', ['a', 'b'])
+        node.declare_parameter('fixed', 3, ParameterDescriptor(read_only=True))
+        private_parameter(node, 'secret', 'hush')
+        _talk(node)
+        spin(node)
+    return 0
+
+
+def _talk(node: Node) -> None:
+    states = node.create_publisher(*topics.JOINT_STATES)
+    enabled = node.create_publisher(Bool, 'enabled', topics.LATCHED)
+    echo = node.create_publisher(Float64MultiArray, 'echo', 10)
+    noise = node.create_publisher(UInt32, 'noise', topics.CLOCK.qos)
+    enabled.publish(Bool(data=True))
+    node.create_subscription(Float64MultiArray, 'commands', echo.publish, 1)
 
     def tick() -> None:
-        stamp = node.get_clock().now().to_msg()
-        header = m.Header(stamp=stamp, frame_id='base')
-        states.publish(m.JointState(header=header, name=['pivot'], position=[0.5]))
-        noise.publish(m.UInt32(data=1))
+        header = Header(stamp=node.get_clock().now().to_msg(), frame_id='base')
+        states.publish(JointState(header=header, name=['pivot'], position=[0.5]))
+        noise.publish(UInt32(data=1))
 
     def home(_: Any, response: Any) -> Any:
         response.success, response.message = True, 'homed'
         return response
 
-    def cpu(_: Any, response: Any) -> Any:
-        response.success, response.message = True, str(sum(os.times()[:2]))
-        return response
-
     node.create_timer(0.02, tick)
-    node.create_service(m.Trigger, 'home', home)
-    node.create_service(m.Trigger, 'cpu', cpu)
-    node.create_client(m.SetBool, 'torque')
-    api.spin(node)
-    api.shutdown()
-    return 0
+    node.create_service(Trigger, 'home', home)
+    node.create_client(SetBool, 'torque')
 
 
 if __name__ == '__main__':
-    raise SystemExit(main())
+    sys.exit(main())

@@ -133,6 +133,13 @@ def test_applied_voltages_and_dynamic_joint_states_read_alike(tmp_path):
         assert recording.warnings == ()
 
 
+def test_commands_of_which_none_decodes_are_no_input(tmp_path):
+    log = [('/voltage_controller/commands', 0, command(1.0)[:20])]
+    recording = read_bag(write_messages(tmp_path / 'bag', still(5) + log), PENDULUM)
+    assert recording.input == 'none'
+    assert '1 messages could not be decoded' in recording.warnings[0]
+
+
 def test_the_topic_says_the_unit(tmp_path):
     log = [(f'/leo1{VOLTS}', 0, applied(0, 9.0)), ('/leo1/robot/applied_effort', 0, applied(0, 1))]
     bag = write_messages(tmp_path / 'bag', still(5) + log)

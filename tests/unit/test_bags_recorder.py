@@ -127,6 +127,18 @@ def test_episodes_begin_where_they_were_published_however_late_they_were_recorde
     assert [len(episode.t) for episode in episodes] == [40, 40, 20]
 
 
+def test_messages_are_logged_when_they_arrived(tmp_path):
+    recorder = Recorder(tmp_path / 'bag')
+    recorder.record(EPISODE, uint32(1), 3, 5)
+    for logged, stamp in ((7, 10**9), (9, 0)):
+        recorder.record(STATES, state(stamp), logged - 1, logged)
+    recorder.close()
+    logs = [load(tmp_path / name).topics['/robot/episode'] for name in ('bag', 'bag_1')]
+    assert [(m.log_ns, m.published_ns) for log in logs for m in log.messages] == [(5, 3), (9, 3)]
+    (last,) = load(tmp_path / 'bag_1').topics['/joint_states'].messages
+    assert (last.log_ns, last.published_ns) == (9, 8)
+
+
 def test_what_was_sent_before_a_restart_and_comes_after_it_is_left_out(tmp_path):
     recorder, other = Recorder(tmp_path / 'bag'), RecordedTopic('/others', STATES.type)
     for stamp in range(0, 10**9, 10**7):

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names, units, typed values, the node layer and the leo command."""
+"""Names, units, typed values, help for nodes and the leo command."""

@@ -6,6 +6,7 @@ Set as ROS's own environment variables, and only where the user has not set them
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 import fcntl
 import os
 from pathlib import Path
@@ -17,7 +18,7 @@ REACH = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 RANGES = ('LOCALHOST', 'SUBNET', 'OFF', 'SYSTEM_DEFAULT')
 LAST_DOMAIN = 232
 SHARED_MEMORY = Path('/dev/shm')
-_SEGMENT = re.compile(r'fastrtps_(?:port\d+|[0-9a-f]{16})')
+_LOCK = re.compile(r'(fastrtps_(?:port\d+|[0-9a-f]{16}))_[es]l')
 _PROFILES = Path(__file__).parent / 'dds'
 _FAST_DDS = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 _FAST_DDS_FILES = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xml')
@@ -48,32 +49,25 @@ def describe(middleware: str) -> str:
 def clear_shared_memory() -> None:
     """Remove Fast DDS's segments and ports in /dev/shm whose process was killed.
 
-    A living process holds a lock on the file that ends in `_el`, or `_sl` where several share it.
+    Each has a file that ends in `_el`, or `_sl` where several processes share it, and that a
+    living process holds locked. One without that file is just being made.
     """
-    found = (_SEGMENT.match(file.name) for file in SHARED_MEMORY.glob('fastrtps_*'))
-    for name in {match[0] for match in found if match}:
-        locks = [SHARED_MEMORY / f'{name}_el', SHARED_MEMORY / f'{name}_sl']
-        if not any(_is_held(lock) for lock in locks):
+    found = (_LOCK.fullmatch(file.name) for file in SHARED_MEMORY.glob('fastrtps_*_[es]l'))
+    for name in {match[1] for match in found if match}:
+        _clear(name)
+
+
+def _clear(name: str) -> None:
+    locks = [file for end in ('_el', '_sl') if (file := SHARED_MEMORY / f'{name}{end}').exists()]
+    try:
+        with ExitStack() as opened:
+            for lock in locks:
+                stream = opened.enter_context(lock.open('rb'))
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
             for file in (SHARED_MEMORY / name, SHARED_MEMORY / f'sem.{name}_mutex', *locks):
-                _remove(file)
-
-
-def _is_held(file: Path) -> bool:
-    try:
-        with file.open('rb') as stream:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except FileNotFoundError:
-        return False
+                file.unlink(missing_ok=True)
     except OSError:
-        return True
-    return False
-
-
-def _remove(file: Path) -> None:
-    try:
-        file.unlink(missing_ok=True)
-    except OSError:
-        return  # another user's
+        return  # held, gone meanwhile, or another user's
 
 
 def _check_environment() -> None:

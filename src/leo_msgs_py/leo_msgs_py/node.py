@@ -19,6 +19,7 @@ from typing import Any
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
@@ -57,10 +58,7 @@ def graph(argv: list[str] | None = None) -> Iterator[None]:
     """
     global _executor
     middleware.prepare()
-    try:
-        rclpy.init(args=['leo', *(argv or [])], signal_handler_options=SignalHandlerOptions.NO)
-    except Exception as error:  # of a dozen types, down to plain RuntimeError
-        raise UserError(f'ROS does not start: {one_line(error)}') from error
+    _init(['leo', *(argv or [])])
     _stop.clear()
     _executor = EventsExecutor()
     try:
@@ -190,6 +188,18 @@ def _all_numbers(value: Any) -> bool:
     if isinstance(value, (str, bytes, bool, int, float)) or value is None:
         return False
     return all(type(item) in (int, float) for item in value)
+
+
+def _init(words: list[str]) -> None:
+    # What is wrong with arguments is said once, by the exception.
+    set_logger_level('rcl', LoggingSeverity.FATAL)
+    try:
+        rclpy.init(args=words, signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # of a dozen types, down to plain RuntimeError
+        unknown = 'unknown arguments ' if 'UnknownROSArgs' in type(error).__name__ else ''
+        raise UserError(f'ROS does not start: {unknown}{one_line(error)}') from error
+    finally:
+        set_logger_level('rcl', LoggingSeverity.UNSET)
 
 
 @contextmanager

@@ -138,7 +138,7 @@ def _commanded(
     contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap,
 ) -> InputLog | None:
     topic = find_topic(contents, 'commands', topic_map, COMMANDS[robot.input])
-    if topic is None or not topic.messages:
+    if topic is None:
         return None
     order = topic_map.command_order or [a.joint for a in robot.actuators]
     missing = [a.joint for a in robot.actuators if a.joint not in order]
@@ -146,6 +146,8 @@ def _commanded(
         raise UserError(f'command_order in the topic map lacks {", ".join(missing)}')
     picks = [order.index(a.joint) for a in robot.actuators]
     rows = [(logged.log_ns, m.data) for logged, m in deserialize(topic, FLOAT64_ARRAY)]
+    if not rows:
+        return None
     fitting = [(log, data[picks]) for log, data in rows if len(data) == len(order)]
     if not fitting:
         raise UserError(

@@ -83,4 +83,7 @@ class _Wanted:
             if publishers:
                 self.missing.remove(name)
                 offered = publishers[0]
-                self._recording.add_named(name, offered.topic_type, offered.qos_profile)
+                try:
+                    self._recording.add_named(name, offered.topic_type, offered.qos_profile)
+                except UserError as error:
+                    self._node.get_logger().error(f'{name} is not recorded: {error}')

@@ -14,6 +14,7 @@ from rclpy.subscription import Subscription
 
 from leo_diffmodel.bags.qos_text import to_yaml
 from leo_diffmodel.bags.recorder import RecordedTopic, Recorder
+from leo_diffmodel.bags.types import definition
 from leo_diffmodel.nodes.robot_facts import RobotFacts
 from leo_msgs_py import topics
 from leo_msgs_py.interfaces import load
@@ -88,10 +89,11 @@ class GraphRecorder:
             qos: what its publisher offers.
 
         Raises:
-            UserError: the type is not installed.
+            UserError: the type is not installed, or its definition not known.
         """
         name = self._node.resolve_topic_name(name)
         latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        definition(type_text)  # says now, not at the first message, that it cannot be written
         recorded = RecordedTopic(name, type_text, to_yaml(qos), latched)
         subscription = self._ears.create_subscription(
             load(type_text), name, lambda _: None, keeping_all(qos), raw=True

@@ -11,7 +11,7 @@ from leo_msgs_py.verbs import common
 
 _RECORD_EXAMPLES = """\
   leo bag record                      # the graph's topics, into a new dated folder
-  leo bag record -o bags/swing /joint_states /dynamic_joint_states
+  leo bag record -o bags/swing /joint_states /robot/applied_voltage
 """
 _PLAY_EXAMPLES = '  leo bag play bags/swing --rate 0.5\n'
 _INFO_EXAMPLES = """\

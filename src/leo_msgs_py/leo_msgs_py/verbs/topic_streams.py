@@ -126,19 +126,14 @@ def _stream(node: Any, options: argparse.Namespace, write: Any, raw: bool) -> No
     """Call back with each message until interrupted, or with the first one only."""
     from leo_msgs_py.node import running, spin_once
 
-    seen: list[Any] = []
-
-    def receive(message: Any) -> None:
-        if options.once and seen:
-            return
-        seen.append(None)
-        write(message)
-
-    _subscribe(node, options, receive, raw)
-    while running() and not (options.once and seen):
+    heard: list[Any] = []
+    _subscribe(node, options, heard.append, raw)
+    while running() and not (options.once and heard):
+        heard.clear()
         spin_once()
-        if not options.once:
-            seen.clear()
+        # Not in the callback: rclpy logs what that raises, a closed pipe too.
+        for message in heard[:1] if options.once else heard:
+            write(message)
 
 
 def _subscribe(node: Any, options: argparse.Namespace, receive: Any, raw: bool) -> None:

@@ -1,0 +1,353 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sends what no honest node sends: `python hostile_peer.py KIND ...`, or all kinds without one.
+
+Prints a line for each kind as it begins, `begin KIND`, and as it ends, `end KIND COUNT`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+import math
+import os
+import random
+import signal
+import struct
+import subprocess
+import sys
+import time
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import (
+    DescribeParameters, GetParameters, GetParameterTypes, ListParameters, SetParameters,
+    SetParametersAtomically,
+)
+import rclpy
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import (
+    Float64MultiArray, MultiArrayDimension, MultiArrayLayout, String, UInt32,
+)
+from std_srvs.srv import SetBool, Trigger
+from type_description_interfaces.srv import GetTypeDescription
+
+from leo_msgs_py import topics
+
+MANY = 100_000
+FLOOD = 100_000
+CALLS = 300
+PATIENCE = 10.0
+MATCHED = 0.3
+"""Time for a new writer to be found by its readers [s]."""
+DEEP = QoSProfile(depth=1000)
+COMMANDS = topics.COMMANDS['voltage'].name
+QUERY = topics.DIFFERENCE_QUERY.name
+NODES = 'robot', 'diffmodel'
+LABEL = 'label___'
+NAMED = (ParameterType.PARAMETER_STRING, 'string_value')
+
+
+def command(*values: float, label: str = LABEL) -> Float64MultiArray:
+    """A command whose layout holds a string."""
+    layout = MultiArrayLayout(dim=[MultiArrayDimension(label=label)])
+    return Float64MultiArray(layout=layout, data=list(values))
+
+
+def query(*values: float) -> JointState:
+    """A query of the pendulum's difference, position and velocity and input all `values`."""
+    return JointState(name=['pivot'], position=values, velocity=values, effort=values)
+
+
+COMMAND = serialize_message(command(1.0))
+STATE = serialize_message(JointState(name=[LABEL], position=[1.0]))
+SAMPLES = ((Float64MultiArray, COMMANDS, COMMAND), (JointState, QUERY, STATE))
+
+
+class Peer:
+    """Publishes and calls, and counts what it sent."""
+
+    def __init__(self) -> None:
+        self.node = Node('stranger')
+        self.sent = 0
+
+    def publish(self, kind: Any, name: str, messages: Iterable[Any], qos: Any = DEEP) -> None:
+        """Publish messages, or bytes that say they are one."""
+        publisher = self.node.create_publisher(kind, name, qos)
+        time.sleep(MATCHED)
+        for message in messages:
+            publisher.publish(message)
+            self.sent += 1
+            if self.sent % 50 == 0:
+                time.sleep(0.001)
+        time.sleep(MATCHED)
+        self.node.destroy_publisher(publisher)
+
+    def call(self, kind: Any, name: str, requests: Iterable[Any]) -> None:
+        """Call a service of each node that has it, waiting for no answer but the last."""
+        client = self.node.create_client(kind, name)
+        if client.wait_for_service(1.0):
+            futures = []
+            for request in requests:
+                futures.append(client.call_async(request))
+                self.sent += 1
+            rclpy.spin_until_future_complete(self.node, futures[-1], timeout_sec=PATIENCE)
+        self.node.destroy_client(client)
+
+    def ask(self, kind: Any, verb: str, requests: list[Any]) -> None:
+        """Call a parameter service of every node."""
+        for name in NODES:
+            self.call(kind, f'{name}/{verb}', requests)
+
+    def set(self, parameters: list[Parameter]) -> None:
+        """Set parameters one by one, all at once, and atomically."""
+        requests = [SetParameters.Request(parameters=[each]) for each in parameters]
+        self.ask(SetParameters, 'set_parameters',
+                 [*requests, SetParameters.Request(parameters=parameters)])
+        atomic = [SetParametersAtomically.Request(parameters=[each]) for each in parameters]
+        self.ask(SetParametersAtomically, 'set_parameters_atomically',
+                 [*atomic, SetParametersAtomically.Request(parameters=parameters)])
+
+    def on_wire(self, kind: Any, name: str, payloads: Iterable[bytes]) -> None:
+        """Send request payloads as they are."""
+        qos = QoSProfile(depth=100)
+        qos.avoid_ros_namespace_conventions = True
+        self.publish(kind, f'rq/{name}Request', payloads, qos)
+
+
+def with_bytes(change: Callable[[bytes], Iterable[bytes]]) -> Callable[[Peer], None]:
+    """Send what `change` makes of an honest command and of an honest query."""
+
+    def send(peer: Peer) -> None:
+        for kind, name, sample in SAMPLES:
+            peer.publish(kind, name, change(sample))
+
+    return send
+
+
+def random_bytes(sample: bytes) -> Iterable[bytes]:
+    """Noise, with and without an honest header."""
+    dice = random.Random(1)
+    for _ in range(200):
+        noise = dice.randbytes(dice.randrange(1, 200))
+        yield noise
+        yield sample[:4] + noise
+
+
+def counts(sample: bytes) -> Iterable[bytes]:
+    """Each of the words replaced by a huge count."""
+    for at in range(4, len(sample) - 3, 4):
+        for count in (2**31 - 1, 2**32 - 1, 2**28, 10**7):
+            yield sample[:at] + struct.pack('<I', count) + sample[at + 4 :]
+
+
+def headers(sample: bytes) -> Iterable[bytes]:
+    """All encapsulations, known and unknown."""
+    return (bytes([i // 16, i % 16, 255, 255]) + sample[4:] for i in range(256))
+
+
+def spelled(text: bytes) -> Callable[[bytes], list[bytes]]:
+    """Replace the string of a sample."""
+    return lambda sample: [sample.replace(LABEL.encode(), text)] * 20
+
+
+def commands(*messages: Any) -> Callable[[Peer], None]:
+    """Send commands that are messages, but none for this robot."""
+    return lambda peer: peer.publish(Float64MultiArray, COMMANDS, messages)
+
+
+def other_types(peer: Peer) -> None:
+    """Use the robot's names for other types."""
+    for name in (COMMANDS, QUERY, topics.EPISODE.name, topics.JOINT_STATES.name):
+        peer.publish(String, name, [String(data='x')] * 20)
+
+
+def other_structure(peer: Peer) -> None:
+    """Send other structures under the type names of the robot's topics."""
+    for kind, name, payload in (
+        (Float64MultiArray, COMMANDS, STATE), (JointState, QUERY, COMMAND),
+        (JointState, topics.JOINT_STATES.name, COMMAND), (UInt32, topics.EPISODE.name, STATE),
+        (String, topics.ROBOT_DESCRIPTION.name, STATE), (Clock, topics.CLOCK.name, b'\0\1\0\0'),
+    ):
+        peer.publish(kind, name, [payload] * 20)
+
+
+def parameter(name: str, kind: int, **value: Any) -> Parameter:
+    """A parameter as it is sent."""
+    return Parameter(name=name, value=ParameterValue(type=kind, **value))
+
+
+def wrong_types(peer: Peer) -> None:
+    """Give parameters values of all types but theirs."""
+    names = 'start', 'use_sim_time', 'bag', '', 'no.such', 'start\0', 'x' * 100_000
+    peer.set([parameter(name, kind) for name in names for kind in range(10)])
+
+
+def poses(peer: Peer) -> None:
+    """Ask for start poses that there are not."""
+    texts = '', 'nowhere', '../../etc/passwd', 'nominal\0', 'x' * 10**6, '[nan]', '{a: [1'
+    peer.set([parameter('start', *NAMED[:1], string_value=text) for text in texts])
+    arrays = [], [math.nan], [math.inf], [1e308] * 3, [0.0] * MANY
+    peer.set([parameter('start', 8, double_array_value=values) for values in arrays])
+
+
+def many_names(peer: Peer) -> None:
+    """Ask each parameter service about 10^5 names."""
+    names = [f'name_{i}' for i in range(MANY)]
+    own = ['use_sim_time'] * MANY
+    for kind, verb in ((GetParameters, 'get_parameters'), (DescribeParameters,
+                       'describe_parameters'), (GetParameterTypes, 'get_parameter_types')):
+        peer.ask(kind, verb, [kind.Request(names=names), kind.Request(names=own)])
+    setting = [parameter('start', 4, string_value='x') for _ in range(MANY // 4)]
+    peer.ask(SetParameters, 'set_parameters', [SetParameters.Request(parameters=setting)])
+    peer.ask(SetParametersAtomically, 'set_parameters_atomically',
+             [SetParametersAtomically.Request(parameters=setting)])
+
+
+def many_prefixes(peer: Peer) -> None:
+    """List parameters under 10^5 prefixes, to any depth."""
+    prefixes = [f'prefix_{i}' for i in range(MANY)]
+    requests = [
+        ListParameters.Request(prefixes=asked, depth=depth)
+        for asked in ([], ['a.' * 1000], prefixes) for depth in (0, 1, 2**63, 2**64 - 1)
+    ]
+    peer.ask(ListParameters, 'list_parameters', requests)
+
+
+def unreadable_requests(peer: Peer) -> None:
+    """Send requests that are none: bad UTF-8, cut off, noise."""
+    name = serialize_message(GetParameters.Request(names=[LABEL]))
+    entry = serialize_message(SetParameters.Request(parameters=[parameter(LABEL, 4)]))
+    for node in NODES:
+        for kind, verb, sample in ((GetParameters, 'get_parameters', name),
+                                   (SetParameters, 'set_parameters', entry)):
+            bad = [*spelled(b'\xff\xfe\xfd\xfc____')(sample), sample[:9], *random_bytes(sample)]
+            peer.on_wire(kind.Request, f'{node}/{verb}', bad)
+    for verb in ('reset', 'e_stop_reset'):
+        peer.on_wire(Trigger.Request, f'robot/{verb}', [b'', b'\0', b'\0\1\0\0', os.urandom(99)])
+    peer.on_wire(SetBool.Request, 'robot/torque', [b'', b'\0\1\0\0', b'\0\1\0\0\xff'] * 9)
+
+
+def types_asked(peer: Peer) -> None:
+    """Ask for descriptions of types that there are not."""
+    texts = '', 'x', 'a/b/c', 'x' * 10**6, 'RIHS01_' + 'f' * 64
+    requests = [GetTypeDescription.Request(type_name=a, type_hash=b) for a in texts for b in texts]
+    peer.ask(GetTypeDescription, 'get_type_description', requests)
+
+
+def queries(peer: Peer) -> None:
+    """Ask for differences of other joints, too many, too few, and where there are none."""
+    peer.publish(JointState, QUERY, [
+        *(query(value) for value in (math.nan, math.inf, -math.inf, 1e308, -1e-308, 1e9)),
+        query(), query(1.0, 2.0), query(*[0.0] * MANY), JointState(name=['other'] * 3),
+        JointState(name=['pivot']), JointState(name=['pivot'] * 2, position=[1.0] * 2),
+        JointState(name=[str(i) for i in range(MANY)]),
+    ])
+
+
+def strangers_say(peer: Peer) -> None:
+    """Speak for the robot: its episode, states and clock."""
+    peer.publish(UInt32, topics.EPISODE.name, [UInt32(data=2**32 - 1), UInt32()], topics.LATCHED)
+    peer.publish(JointState, topics.JOINT_STATES.name, [query(math.nan), JointState()])
+
+
+def clocks(peer: Peer) -> None:
+    """Have nodes go by a clock that jumps, and is none."""
+    peer.set([parameter('use_sim_time', 1, bool_value=True)])
+    times = (-(2**31), 0), (2**31 - 1, 2**32 - 1), (0, 0), (5, 999_999_999), (1, 0)
+    messages = [Clock(clock=Time(sec=sec, nanosec=rest)) for sec, rest in times]
+    peer.publish(Clock, topics.CLOCK.name, [*messages, b'\0\1\0\0\1'] * 5, topics.CLOCK.qos)
+    peer.set([parameter('use_sim_time', 1, bool_value=False)])
+
+
+def call_flood(peer: Peer) -> None:
+    """Call services as fast as it goes."""
+    for name in ('reset', 'e_stop', 'e_stop_reset'):
+        peer.call(Trigger, f'robot/{name}', [Trigger.Request()] * CALLS)
+    peer.call(SetBool, 'robot/torque', [SetBool.Request(data=i % 2 > 0) for i in range(CALLS)])
+
+
+def killed_clients(peer: Peer) -> None:
+    """Kill clients whose requests are pending."""
+    killed = [subprocess.Popen([sys.executable, __file__, 'die']) for _ in range(3)]
+    for process in killed:
+        process.wait()
+        peer.sent += CALLS
+
+
+def die(peer: Peer) -> None:
+    """Call, and be gone before the answer."""
+    client = peer.node.create_client(Trigger, 'robot/e_stop_reset')
+    client.wait_for_service(PATIENCE)
+    for _ in range(CALLS):
+        client.call_async(Trigger.Request())
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def flooded(kind: Any, name: str, message: Any) -> Callable[[Peer], None]:
+    """Publish one thing as fast as it goes."""
+
+    def send(peer: Peer) -> None:
+        publisher = peer.node.create_publisher(kind, name, DEEP)
+        time.sleep(MATCHED)
+        for _ in range(FLOOD):
+            publisher.publish(message)
+        peer.sent += FLOOD
+        time.sleep(MATCHED)
+        peer.node.destroy_publisher(publisher)
+
+    return send
+
+
+KINDS: dict[str, Callable[[Peer], None]] = {
+    'trailing bytes': with_bytes(lambda s: [s + bytes(n) for n in (1, 7, 8, 1000, 10**6)] * 5),
+    'cut off': with_bytes(lambda s: [s[:n] for n in range(1, len(s))]),
+    'empty payload': with_bytes(lambda s: [b''] * 20),
+    'random bytes': with_bytes(random_bytes),
+    'other encapsulation': with_bytes(headers),
+    'bad UTF-8': with_bytes(spelled(b'\xff\xfe\xfd\xfc____')),
+    'NUL in a name': with_bytes(spelled(b'la\0el___')),
+    'no end of string': with_bytes(lambda s: [s.replace(b'__\0', b'___')] * 20),
+    'huge counts': with_bytes(counts),
+    'NaN and inf': commands(*(command(v) for v in (math.nan, math.inf, -math.inf)), command(1e308)),
+    'wrong length': commands(command(), command(1.0, 2.0), command(*[1.0] * MANY)),
+    'a megabyte of text': commands(*[command(1.0, label='x' * 10**6)] * 10),
+    'other types': other_types,
+    'same type name, other structure': other_structure,
+    'wrong parameter types': wrong_types,
+    'unknown type number': lambda peer: peer.set([parameter('start', 200), parameter('x', 255)]),
+    'read-only parameters': lambda peer: peer.set([parameter('seed', 2), parameter('bag', 4)]),
+    'start poses': poses,
+    '10^5 parameter names': many_names,
+    '10^5 prefixes': many_prefixes,
+    'requests that are none': unreadable_requests,
+    'types asked for': types_asked,
+    'queries': queries,
+    'strangers speak': strangers_say,
+    'clocks': clocks,
+    'calls at full speed': call_flood,
+    'killed clients': killed_clients,
+    'malformed commands at full speed': flooded(Float64MultiArray, COMMANDS, COMMAND[:9]),
+    'malformed queries at full speed': flooded(JointState, QUERY, STATE[:20]),
+    'commands at full speed': flooded(Float64MultiArray, COMMANDS, command(0.5)),
+}
+
+
+def main() -> None:
+    """Send the kinds named as arguments, or all."""
+    rclpy.init()
+    peer = Peer()
+    if sys.argv[1:] == ['die']:
+        die(peer)
+    for name in sys.argv[1:] or KINDS:
+        peer.sent = 0
+        print(f'begin {name}', flush=True)
+        KINDS[name](peer)
+        print(f'end {name} {peer.sent}', flush=True)
+
+
+if __name__ == '__main__':
+    main()
