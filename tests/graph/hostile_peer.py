@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sends what no honest node sends: `python hostile_peer.py KIND ...`, or all kinds without one.
+"""Sends what no honest node sends: `python hostile_peer.py NODE KIND ...`, or all kinds.
 
-Prints a line for each kind as it begins, `begin KIND`, and as it ends, `end KIND COUNT`.
+Requests go to the services of NODE. Prints a line for each kind as it begins, `begin KIND`, and
+as it ends, `end KIND COUNT`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 import math
 import os
 import random
@@ -18,20 +20,16 @@ import time
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-from rcl_interfaces.srv import (
-    DescribeParameters, GetParameters, GetParameterTypes, ListParameters, SetParameters,
-    SetParametersAtomically,
-)
+from rcl_interfaces import srv
+from rcl_interfaces.msg import Parameter, ParameterValue
 import rclpy
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from std_msgs.msg import (
-    Float64MultiArray, MultiArrayDimension, MultiArrayLayout, String, UInt32,
-)
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension, String, UInt32
 from std_srvs.srv import SetBool, Trigger
 from type_description_interfaces.srv import GetTypeDescription
 
@@ -46,15 +44,14 @@ MATCHED = 0.3
 DEEP = QoSProfile(depth=1000)
 COMMANDS = topics.COMMANDS['voltage'].name
 QUERY = topics.DIFFERENCE_QUERY.name
-NODES = 'robot', 'diffmodel'
 LABEL = 'label___'
-NAMED = (ParameterType.PARAMETER_STRING, 'string_value')
 
 
 def command(*values: float, label: str = LABEL) -> Float64MultiArray:
     """A command whose layout holds a string."""
-    layout = MultiArrayLayout(dim=[MultiArrayDimension(label=label)])
-    return Float64MultiArray(layout=layout, data=list(values))
+    message = Float64MultiArray(data=list(values))
+    message.layout.dim = [MultiArrayDimension(label=label)]
+    return message
 
 
 def query(*values: float) -> JointState:
@@ -62,6 +59,10 @@ def query(*values: float) -> JointState:
     return JointState(name=['pivot'], position=values, velocity=values, effort=values)
 
 
+TRIGGERS = {
+    'robot': (topics.RESET, topics.E_STOP, topics.E_STOP_RESET),
+    'diffmodel': (topics.DIFFERENCE_UPDATE,),
+}
 COMMAND = serialize_message(command(1.0))
 STATE = serialize_message(JointState(name=[LABEL], position=[1.0]))
 SAMPLES = ((Float64MultiArray, COMMANDS, COMMAND), (JointState, QUERY, STATE))
@@ -70,8 +71,9 @@ SAMPLES = ((Float64MultiArray, COMMANDS, COMMAND), (JointState, QUERY, STATE))
 class Peer:
     """Publishes and calls, and counts what it sent."""
 
-    def __init__(self) -> None:
+    def __init__(self, target: str) -> None:
         self.node = Node('stranger')
+        self.target = target
         self.sent = 0
 
     def publish(self, kind: Any, name: str, messages: Iterable[Any], qos: Any = DEEP) -> None:
@@ -79,17 +81,18 @@ class Peer:
         publisher = self.node.create_publisher(kind, name, qos)
         time.sleep(MATCHED)
         for message in messages:
-            publisher.publish(message)
-            self.sent += 1
+            with suppress(rclpy_implementation.RCLError):  # too malformed for our middleware
+                publisher.publish(message)
+                self.sent += 1
             if self.sent % 50 == 0:
                 time.sleep(0.001)
         time.sleep(MATCHED)
         self.node.destroy_publisher(publisher)
 
     def call(self, kind: Any, name: str, requests: Iterable[Any]) -> None:
-        """Call a service of each node that has it, waiting for no answer but the last."""
+        """Call a service, waiting for no answer but the last."""
         client = self.node.create_client(kind, name)
-        if client.wait_for_service(1.0):
+        if client.wait_for_service(PATIENCE):
             futures = []
             for request in requests:
                 futures.append(client.call_async(request))
@@ -98,18 +101,17 @@ class Peer:
         self.node.destroy_client(client)
 
     def ask(self, kind: Any, verb: str, requests: list[Any]) -> None:
-        """Call a parameter service of every node."""
-        for name in NODES:
-            self.call(kind, f'{name}/{verb}', requests)
+        """Call one of the services that rclpy gives a node."""
+        self.call(kind, f'{self.target}/{verb}', requests)
 
     def set(self, parameters: list[Parameter]) -> None:
         """Set parameters one by one, all at once, and atomically."""
-        requests = [SetParameters.Request(parameters=[each]) for each in parameters]
-        self.ask(SetParameters, 'set_parameters',
-                 [*requests, SetParameters.Request(parameters=parameters)])
-        atomic = [SetParametersAtomically.Request(parameters=[each]) for each in parameters]
-        self.ask(SetParametersAtomically, 'set_parameters_atomically',
-                 [*atomic, SetParametersAtomically.Request(parameters=parameters)])
+        requests = [srv.SetParameters.Request(parameters=[each]) for each in parameters]
+        self.ask(srv.SetParameters, 'set_parameters',
+                 [*requests, srv.SetParameters.Request(parameters=parameters)])
+        atomic = [srv.SetParametersAtomically.Request(parameters=[each]) for each in parameters]
+        self.ask(srv.SetParametersAtomically, 'set_parameters_atomically',
+                 [*atomic, srv.SetParametersAtomically.Request(parameters=parameters)])
 
     def on_wire(self, kind: Any, name: str, payloads: Iterable[bytes]) -> None:
         """Send request payloads as they are."""
@@ -189,7 +191,7 @@ def wrong_types(peer: Peer) -> None:
 def poses(peer: Peer) -> None:
     """Ask for start poses that there are not."""
     texts = '', 'nowhere', '../../etc/passwd', 'nominal\0', 'x' * 10**6, '[nan]', '{a: [1'
-    peer.set([parameter('start', *NAMED[:1], string_value=text) for text in texts])
+    peer.set([parameter('start', 4, string_value=text) for text in texts])
     arrays = [], [math.nan], [math.inf], [1e308] * 3, [0.0] * MANY
     peer.set([parameter('start', 8, double_array_value=values) for values in arrays])
 
@@ -198,37 +200,37 @@ def many_names(peer: Peer) -> None:
     """Ask each parameter service about 10^5 names."""
     names = [f'name_{i}' for i in range(MANY)]
     own = ['use_sim_time'] * MANY
-    for kind, verb in ((GetParameters, 'get_parameters'), (DescribeParameters,
-                       'describe_parameters'), (GetParameterTypes, 'get_parameter_types')):
+    for kind, verb in ((srv.GetParameters, 'get_parameters'), (srv.DescribeParameters,
+                       'describe_parameters'), (srv.GetParameterTypes, 'get_parameter_types')):
         peer.ask(kind, verb, [kind.Request(names=names), kind.Request(names=own)])
     setting = [parameter('start', 4, string_value='x') for _ in range(MANY // 4)]
-    peer.ask(SetParameters, 'set_parameters', [SetParameters.Request(parameters=setting)])
-    peer.ask(SetParametersAtomically, 'set_parameters_atomically',
-             [SetParametersAtomically.Request(parameters=setting)])
+    peer.ask(srv.SetParameters, 'set_parameters', [srv.SetParameters.Request(parameters=setting)])
+    peer.ask(srv.SetParametersAtomically, 'set_parameters_atomically',
+             [srv.SetParametersAtomically.Request(parameters=setting)])
 
 
 def many_prefixes(peer: Peer) -> None:
     """List parameters under 10^5 prefixes, to any depth."""
     prefixes = [f'prefix_{i}' for i in range(MANY)]
     requests = [
-        ListParameters.Request(prefixes=asked, depth=depth)
+        srv.ListParameters.Request(prefixes=asked, depth=depth)
         for asked in ([], ['a.' * 1000], prefixes) for depth in (0, 1, 2**63, 2**64 - 1)
     ]
-    peer.ask(ListParameters, 'list_parameters', requests)
+    peer.ask(srv.ListParameters, 'list_parameters', requests)
 
 
 def unreadable_requests(peer: Peer) -> None:
     """Send requests that are none: bad UTF-8, cut off, noise."""
-    name = serialize_message(GetParameters.Request(names=[LABEL]))
-    entry = serialize_message(SetParameters.Request(parameters=[parameter(LABEL, 4)]))
-    for node in NODES:
-        for kind, verb, sample in ((GetParameters, 'get_parameters', name),
-                                   (SetParameters, 'set_parameters', entry)):
-            bad = [*spelled(b'\xff\xfe\xfd\xfc____')(sample), sample[:9], *random_bytes(sample)]
-            peer.on_wire(kind.Request, f'{node}/{verb}', bad)
-    for verb in ('reset', 'e_stop_reset'):
-        peer.on_wire(Trigger.Request, f'robot/{verb}', [b'', b'\0', b'\0\1\0\0', os.urandom(99)])
-    peer.on_wire(SetBool.Request, 'robot/torque', [b'', b'\0\1\0\0', b'\0\1\0\0\xff'] * 9)
+    name = serialize_message(srv.GetParameters.Request(names=[LABEL]))
+    entry = serialize_message(srv.SetParameters.Request(parameters=[parameter(LABEL, 4)]))
+    for kind, verb, sample in ((srv.GetParameters, 'get_parameters', name),
+                               (srv.SetParameters, 'set_parameters', entry)):
+        bad = [*spelled(b'\xff\xfe\xfd\xfc____')(sample), sample[:9], *random_bytes(sample)]
+        peer.on_wire(kind.Request, f'{peer.target}/{verb}', bad)
+    empty = [b'', b'\0', b'\0\1\0\0', b'\0\1\0\0\xff', os.urandom(99)] * 9
+    for _, name in TRIGGERS[peer.target]:
+        peer.on_wire(Trigger.Request, name, empty)
+    peer.on_wire(SetBool.Request, topics.TORQUE.name, empty)
 
 
 def types_asked(peer: Peer) -> None:
@@ -265,14 +267,15 @@ def clocks(peer: Peer) -> None:
 
 def call_flood(peer: Peer) -> None:
     """Call services as fast as it goes."""
-    for name in ('reset', 'e_stop', 'e_stop_reset'):
-        peer.call(Trigger, f'robot/{name}', [Trigger.Request()] * CALLS)
-    peer.call(SetBool, 'robot/torque', [SetBool.Request(data=i % 2 > 0) for i in range(CALLS)])
+    for kind, name in TRIGGERS[peer.target]:
+        peer.call(kind, name, [Trigger.Request()] * CALLS)
+    if peer.target == 'robot':
+        peer.call(*topics.TORQUE, [SetBool.Request(data=i % 2 > 0) for i in range(CALLS)])
 
 
 def killed_clients(peer: Peer) -> None:
     """Kill clients whose requests are pending."""
-    killed = [subprocess.Popen([sys.executable, __file__, 'die']) for _ in range(3)]
+    killed = [subprocess.Popen([sys.executable, __file__, peer.target, 'die']) for _ in range(3)]
     for process in killed:
         process.wait()
         peer.sent += CALLS
@@ -280,7 +283,7 @@ def killed_clients(peer: Peer) -> None:
 
 def die(peer: Peer) -> None:
     """Call, and be gone before the answer."""
-    client = peer.node.create_client(Trigger, 'robot/e_stop_reset')
+    client = peer.node.create_client(*TRIGGERS[peer.target][-1])
     client.wait_for_service(PATIENCE)
     for _ in range(CALLS):
         client.call_async(Trigger.Request())
@@ -312,7 +315,7 @@ KINDS: dict[str, Callable[[Peer], None]] = {
     'NUL in a name': with_bytes(spelled(b'la\0el___')),
     'no end of string': with_bytes(lambda s: [s.replace(b'__\0', b'___')] * 20),
     'huge counts': with_bytes(counts),
-    'NaN and inf': commands(*(command(v) for v in (math.nan, math.inf, -math.inf)), command(1e308)),
+    'NaN and inf': commands(*map(command, (math.nan, math.inf, -math.inf, 1e308))),
     'wrong length': commands(command(), command(1.0, 2.0), command(*[1.0] * MANY)),
     'a megabyte of text': commands(*[command(1.0, label='x' * 10**6)] * 10),
     'other types': other_types,
@@ -338,11 +341,12 @@ KINDS: dict[str, Callable[[Peer], None]] = {
 
 def main() -> None:
     """Send the kinds named as arguments, or all."""
+    target, *names = sys.argv[1:]
     rclpy.init()
-    peer = Peer()
-    if sys.argv[1:] == ['die']:
+    peer = Peer(target)
+    if names == ['die']:
         die(peer)
-    for name in sys.argv[1:] or KINDS:
+    for name in names or KINDS:
         peer.sent = 0
         print(f'begin {name}', flush=True)
         KINDS[name](peer)

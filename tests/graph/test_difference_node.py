@@ -3,12 +3,13 @@
 
 import numpy as np
 import pytest
+from sensor_msgs.msg import JointState
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.difference.model import from_bytes
 from leo_msgs_py import topics
-from leo_msgs_py.messages import DynamicJointState, Header, InterfaceValue, Time
-from leo_msgs_py.node import api
+from leo_msgs_py.node import call, spin_until
+from leo_msgs_py.values import JointStates
 from leo_sim.batch import rollout
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -28,8 +29,7 @@ sys.exit(main(sys.argv[1:]))
 class Asker:
     """A node that knows the difference model's topics and service."""
 
-    def __init__(self) -> None:
-        self.node = api.create_node('asker', [])
+    def __init__(self, node) -> None:
         self.weights: list[bytes] = []
         self.corrections: list = []
         self.told: dict[str, tuple[str, bytes]] = {}
@@ -38,25 +38,23 @@ class Asker:
             (topics.DIFFERENCE_CORRECTION, self.corrections.append),
             (topics.DIAGNOSTICS, self._on_diagnostics),
         ):
-            self.node.create_subscription(topic.type, topic.name, callback, topic.qos)
-        self.query = self.node.create_publisher(*topics.DIFFERENCE_QUERY)
-        self.update = self.node.create_client(*topics.DIFFERENCE_UPDATE)
+            node.create_subscription(topic.type, topic.name, callback, topic.qos)
+        self.query = node.create_publisher(*topics.DIFFERENCE_QUERY)
+        self.update = node.create_client(*topics.DIFFERENCE_UPDATE)
 
     def _on_diagnostics(self, message) -> None:
         self.told |= {status.name: (status.message, status.level) for status in message.status}
 
     def call_update(self):
-        return api.call(self.node, self.update, topics.DIFFERENCE_UPDATE.type.Request(), 300.0)
+        return call(self.update, topics.DIFFERENCE_UPDATE.type.Request(), 300.0)
 
     def until(self, condition) -> None:
-        assert api.spin_until(self.node, condition, 300.0)
+        assert spin_until(condition, 300.0)
 
 
 @pytest.fixture
-def asker(domain):
-    made = Asker()
-    yield made
-    api.shutdown()
+def asker(node):
+    return Asker(node)
 
 
 def heavier() -> Model:
@@ -81,11 +79,11 @@ def write_rollout(folder) -> tuple[float, float, float]:
     return first.q[k, 0], first.dq[k, 0], first.inputs['pivot']['voltage'][k]
 
 
-def question(q: float, dq: float, volts: float, sec: int) -> DynamicJointState:
-    values = InterfaceValue(interface_names=['position', 'velocity', 'voltage'],
-                            values=[q, dq, volts])
-    return DynamicJointState(header=Header(stamp=Time(sec=sec), frame_id='me'),
-                             joint_names=['pivot'], interface_values=[values])
+def question(q: float, dq: float, volts: float, sec: int) -> JointState:
+    asked = JointStates(sec * 10**9, ('pivot',), *(np.array([x]) for x in (q, dq, volts)))
+    message = asked.to_message()
+    message.header.frame_id = 'me'
+    return message
 
 
 def test_update_weights_and_query(asker, spawn, tmp_path):

@@ -13,7 +13,7 @@ from leo_learner.env import ModelEnv
 from leo_learner.robot_env import RobotEnv
 from leo_learner.sym import Sym
 from leo_msgs_py import topics
-from leo_msgs_py.node import api
+from leo_msgs_py.node import call, spin_until
 from leo_sim.model import Model
 from leo_sim.robot import load_robot
 
@@ -30,25 +30,13 @@ VOLTS = np.random.default_rng(0).uniform(-4.0, 4.0, (12, 6))
 
 
 @pytest.fixture
-def env(domain):
-    node = api.create_node('env', [])
-    made = RobotEnv(node, LEO)
-    made.node = node
-    yield made
-    api.shutdown()
+def env(node):
+    return RobotEnv(node, LEO)
 
 
 def start(spawn, *parameters: str):
     given = [word for parameter in parameters for word in ('-p', parameter)]
     return spawn('-c', ROBOT, '--ros-args', '-p', 'robot:=leo', '-p', 'realtime_factor:=0', *given)
-
-
-def call(env, service, *request):
-    client = env.node.create_client(*service)
-    assert client.wait_for_service(PATIENCE)
-    future = client.call_async(service.type.Request(*request))
-    assert api.spin_until(env.node, future.done, PATIENCE)
-    return future.result().success
 
 
 def test_lockstep_gives_the_models_transitions(env, spawn):
@@ -76,25 +64,30 @@ def test_sym_drives_the_robot_as_it_drives_the_model(env, spawn):
         assert robot.stance == model.stance
 
 
-def test_a_recording_of_a_held_robot_says_so_and_holds_it(env, spawn, tmp_path):
+def asked(node, service, **request) -> bool:
+    client = node.create_client(*service)
+    return call(client, service.type.Request(**request), PATIENCE).success
+
+
+def test_a_recording_of_a_held_robot_says_so_and_holds_it(node, env, spawn, tmp_path):
     start(spawn, 'start:=hanging')
     bag = tmp_path / 'bag'
     recorder = spawn('-c', RECORDER, '--ros-args', '-p', f'bag:={bag}', stderr=subprocess.PIPE)
-    logs = topics.JOINT_STATES, topics.DYNAMIC_JOINT_STATES, topics.EPISODE
+    logs = topics.JOINT_STATES, topics.APPLIED['voltage'], topics.EPISODE
 
     def listens() -> bool:
         env.reset()
         env.step(VOLTS[0])
         return live_bag.has(bag, *logs)
 
-    assert api.spin_until(env.node, listens, PATIENCE)
+    assert spin_until(listens, PATIENCE)
     env.reset()
     for volts in VOLTS:
         env.step(volts)
-    assert call(env, topics.E_STOP)
+    assert asked(node, topics.E_STOP)
     env.step(VOLTS[0])
-    assert call(env, topics.E_STOP_RESET)
-    assert call(env, topics.TORQUE, False)
+    assert asked(node, topics.E_STOP_RESET)
+    assert asked(node, topics.TORQUE, data=False)
     for volts in VOLTS[:3]:
         env.step(volts)
     end = env._state.stamp_ns
@@ -103,7 +96,7 @@ def test_a_recording_of_a_held_robot_says_so_and_holds_it(env, spawn, tmp_path):
         state, applied = (live_bag.newest(bag, topic) for topic in logs[:2])
         return live_bag.says(bag, 'held') and min(state, applied + STATE_PERIOD_NS) >= end
 
-    assert api.spin_until(env.node, complete, PATIENCE)
+    assert spin_until(complete, PATIENCE)
     recorder.send_signal(signal.SIGINT)
     assert recorder.wait(PATIENCE) in (0, 130)
     recording = read_bag(bag, LEO)

@@ -37,7 +37,7 @@ def leo(domain, capfd):
         end = time.monotonic() + PATIENCE
         while True:  # again while it has not found the peer in the time it takes
             answer, (out, err) = main([*args]), capfd.readouterr()
-            if answer == status and saying in out + err or time.monotonic() > end:
+            if (answer == status and saying in out + err) or time.monotonic() > end:
                 break
         assert answer == status, err
         if status == 2:

@@ -3,14 +3,13 @@
 
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py import topics
-from leo_msgs_py.node import api
+from leo_msgs_py.node import spin_until
 from leo_sim.robot import load_robot
 
 pytestmark = pytest.mark.graph
@@ -26,18 +25,13 @@ def play(*args: str) -> str:
     return done.stdout
 
 
-def test_hanging_then_standing_each_in_a_bag_of_its_own(domain, spawn, tmp_path):
+def test_hanging_then_standing_each_in_a_bag_of_its_own(node, spawn, tmp_path):
     parameters = ('robot:=leo', 'realtime_factor:=0', 'engine:=rigid')
     given = [word for parameter in parameters for word in ('-p', parameter)]
     spawn('-c', RUN, 'run', 'leo_sim', 'robot', '--ros-args', *given)
-    node = api.create_node('watch', [])
     heard: list[object] = []
     node.create_subscription(*topics.JOINT_STATES[:2], heard.append, topics.JOINT_STATES.qos)
-    end = time.monotonic() + PATIENCE
-    while not heard:
-        assert time.monotonic() < end
-        api.spin_once(node, 0.1)
-    api.shutdown()
+    assert spin_until(lambda: bool(heard), PATIENCE)
     for motion, pose in (('swinging', 'hanging'), ('standing', 'standing')):
         bag = tmp_path / motion
         said = play(motion, '--seconds', '0.9', '--seed', '2', '--bag', str(bag))

@@ -9,8 +9,7 @@ import pytest
 from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.run_file import read_run, write_run
 from leo_msgs_py import topics
-from leo_msgs_py.node import api
-from leo_msgs_py.qos import latched, reliable
+from leo_msgs_py.node import spin_once, spin_until
 from leo_msgs_py.values import Applied
 from leo_sim.robot import load_robot
 
@@ -21,37 +20,30 @@ PLAY = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]
 PENDULUM = load_robot('pendulum')
 
 
-@pytest.fixture
-def listener(domain):
-    yield api.create_node('listener', [])
-    api.shutdown()
-
-
 def periods(heard: list[Applied]) -> np.ndarray:
     """Index of what was heard first in each control period."""
     number = [a.stamp_ns // round(1e9 * PENDULUM.control_period) for a in heard]
     return np.unique(number, return_index=True)[1]
 
 
-def test_what_the_file_says_is_what_the_robot_applies(listener, spawn, tmp_path):
+def test_what_the_file_says_is_what_the_robot_applies(node, spawn, tmp_path):
     (run,) = [r for r in menu(PENDULUM, 2 * np.ones(1), 5.0) if r.name == 'kick and let go']
     path = write_run(tmp_path / 'run.csv', run, PENDULUM)
     heard: list[Applied] = []
-    topic = topics.DYNAMIC_JOINT_STATES
-    listener.create_subscription(
-        topic.type, topic.name, lambda m: heard.append(Applied.from_message(m)), reliable(1000)
+    kind, name, _ = topics.APPLIED['voltage']
+    node.create_subscription(
+        kind, name, lambda m: heard.append(Applied.from_message(m, 'voltage')), topics.LOSSLESS
     )
     found: list[int] = []  # the robot has found what was subscribed to before
-    listener.create_subscription(
-        topics.EPISODE.type, topics.EPISODE.name, lambda m: found.append(m.data), latched()
-    )
+    kind, name, qos = topics.EPISODE
+    node.create_subscription(kind, name, lambda m: found.append(m.data), qos)
     spawn('-c', ROBOT, '--ros-args', '-p', 'robot:=pendulum', '-p', 'realtime_factor:=0')
-    assert api.spin_until(listener, lambda: bool(found), PATIENCE)
+    assert spin_until(lambda: bool(found), PATIENCE)
     player = spawn('-c', PLAY, 'play', str(path))
     end = time.monotonic() + PATIENCE
     while player.poll() is None or not periods(heard).size >= run.count:
         assert time.monotonic() < end, len(heard)
-        api.spin_once(listener, 0.05)
+        spin_once(0.05)
     assert player.returncode == 0
     applied = [heard[k] for k in periods(heard)[-run.count :]]
     values = np.array([a.values for a in applied])

@@ -11,7 +11,6 @@ import pytest
 
 from leo_learner.env import ModelEnv
 from leo_learner.robot_env import RobotEnv
-from leo_msgs_py.node import api
 from leo_sim.model import Model
 
 pytestmark = pytest.mark.graph
@@ -21,9 +20,8 @@ ROBOT = 'import sys; from leo_sim.nodes.robot import main; sys.exit(main(sys.arg
 
 
 @pytest.fixture
-def robot_env(domain):
-    yield RobotEnv(api.create_node('env', []), Model('pendulum').robot)
-    api.shutdown()
+def robot_env(node):
+    return RobotEnv(node, Model('pendulum').robot)
 
 
 def start(spawn, *parameters: str):

@@ -25,6 +25,25 @@ SOURCES = [
 ]
 TRUTH = 'leo_sim.hidden'
 MAY_SEE_THE_TRUTH = {'leo_sim.drivers.simulated', 'leo_sim.reveal'}
+ROS = {
+    'rclpy', 'builtin_interfaces', 'control_msgs', 'diagnostic_msgs', 'rcl_interfaces',
+    'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs', 'type_description_interfaces',
+}  # fmt: skip
+NEED_ROS = (
+    'leo_msgs_py.hostile',
+    'leo_msgs_py.node',
+    'leo_msgs_py.topics',
+    'leo_sim.nodes',
+    'leo_diffmodel.bags.play',
+    'leo_diffmodel.bags.record',
+    'leo_diffmodel.difference.service',
+    'leo_diffmodel.nodes',
+    'leo_learner.nodes',
+    'leo_learner.robot_env',
+    'leo_learner.run_player',
+    'leo_learner.running_robot',
+)
+"""What cannot be imported without ROS; everything else can."""
 MAX_FUNCTION_LINES = 60
 
 
@@ -71,8 +90,12 @@ def forbidden(module: str, source: str) -> list[str]:
                 found.append(f'{name}: leo_sim/engines/{engine}.py alone imports it')
         if within(name, TRUTH) and module not in MAY_SEE_THE_TRUTH | {TRUTH}:
             found.append(f'{name}: the truth stays with the simulated driver and leo reveal')
-        if within(name, 'rclpy') and not module.startswith('leo_msgs_py.'):
-            found.append(f'{name}: nodes use leo_msgs_py.node')
+    if not any(within(module, known) for known in NEED_ROS):
+        found += [
+            f'{name}: {module} does without ROS when it is imported'
+            for name in imports(source, module, top_level_only=True)
+            if name.split('.')[0] in ROS
+        ]
     return found
 
 
@@ -115,11 +138,24 @@ def test_imports_are_allowed(module: str) -> None:
         ('leo_sim.nodes.robot', 'from leo_sim import hidden'),
         ('leo_sim.nodes.robot', 'from .. import hidden'),
         ('leo_diffmodel.explain.main', 'from leo_sim.hidden import draw'),
-        ('leo_learner.nodes.learner', 'import rclpy.node'),
+        ('leo_sim.drivers.simulated', 'import rclpy.node'),
+        ('leo_msgs_py.values', 'from sensor_msgs.msg import JointState'),
     ],
 )
 def test_a_forbidden_import_is_noticed(module: str, source: str) -> None:
     assert len(forbidden(module, source)) >= 1
+
+
+@pytest.mark.parametrize('module', MODULES)
+def test_ros_is_loaded_only_by_what_needs_it(module: str) -> None:
+    loaded = {m: by for m, by in reached_from(module).items() if m.split('.')[0] in ROS}
+    assert any(within(module, known) for known in NEED_ROS) or loaded == {}
+
+
+@pytest.mark.parametrize('known', NEED_ROS)
+def test_what_needs_ros_is_still_there(known: str) -> None:
+    modules = [m for m in MODULES if within(m, known)]
+    assert any('rclpy' in reached_from(m) for m in modules)
 
 
 def test_explain_never_loads_torch() -> None:

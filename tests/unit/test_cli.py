@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The `leo` dispatcher: verbs, mistakes, exit status."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -10,7 +11,7 @@ import pytest
 from leo_msgs_py import cli
 from leo_msgs_py.errors import UserError
 
-VERBS = ('node', 'param', 'run', 'service', 'topic')
+VERBS = ('node', 'param', 'run', 'service', 'status', 'topic')
 
 
 def refuse(argv):
@@ -28,6 +29,14 @@ def interrupt_an_import(argv):
         raise ImportError('initialization failed') from error
 
 
+def miss_ros(argv):
+    raise ModuleNotFoundError("No module named 'rclpy'", name='rclpy.node')
+
+
+def miss_another(argv):
+    raise ModuleNotFoundError("No module named 'tea'", name='tea')
+
+
 class Entry:
     def __init__(self, name, function):
         self.name, self.load = name, lambda: function
@@ -40,6 +49,9 @@ def verbs(monkeypatch):
         Entry('refuse', refuse),
         Entry('interrupt', interrupt),
         Entry('import', interrupt_an_import),
+        Entry('ros', miss_ros),
+        Entry('tea', miss_another),
+        Entry('guard', lambda argv: int('_ROS_WHEELS_BOOTSTRAP_COMPLETE' in os.environ)),
     ]
     monkeypatch.setattr(cli, 'entry_points', lambda group: entries)
 
@@ -58,6 +70,20 @@ def test_bad_input_is_one_line(verbs, capsys):
 def test_an_interrupt_is_130(verb, verbs, capsys):
     assert cli.main([verb]) == 130
     assert capsys.readouterr().err == ''
+
+
+def test_where_ros_is_missing_one_line_says_how_to_get_it(verbs, capsys):
+    assert cli.main(['ros']) == 2
+    error = capsys.readouterr().err
+    assert error.count('\n') == 1
+    assert all(part in error for part in ('ROS 2', 'ros-jazzy-rclpy', './run_all.sh setup'))
+    with pytest.raises(ModuleNotFoundError, match='tea'):
+        cli.main(['tea'])
+
+
+def test_children_find_the_libraries_of_their_own_python(verbs, monkeypatch):
+    monkeypatch.setenv('_ROS_WHEELS_BOOTSTRAP_COMPLETE', '1')
+    assert cli.main(['guard']) == 0
 
 
 def test_an_unknown_verb_names_the_nearest(verbs, capsys):
@@ -92,7 +118,7 @@ def test_a_wrong_command_line_is_one_line(argv, capsys):
 def test_help_imports_nothing_heavy():
     code = (
         'import sys; from leo_msgs_py import cli; cli.main(["--help"]);'
-        'print([n for n in ("numpy", "cyclonedds", "rosbags", "yaml") if n in sys.modules])'
+        'print([n for n in ("numpy", "rclpy", "rosbags", "yaml") if n in sys.modules])'
     )
     done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
     assert done.stdout.endswith('[]\n')

@@ -308,6 +308,6 @@ def test_joints_may_come_in_any_order_but_must_be_there(monkeypatch):
     assert env._latest.position.tolist() == list(range(len(names)))
     assert env._latest.velocity.tolist() == [k + 0.5 for k in range(len(names))]
     env._on_state(JointStates(2, ('pivot',), np.zeros(1), np.zeros(1)).to_message())
-    monkeypatch.setattr('leo_msgs_py.node.api.ok', lambda: True)
+    monkeypatch.setattr('leo_learner.robot_env.running', lambda: True)
     with pytest.raises(UserError, match=r'joint states of pivot: .*left_knee.* is missing'):
         env.reset()

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node says about itself: the worst news first, and every count."""
 
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus
 import pytest
 
-from leo_msgs_py.messages import DiagnosticStatus
 from leo_sim.nodes.diagnostics import diagnostic_array, Health, robot_status
 from leo_sim.safety import Safety
 
@@ -60,6 +61,7 @@ def test_lockstep_is_never_late():
 
 
 def test_the_message_is_stamped():
-    message = diagnostic_array(status(), 1_500_000_000)
-    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1, 500_000_000)
+    stamp = Time(sec=1, nanosec=500_000_000)
+    message = diagnostic_array(status(), stamp)
+    assert message.header.stamp == stamp
     assert [s.name for s in message.status] == ['/robot']

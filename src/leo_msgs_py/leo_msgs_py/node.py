@@ -17,6 +17,7 @@ import time
 from typing import Any
 
 import rclpy
+import rclpy.logging
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.logging import LoggingSeverity, set_logger_level
@@ -27,7 +28,7 @@ from rclpy.utilities import get_rmw_implementation_identifier
 
 from leo_msgs_py import middleware
 from leo_msgs_py.errors import one_line, UserError
-from leo_msgs_py.hostile import harden
+from leo_msgs_py.hostile import complain, harden, is_of_rclpy, UNREADABLE
 
 try:
     # Half the CPU of the others. spin_once() without a time never returns, and callbacks of two
@@ -39,6 +40,9 @@ except ImportError:
 SLICE = 0.1
 """Longest wait without a look at signals [s]: Python handles them between two waits."""
 
+AGAIN = 1.0
+"""A SIGINT so long after the first [s] interrupts; ros2 launch may pass on one Ctrl-C twice."""
+
 _stop = Event()
 _executor: Executor | None = None
 
@@ -48,7 +52,7 @@ def graph(argv: list[str] | None = None) -> Iterator[None]:
     """Take part in the graph as long as this lasts; SIGINT and SIGTERM end `spin` and waits.
 
     rclpy's own handlers would shut it down at once, and a callback that still publishes would
-    fail; with these everything works until the end. A second SIGINT interrupts.
+    fail; with these everything works until the end. A later SIGINT interrupts.
 
     Args:
         argv: command line without the program name; rclpy heeds its `--ros-args`.
@@ -59,6 +63,7 @@ def graph(argv: list[str] | None = None) -> Iterator[None]:
     global _executor
     middleware.prepare()
     _init(['leo', *(argv or [])])
+    rclpy.logging.get_logger('leo').info(describe())
     _stop.clear()
     _executor = EventsExecutor()
     try:
@@ -84,11 +89,10 @@ def end() -> None:
 
 
 def join(node: Node) -> Node:
-    """Have the process's executor serve a node, and say once where it is."""
+    """Have the process's executor serve a node."""
     assert _executor is not None, 'nodes live within graph()'
     harden(node)
     _executor.add_node(node)
-    node.get_logger().info(describe())
     return node
 
 
@@ -102,7 +106,12 @@ def spin(node: Node) -> None:
 def spin_once(timeout: float = SLICE) -> None:
     """Run what is ready on the nodes that joined, waiting for it at most `timeout` [s]."""
     assert _executor is not None, 'nodes live within graph()'
-    _executor.spin_once(timeout_sec=timeout)
+    try:
+        _executor.spin_once(timeout_sec=timeout)
+    except UNREADABLE as error:
+        if not is_of_rclpy(error):
+            raise
+        complain(error)
 
 
 def spin_until(condition: Callable[[], bool], timeout: float) -> bool:
@@ -124,11 +133,11 @@ def call(client: Any, request: Any, timeout: float) -> Any:
     """
     deadline = time.monotonic() + timeout
     if not spin_until(client.service_is_ready, timeout):
-        raise TimeoutError(f'no server for {client.srv_name} within {timeout:g} s')
+        raise TimeoutError(f'no server for {client.service_name} within {timeout:g} s')
     future = client.call_async(request)
     if not spin_until(future.done, max(0.0, deadline - time.monotonic())):
         client.remove_pending_request(future)
-        raise TimeoutError(f'{client.srv_name} did not answer within {timeout:g} s')
+        raise TimeoutError(f'{client.service_name} did not answer within {timeout:g} s')
     return future.result()
 
 
@@ -181,7 +190,7 @@ def _of_type(name: str, value: Any, default: Any) -> Any:
     except (InvalidParameterTypeException, TypeError):
         pass
     kind = wanted.name.lower().replace('_', ' ')
-    raise UserError(f'parameter {name!r} is a {kind}, not {value!r}')
+    raise UserError(f'parameter {name!r} must be of type {kind}, not {value!r}')
 
 
 def _all_numbers(value: Any) -> bool:
@@ -208,9 +217,13 @@ def _signals() -> Iterator[None]:
         yield
         return
 
+    asked = float('inf')
+
     def handle(number: int, frame: Any) -> None:
-        if _stop.is_set() and number == signal.SIGINT:
+        nonlocal asked
+        if number == signal.SIGINT and time.monotonic() - asked > AGAIN:
             raise KeyboardInterrupt
+        asked = min(asked, time.monotonic())
         _stop.set()
 
     before = {n: signal.signal(n, handle) for n in (signal.SIGINT, signal.SIGTERM)}

@@ -9,6 +9,7 @@ leo run leo_sim robot --ros-args -p robot:=pendulum -p driver:=replay -p bag:=BA
 from __future__ import annotations
 
 from functools import partial
+import math
 import time
 from typing import Any
 
@@ -22,7 +23,7 @@ from std_msgs.msg import Bool, String, UInt32
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import end, graph, running, spin
+from leo_msgs_py.node import end, graph, join, running, SLICE, spin_once
 from leo_msgs_py.values import Command, JointStates, time_message
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import EndOfRun, Placeable
@@ -38,9 +39,6 @@ REPEAT_PERIOD = 0.2
 
 GIVE_UP_LATE = 1.0
 """A robot later than this [s] does not catch up but goes on from now."""
-
-SOON = 1000
-"""Shortest period of a timer [ns]; one of 0 would leave no time for anything else."""
 
 PATIENCE = 5.0
 """How long a reader that takes nothing can hold the robot up in lockstep [s]."""
@@ -73,6 +71,7 @@ class RobotNode(Node):
         self._torque = True
         self._waits_for_readers = True
         self._state: JointStates | None = None
+        self._due = math.inf
         self._make_publishers()
         self._make_listeners()
         for line in greeting(settings, self._info):
@@ -111,7 +110,18 @@ class RobotNode(Node):
             self._timer = self.create_timer(REPEAT_PERIOD, self._repeat_state, clock=steady)
         else:
             self._due = time.monotonic() + self._period
-            self._timer = self.create_timer(self._period, self._tick, clock=steady)
+
+    def run(self) -> None:
+        """Serve the graph until a signal.
+
+        States are no timer's: it would wait behind all messages that have arrived, and whoever
+        sends fast enough would stop the robot's loop.
+        """
+        join(self)
+        while running():
+            spin_once(min(SLICE, max(0.0, self._due - time.monotonic())))
+            if time.monotonic() >= self._due:
+                self._tick()
 
     def stop(self) -> None:
         """Leave the motors at 0."""
@@ -159,8 +169,6 @@ class RobotNode(Node):
         self._health.note(time.monotonic() - began, began - self._due)
         late = began - self._due > GIVE_UP_LATE
         self._due = gap + (began if late else self._due)
-        self._timer.timer_period_ns = max(SOON, round((self._due - time.monotonic()) * 1e9))
-        self._timer.reset()
 
     def _publish_state(self) -> None:
         """Read the driver and publish clock and state, before them a new episode's number."""
@@ -265,7 +273,7 @@ def main(argv: list[str]) -> int:
         robot = RobotNode()
         try:
             robot.begin()
-            spin(robot)
+            robot.run()
         finally:
             robot.stop()
     return 0

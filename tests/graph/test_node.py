@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What our nodes have beside rclpy: private parameters, ends, waits, one line for mistakes."""
+
+from pathlib import Path
+import signal
+import subprocess
+import time
+
+import pytest
+from rcl_interfaces.msg import ParameterEvent
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    GetParameterTypes,
+    ListParameters,
+    SetParameters,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.node import (
+    call,
+    declared,
+    end,
+    fixed_parameter,
+    graph,
+    join,
+    private_parameter,
+    running,
+    spin_until,
+)
+
+pytestmark = [pytest.mark.graph, pytest.mark.usefixtures('domain')]
+PEER = str(Path(__file__).with_name('peer.py'))
+PATIENCE = 120.0
+
+
+@pytest.fixture
+def holder():
+    """A node whose command line gives a secret and a gain."""
+    with graph(['--ros-args', '--log-level', 'warn', '-p', 'secret:=hush', '-p', 'gain:=2']):
+        yield join(Node('holder'))
+
+
+def ask(node, kind, service, **request):
+    return call(node.create_client(kind, f'/holder/{service}'), kind.Request(**request), PATIENCE)
+
+
+def test_a_private_parameter_cannot_be_read_listed_or_heard(holder):
+    events: list[ParameterEvent] = []
+    holder.create_subscription(ParameterEvent, '/parameter_events', events.append, 100)
+    announced = next(p for p in holder.publishers if p.topic_name == '/parameter_events')
+    assert spin_until(lambda: announced.get_subscription_count() > 0, PATIENCE)
+    assert private_parameter(holder, 'secret', '') == 'hush'
+    assert fixed_parameter(holder, 'gain', 1.0) == 2.0
+    assert spin_until(lambda: bool(events), PATIENCE)
+    assert [p.name for event in events for p in event.new_parameters] == ['gain']
+
+    listed = ask(holder, ListParameters, 'list_parameters').result.names
+    assert 'gain' in listed and 'secret' not in listed
+    both = ['gain', 'secret']
+    values = ask(holder, GetParameters, 'get_parameters', names=both).values
+    assert not any('hush' in str(value) for value in values)
+    kinds = ask(holder, GetParameterTypes, 'get_parameter_types', names=both).types
+    assert 4 not in list(kinds)
+    described = ask(holder, DescribeParameters, 'describe_parameters', names=both).descriptors
+    assert not any(each.type == 4 for each in described)
+    wanted = [Parameter('secret', value='x').to_parameter_msg()]
+    assert not ask(holder, SetParameters, 'set_parameters', parameters=wanted).results[0].successful
+    assert private_parameter(holder, 'secret', '') == 'hush'
+
+
+def test_a_fixed_parameter_cannot_be_set_and_a_declared_one_can(holder):
+    fixed_parameter(holder, 'gain', 1.0)
+    declared(holder, 'start', 'nominal')
+    results = holder.set_parameters([Parameter('gain', value=3.0), Parameter('start', value='x')])
+    assert [result.successful for result in results] == [False, True]
+    assert holder.get_parameter('gain').value == 2.0
+
+
+@pytest.mark.parametrize(
+    ('text', 'default', 'value'),
+    [
+        ('2', 1.0, 2.0),
+        ('1e-3', 1.0, 0.001),
+        ('[1, 2]', [0.0, 0.0], [1.0, 2.0]),
+        ('0x10', 1, 16),
+        ('true', False, True),
+        ("'3'", '', '3'),
+    ],
+)
+def test_a_whole_number_is_taken_for_a_float(text, default, value):
+    with graph(['--ros-args', '-p', f'x:={text}']):
+        node = Node('holder')
+        found = fixed_parameter(node, 'x', default)
+        assert found == value
+        assert type(found) is type(value)
+        assert node.get_parameter('x').value == found
+        node.destroy_node()
+
+
+@pytest.mark.parametrize(
+    ('text', 'default', 'kind'),
+    [
+        ('fast', 1.0, 'double'),
+        ('true', 1.0, 'double'),
+        ('1.0', 1, 'integer'),
+        ('3', '', 'string'),
+        ('[true]', [0.0, 0.0], 'double array'),
+        ('3', [0.0, 0.0], 'double array'),
+    ],
+)
+def test_a_wrong_type_of_parameter_is_one_line(text, default, kind):
+    with graph(['--ros-args', '-p', f'x:={text}']):
+        node = Node('holder')
+        for read in (fixed_parameter, private_parameter):
+            with pytest.raises(UserError, match=f"^parameter 'x' is an? {kind}, not .*$"):
+                read(node, 'x', default)
+        node.destroy_node()
+
+
+@pytest.mark.parametrize(
+    ('words', 'says'),
+    [
+        (['-p', 'a=1'], '-p a=1'),
+        (['-p', 'a:=[1'], r'-p a:=\[1'),
+        (['-q', 'x'], "unknown arguments .*'-q', 'x'"),
+        (['--log-level', 'loud'], '--log-level loud'),
+        (['--params-file', '/nowhere.yaml'], '/nowhere.yaml'),
+    ],
+)
+def test_arguments_that_ros_does_not_understand_are_one_line(words, says, capfd):
+    with pytest.raises(UserError, match=f'^ROS does not start: .*{says}.*$'), graph(
+        ['--ros-args', *words]
+    ):
+        pass
+    assert capfd.readouterr().err == ''
+    assert not running()
+
+
+def test_parameter_files_name_nodes(tmp_path):
+    path = tmp_path / 'p.yaml'
+    path.write_text("/left/holder: {ros__parameters: {rate: 7, motor: {name: 'left'}}}\n")
+    given = '--ros-args', '--params-file', str(path), '-r', '__ns:=/left', '-p', 'other:rate:=9'
+    with graph([*given]):
+        node = Node('holder')
+        assert fixed_parameter(node, 'rate', 1.0) == 7.0
+        assert fixed_parameter(node, 'motor.name', '') == 'left'
+        node.destroy_node()
+
+
+def test_a_process_may_take_part_again_and_runs_only_meanwhile():
+    for _ in range(2):
+        assert not running()
+        with graph():
+            assert running()
+            assert not spin_until(lambda: False, 0.01)
+            end()
+            assert not running()
+            assert not spin_until(lambda: False, PATIENCE), 'returns at once'
+    assert not running()
+
+
+def test_a_call_says_what_it_waited_for(holder):
+    nobody = holder.create_client(Trigger, 'nobody')
+    with pytest.raises(TimeoutError, match='no server for /nobody within 0.1 s'):
+        call(nobody, Trigger.Request(), 0.1)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_signals_end_a_node_quietly(node, spawn, number, domain):
+    states: list[object] = []
+    node.create_subscription(JointState, 'joint_states', states.append, 10)
+    peer = spawn(PEER, stderr=subprocess.PIPE)
+    assert spin_until(lambda: bool(states), PATIENCE)
+    peer.send_signal(number)
+    _, errors = peer.communicate(timeout=PATIENCE)
+    assert peer.returncode == 0
+    assert len(errors.splitlines()) == 1
+    assert f'rmw_fastrtps_cpp, ROS_DOMAIN_ID {domain}, reach LOCALHOST' in errors
+    began = time.monotonic()
+    assert spin_until(lambda: 'talker' not in node.get_node_names(), PATIENCE)
+    assert time.monotonic() - began < 4.0, 'it said goodbye; no lease had to run out'
+
+
+STUCK = """
+import sys
+from rclpy.node import Node
+from leo_msgs_py.cli import executable
+from leo_msgs_py.node import graph, running, spin
+
+@executable
+def main(argv):
+    with graph(argv):
+        node = Node('stuck')
+        def work():
+            print('working', flush=True)
+            while running():
+                pass
+            print('asked', flush=True)
+            while True:
+                pass
+        node.create_timer(0.01, work)
+        spin(node)
+    return 0
+
+sys.exit(main())
+"""
+
+
+def test_a_second_interrupt_ends_what_does_not_return(spawn):
+    stuck = spawn('-c', STUCK, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert stuck.stdout.readline() == 'working\n'
+    stuck.send_signal(signal.SIGINT)
+    assert stuck.stdout.readline() == 'asked\n'
+    stuck.send_signal(signal.SIGINT)
+    assert 'Traceback' not in stuck.communicate(timeout=PATIENCE)[1]
+    assert stuck.returncode == 130
