@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sends what no honest node sends: `python hostile_peer.py NODE KIND ...`, or all kinds.
 
-Requests go to the services of NODE. Prints a line for each kind as it begins, `begin KIND`, and
-as it ends, `end KIND COUNT`.
+Requests go to the services of NODE. Prints `begin KIND` and, when an honest request after it is
+answered, `end KIND: COUNT`, else `stalled KIND: COUNT`.
 """
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 import math
@@ -36,10 +37,10 @@ from type_description_interfaces.srv import GetTypeDescription
 from leo_msgs_py import topics
 
 MANY = 100_000
-FLOOD = 100_000
+FLOOD = 25_000
 CALLS = 300
 PATIENCE = 10.0
-MATCHED = 0.3
+MATCHED = 0.2
 """Time for a new writer to be found by its readers [s]."""
 DEEP = QoSProfile(depth=1000)
 COMMANDS = topics.COMMANDS['voltage'].name
@@ -71,34 +72,39 @@ SAMPLES = ((Float64MultiArray, COMMANDS, COMMAND), (JointState, QUERY, STATE))
 class Peer:
     """Publishes and calls, and counts what it sent."""
 
-    def __init__(self, target: str) -> None:
-        self.node = Node('stranger')
+    def __init__(self, target: str, context: rclpy.Context | None = None) -> None:
+        self.node = Node('stranger', context=context)
         self.target = target
         self.sent = 0
+        self._publishers: dict[Any, Any] = {}
+        self._clients: dict[str, Any] = {}
+
+    def publisher(self, kind: Any, name: str, qos: Any = DEEP) -> Any:
+        """A publisher that those it is for have found."""
+        if (kind, name) not in self._publishers:
+            self._publishers[kind, name] = self.node.create_publisher(kind, name, qos)
+            time.sleep(MATCHED)
+        return self._publishers[kind, name]
 
     def publish(self, kind: Any, name: str, messages: Iterable[Any], qos: Any = DEEP) -> None:
         """Publish messages, or bytes that say they are one."""
-        publisher = self.node.create_publisher(kind, name, qos)
-        time.sleep(MATCHED)
+        publisher = self.publisher(kind, name, qos)
         for message in messages:
             with suppress(rclpy_implementation.RCLError):  # too malformed for our middleware
                 publisher.publish(message)
                 self.sent += 1
-            if self.sent % 50 == 0:
-                time.sleep(0.001)
-        time.sleep(MATCHED)
-        self.node.destroy_publisher(publisher)
+            time.sleep(0.0005)
 
-    def call(self, kind: Any, name: str, requests: Iterable[Any]) -> None:
-        """Call a service, waiting for no answer but the last."""
-        client = self.node.create_client(kind, name)
-        if client.wait_for_service(PATIENCE):
-            futures = []
-            for request in requests:
-                futures.append(client.call_async(request))
-                self.sent += 1
-            rclpy.spin_until_future_complete(self.node, futures[-1], timeout_sec=PATIENCE)
-        self.node.destroy_client(client)
+    def call(self, kind: Any, name: str, requests: Iterable[Any]) -> bool:
+        """Call a service, waiting for no answer but the last; whether it came."""
+        if name not in self._clients:
+            self._clients[name] = self.node.create_client(kind, name)
+        if not self._clients[name].wait_for_service(PATIENCE):
+            return False
+        futures = [self._clients[name].call_async(request) for request in requests]
+        self.sent += len(futures)
+        rclpy.spin_until_future_complete(self.node, futures[-1], timeout_sec=PATIENCE)
+        return futures[-1].done()
 
     def ask(self, kind: Any, verb: str, requests: list[Any]) -> None:
         """Call one of the services that rclpy gives a node."""
@@ -133,7 +139,7 @@ def with_bytes(change: Callable[[bytes], Iterable[bytes]]) -> Callable[[Peer], N
 def random_bytes(sample: bytes) -> Iterable[bytes]:
     """Noise, with and without an honest header."""
     dice = random.Random(1)
-    for _ in range(200):
+    for _ in range(100):
         noise = dice.randbytes(dice.randrange(1, 200))
         yield noise
         yield sample[:4] + noise
@@ -162,9 +168,13 @@ def commands(*messages: Any) -> Callable[[Peer], None]:
 
 
 def other_types(peer: Peer) -> None:
-    """Use the robot's names for other types."""
+    """Use the robot's names for other types, which takes a participant of its own."""
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    other = Peer(peer.target, context)
     for name in (COMMANDS, QUERY, topics.EPISODE.name, topics.JOINT_STATES.name):
-        peer.publish(String, name, [String(data='x')] * 20)
+        other.publish(String, name, [String(data='x')] * 20)
+    peer.sent += other.sent
 
 
 def other_structure(peer: Peer) -> None:
@@ -261,7 +271,7 @@ def clocks(peer: Peer) -> None:
     peer.set([parameter('use_sim_time', 1, bool_value=True)])
     times = (-(2**31), 0), (2**31 - 1, 2**32 - 1), (0, 0), (5, 999_999_999), (1, 0)
     messages = [Clock(clock=Time(sec=sec, nanosec=rest)) for sec, rest in times]
-    peer.publish(Clock, topics.CLOCK.name, [*messages, b'\0\1\0\0\1'] * 5, topics.CLOCK.qos)
+    peer.publish(Clock, topics.CLOCK.name, [*messages, b'\0\1\0\0\1'] * 20, topics.CLOCK.qos)
     peer.set([parameter('use_sim_time', 1, bool_value=False)])
 
 
@@ -290,17 +300,14 @@ def die(peer: Peer) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def flooded(kind: Any, name: str, message: Any) -> Callable[[Peer], None]:
-    """Publish one thing as fast as it goes."""
+def flooded(kind: Any, name: str, message: Any, count: int) -> Callable[[Peer], None]:
+    """Publish one thing `count` times as fast as it goes."""
 
     def send(peer: Peer) -> None:
-        publisher = peer.node.create_publisher(kind, name, DEEP)
-        time.sleep(MATCHED)
-        for _ in range(FLOOD):
+        publisher = peer.publisher(kind, name)
+        for _ in range(count):
             publisher.publish(message)
-        peer.sent += FLOOD
-        time.sleep(MATCHED)
-        peer.node.destroy_publisher(publisher)
+        peer.sent += count
 
     return send
 
@@ -333,24 +340,34 @@ KINDS: dict[str, Callable[[Peer], None]] = {
     'clocks': clocks,
     'calls at full speed': call_flood,
     'killed clients': killed_clients,
-    'malformed commands at full speed': flooded(Float64MultiArray, COMMANDS, COMMAND[:9]),
-    'malformed queries at full speed': flooded(JointState, QUERY, STATE[:20]),
-    'commands at full speed': flooded(Float64MultiArray, COMMANDS, command(0.5)),
+    'malformed commands at full speed': flooded(Float64MultiArray, COMMANDS, COMMAND[:9], MANY),
+    'malformed queries at full speed': flooded(JointState, QUERY, STATE[:20], MANY),
+    'queries at full speed': flooded(JointState, QUERY, query(0.5), FLOOD // 10),
+    'commands at full speed': flooded(Float64MultiArray, COMMANDS, command(0.5), FLOOD),
 }
 
 
 def main() -> None:
     """Send the kinds named as arguments, or all."""
-    target, *names = sys.argv[1:]
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('node')
+    parser.add_argument('kinds', nargs='*')
+    parser.add_argument('--pause', type=float, default=0.0, help='before each kind [s]')
+    options = parser.parse_args()
     rclpy.init()
-    peer = Peer(target)
-    if names == ['die']:
+    peer = Peer(options.node)
+    if options.kinds == ['die']:
         die(peer)
-    for name in names or KINDS:
+    for name in options.kinds or KINDS:
+        time.sleep(options.pause)
         peer.sent = 0
         print(f'begin {name}', flush=True)
         KINDS[name](peer)
-        print(f'end {name} {peer.sent}', flush=True)
+        count = peer.sent
+        honest = srv.GetParameters.Request(names=['use_sim_time'])
+        answered = peer.call(srv.GetParameters, f'{peer.target}/get_parameters', [honest])
+        print(f'{"end" if answered else "stalled"} {name}: {count}', flush=True)
+    os._exit(0)  # as whoever is killed
 
 
 if __name__ == '__main__':

@@ -45,6 +45,16 @@ def test_lockstep_gives_the_models_transitions(robot_env, spawn):
             assert answer[2:] == expected[2:]
 
 
+def test_a_command_that_came_too_early_is_sent_again(robot_env, spawn):
+    start(spawn, 'realtime_factor:=0', 'state_rate:=4000')  # the last states count as the next
+    robot_env.reset()
+    stamps = [robot_env._state.stamp]
+    for _ in range(3):
+        assert robot_env.step(np.ones(1))[4] == {}
+        stamps.append(robot_env._state.stamp)
+    np.testing.assert_allclose(np.diff(stamps), 0.05, rtol=0.011)
+
+
 def steps_in_time(env: RobotEnv) -> bool:
     """Whether twenty steps, each of 0.05 s, were twenty transitions and took a second."""
     env.reset()

@@ -54,7 +54,7 @@ class RobotEnv(RobotSpaces):
         self._episode = -1
         self._latest: JointStates | None = None
         self._foreign: UserError | None = None
-        self._fresh = False
+        self._repeated = False
         self._state: JointStates | None = None
         self._period_ns = round(robot.control_period * 1e9)
         node.create_subscription(
@@ -64,7 +64,9 @@ class RobotEnv(RobotSpaces):
         node.create_subscription(
             topics.EPISODE.type, topics.EPISODE.name, self._on_episode, topics.EPISODE.qos
         )
-        self._commands = node.create_publisher(*topics.COMMANDS[INTERFACES[robot.input]])
+        # The robot wants the newest command, a recorder every one: so many are kept for it.
+        kind, name, _ = topics.COMMANDS[INTERFACES[robot.input]]
+        self._commands = node.create_publisher(kind, name, topics.DEEP)
         self._reset = node.create_client(*topics.RESET)
 
     def reset(
@@ -120,16 +122,15 @@ class RobotEnv(RobotSpaces):
         due = before.stamp_ns + self._period_ns - self._period_ns // 100
         command = Command(inputs).to_message()
         self._commands.publish(command)
-        sent, self._fresh = time.monotonic(), False
+        sent, self._repeated = time.monotonic(), False
 
         def done() -> bool:
             nonlocal sent
             latest = self._latest
             assert latest is not None
-            unheard = self._fresh and latest.stamp_ns == before.stamp_ns
-            if unheard and time.monotonic() - sent > RESEND:
+            if self._repeated and time.monotonic() - sent > RESEND:
                 self._commands.publish(command)
-                sent, self._fresh = time.monotonic(), False
+                sent, self._repeated = time.monotonic(), False
             return self._episode != episode or latest.stamp_ns >= due
 
         self._wait(done, 'the next state')
@@ -159,7 +160,8 @@ class RobotEnv(RobotSpaces):
         except UserError as error:
             self._foreign = error
             return
-        self._foreign, self._latest, self._fresh = None, measured, True
+        latest, self._latest, self._foreign = self._latest, measured, None
+        self._repeated |= latest is not None and latest.stamp_ns == measured.stamp_ns
 
     def _on_episode(self, message: Any) -> None:
         self._episode = message.data

@@ -59,8 +59,7 @@ class RunningRobot:
         Raises:
             UserError: there is none, or it does not say.
         """
-        request = GetParameters.Request(names=list(FACTS))
-        self.facts = facts_of(self._call(GetParameters, 'robot/get_parameters', request).values)
+        self.facts = self._facts(FACTS) or self._facts(FACTS[:1])
         if 'robot' not in self.facts:
             raise UserError('the node /robot does not say which robot it is (parameter robot)')
         return load_robot(self.facts['robot'])
@@ -105,6 +104,11 @@ class RunningRobot:
             raise
         finally:
             recording.close()
+
+    def _facts(self, names: tuple[str, ...]) -> dict[str, str]:
+        """What these parameters say; rclpy answers nothing where it lacks one."""
+        request = GetParameters.Request(names=list(names))
+        return facts_of(self._call(GetParameters, 'robot/get_parameters', request).values)
 
     def _call(self, kind: Any, name: str, request: Any) -> Any:
         client = self.node.create_client(kind, name)

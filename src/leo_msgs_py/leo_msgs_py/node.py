@@ -17,9 +17,9 @@ import time
 from typing import Any
 
 import rclpy
-import rclpy.logging
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import Executor, SingleThreadedExecutor
+import rclpy.logging
 from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.node import Node
 from rclpy.parameter import Parameter

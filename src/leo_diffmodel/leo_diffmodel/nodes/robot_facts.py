@@ -30,6 +30,7 @@ class RobotFacts:
 
     def __init__(self, node: Node, robot: str = '') -> None:
         self._client = node.create_client(GetParameters, 'robot/get_parameters')
+        self._names = FACTS
         self._future: Any = None
         self._unanswered = 0
         self._known = {'robot': robot} if robot else {}
@@ -37,11 +38,14 @@ class RobotFacts:
     def poll(self) -> dict[str, str]:
         """Return what is known by now and ask again; the answer counts at the next call."""
         if self._future is not None and self._future.done():
-            self._known.update(facts_of(self._future.result().values))
+            values = self._future.result().values
+            if not values:  # rclpy answers nothing where it lacks one
+                self._names = FACTS[:1]
+            self._known.update(facts_of(values))
             self._future = None
         self._forget_unanswered()
         if self._future is None and self._client.service_is_ready():
-            self._future = self._client.call_async(GetParameters.Request(names=list(FACTS)))
+            self._future = self._client.call_async(GetParameters.Request(names=list(self._names)))
         return dict(self._known)
 
     def _forget_unanswered(self) -> None:

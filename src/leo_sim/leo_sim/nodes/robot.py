@@ -71,6 +71,7 @@ class RobotNode(Node):
         self._torque = True
         self._waits_for_readers = True
         self._state: JointStates | None = None
+        self._sent = 0
         self._due = math.inf
         self._make_publishers()
         self._make_listeners()
@@ -126,6 +127,7 @@ class RobotNode(Node):
     def stop(self) -> None:
         """Leave the motors at 0."""
         self._driver.stop()
+        self.get_logger().info(f'stopped, motors at 0; {self._sent} states sent')
 
     def _on_command(self, message: Any) -> None:
         try:
@@ -176,6 +178,7 @@ class RobotNode(Node):
             self._begin_episodes(self._driver.starts - self._seen_starts)
             self._seen_starts = self._driver.starts
         self._state = self._driver.read()
+        self._sent += 1
         if self._info.own_clock:
             self._clock_publisher.publish(ClockMessage(clock=time_message(self._state.stamp_ns)))
         self._repeat_state()
