@@ -4,8 +4,9 @@
     python benchmarks/kills.py [--kills 20] [--ends 50] [--seed 0]
 
 Kills each of the three `--kills` times with SIGKILL in random order, starts it again, and tells
-whether the loop went on, how long that took, how much of the bag was lost, and how many files lie
-in /dev/shm. Then starts a robot and a recorder `--ends` times and ends both with SIGINT or SIGTERM.
+whether the loop went on, how long that took, how much of the bag was lost, and how many files
+lie in /dev/shm. Then starts a robot and a recorder `--ends` times and ends both with SIGINT or
+SIGTERM.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@
 
 Each run starts a robot that hides something, a recorder and a policy that drives the robot for
 `--transitions` control periods, as `leo demo` does. The robot says when it ends how many states it
-sent; one that was lost leaves a gap, too: within an episode stamps are one state period apart, over
-a reset one control period. Every state but the last of an episode has an input.
+sent; one that was lost leaves a gap, too: within an episode stamps are one state period apart,
+over a reset one control period. Every state but the last of an episode has an input.
 """
 
 from __future__ import annotations

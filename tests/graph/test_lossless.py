@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Nothing is lost in lockstep: not beside a recorder, not while one stands still."""
 
+from contextlib import suppress
 from pathlib import Path
 import signal
 import subprocess
 from threading import Timer
+import time
 
 import numpy as np
 import pytest
+from std_msgs.msg import UInt32
 from tests import live_bag
 
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.recorder import header_stamp
 from leo_learner.robot_env import RobotEnv
 from leo_msgs_py import topics
+from leo_msgs_py.node import spin_until
 from leo_sim.robot import load_robot
 
 pytestmark = pytest.mark.graph
@@ -23,8 +27,6 @@ RUN = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:])
 APPLIED = topics.APPLIED['voltage']
 FAST = 1000
 """States per second: 50 of them for each command."""
-HISTORY = 5000
-"""Messages that Fast DDS keeps for a reader and for a writer that keep all."""
 
 
 @pytest.fixture
@@ -68,14 +70,57 @@ def test_a_lockstep_run_is_recorded_whole(recorded):
     finish(env, recorder, bag, begin)
 
 
-def test_a_recorder_that_stands_still_holds_the_robot_up_and_loses_nothing(recorded):
+def test_a_recorder_that_stands_still_for_a_second_loses_nothing(recorded):
     env, recorder, bag = recorded
+    begin = env._state.stamp_ns
     recorder.send_signal(signal.SIGSTOP)
     going_on = Timer(1.0, recorder.send_signal, [signal.SIGCONT])
     going_on.start()
-    begin = env._state.stamp_ns
-    for volts in np.random.default_rng(0).uniform(-3, 3, (2 * HISTORY * 20 // FAST, 1)):
-        env.step(volts)
-    going_on.join()
-    assert env._state.stamp_ns - begin > 1.9 * HISTORY * round(1e9 / FAST)
+    while going_on.is_alive():
+        env.step(np.ones(1))
     finish(env, recorder, bag, begin)
+
+
+READER = """
+import sys, time
+from rclpy.node import Node
+from std_msgs.msg import UInt32
+from leo_msgs_py import topics
+from leo_msgs_py.node import graph
+
+with graph():
+    node = Node('reader')  # no executor serves it
+    reader = node.create_subscription(UInt32, 'numbers', lambda _: None, topics.LOSSLESS)
+    count, taken = int(sys.stdin.readline()), []
+    while len(taken) < count:
+        while (found := reader.handle.take_message(UInt32, False)) is not None:
+            taken.append(found[0].data)
+        time.sleep(0.01)
+    print(taken == list(range(count)))
+    node.destroy_node()
+"""
+
+
+def test_a_full_reader_holds_the_writer_up_until_it_takes(node, spawn):
+    reader = spawn('-c', READER, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    writer = node.create_publisher(UInt32, 'numbers', topics.LOSSLESS)
+    assert spin_until(lambda: writer.get_subscription_count() > 0, PATIENCE)
+    sent: list[int] = []
+
+    def send(count: int) -> None:
+        for _ in range(count):
+            writer.publish(UInt32(data=len(sent)))
+            sent.append(len(sent))
+
+    with pytest.raises(RuntimeError):
+        send(50_000)
+    assert len(sent) > 1000
+    reader.stdin.write(f'{len(sent) + 10}\n')
+    reader.stdin.flush()
+    end = time.monotonic() + PATIENCE
+    goal = len(sent) + 10
+    while len(sent) < goal:
+        with suppress(RuntimeError):
+            send(1)
+        assert time.monotonic() < end
+    assert reader.communicate(timeout=PATIENCE)[0] == 'True\n'

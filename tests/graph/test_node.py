@@ -69,7 +69,8 @@ def test_a_private_parameter_cannot_be_read_listed_or_heard(holder):
     described = ask(holder, DescribeParameters, 'describe_parameters', names=both).descriptors
     assert not any(each.type == 4 for each in described)
     wanted = [Parameter('secret', value='x').to_parameter_msg()]
-    assert not ask(holder, SetParameters, 'set_parameters', parameters=wanted).results[0].successful
+    (result,) = ask(holder, SetParameters, 'set_parameters', parameters=wanted).results
+    assert not result.successful
     assert private_parameter(holder, 'secret', '') == 'hush'
 
 
@@ -166,7 +167,7 @@ def test_a_process_may_take_part_again_and_runs_only_meanwhile():
 
 def test_a_call_says_what_it_waited_for(holder):
     nobody = holder.create_client(Trigger, 'nobody')
-    with pytest.raises(TimeoutError, match='no server for /nobody within 0.1 s'):
+    with pytest.raises(TimeoutError, match=r'no server for /nobody within 0\.1 s'):
         call(nobody, Trigger.Request(), 0.1)
 
 

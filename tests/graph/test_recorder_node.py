@@ -19,6 +19,7 @@ from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.nodes.robot_facts import FACTS, RobotFacts
 from leo_msgs_py import topics
 from leo_msgs_py.node import graph, join, private_parameter, spin_once, spin_until
 from leo_msgs_py.values import Applied, JointStates
@@ -39,8 +40,9 @@ class Robot:
 
     def __init__(self) -> None:
         self.node = join(Node('robot'))
-        self.node.declare_parameter('robot', 'pendulum')
-        self.node.declare_parameter('seed', 7)
+        said = 'pendulum', 'nominal', [0.0, 0.0], 7, 100.0, 1.0
+        for name, value in zip(FACTS, said, strict=True):
+            self.node.declare_parameter(name, value)
         private_parameter(self.node, 'hidden', '')
         self._states = self.node.create_publisher(*topics.JOINT_STATES[:2], topics.LOSSLESS)
         self._applied = self.node.create_publisher(*APPLIED[:2], topics.LOSSLESS)
@@ -143,6 +145,13 @@ def test_a_killed_recorder_starts_again_and_its_bag_is_finished(tmp_path, robot,
     again = read_bag(tmp_path / 'bag_1', PENDULUM)
     assert len(again.episodes) == 1 and len(again.episodes[0].t) >= 50
     assert len(load(tmp_path / 'bag_1').topics['/robot/episode'].messages) == 1
+
+
+def test_a_robot_that_says_only_which_it_is_is_named(node):
+    robot = join(Node('robot'))
+    robot.declare_parameter('robot', 'pendulum')
+    facts = RobotFacts(node)
+    assert spin_until(lambda: facts.poll().get('robot') == 'pendulum', PATIENCE)
 
 
 def test_a_played_bag_is_recorded_as_it_was(tmp_path, node, spawn):

@@ -63,11 +63,11 @@ def graph(argv: list[str] | None = None) -> Iterator[None]:
     global _executor
     middleware.prepare()
     _init(['leo', *(argv or [])])
-    rclpy.logging.get_logger('leo').info(describe())
     _stop.clear()
     _executor = EventsExecutor()
     try:
         with _signals():
+            rclpy.logging.get_logger('leo').info(describe())
             yield
     finally:
         _stop.set()

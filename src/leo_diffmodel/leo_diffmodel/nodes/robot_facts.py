@@ -30,7 +30,7 @@ class RobotFacts:
 
     def __init__(self, node: Node, robot: str = '') -> None:
         self._client = node.create_client(GetParameters, 'robot/get_parameters')
-        self._names = FACTS
+        self._names: tuple[str, ...] = FACTS
         self._future: Any = None
         self._unanswered = 0
         self._known = {'robot': robot} if robot else {}
