@@ -65,7 +65,7 @@ def finish(env: RobotEnv, recorder: subprocess.Popen, bag: Path, begin: int) -> 
 def test_a_lockstep_run_is_recorded_whole(recorded):
     env, recorder, bag = recorded
     begin = env._state.stamp_ns
-    for volts in np.random.default_rng(0).uniform(-3, 3, (100, 1)):
+    for volts in np.random.default_rng(0).uniform(-3, 3, (40, 1)):
         env.step(volts)
     finish(env, recorder, bag, begin)
 

@@ -22,6 +22,7 @@ from std_srvs.srv import Trigger
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import (
+    AGAIN,
     call,
     declared,
     end,
@@ -95,12 +96,11 @@ def test_a_fixed_parameter_cannot_be_set_and_a_declared_one_can(holder):
 )
 def test_a_whole_number_is_taken_for_a_float(text, default, value):
     with graph(['--ros-args', '-p', f'x:={text}']):
-        node = Node('holder')
+        node = join(Node('holder'))
         found = fixed_parameter(node, 'x', default)
         assert found == value
         assert type(found) is type(value)
         assert node.get_parameter('x').value == found
-        node.destroy_node()
 
 
 @pytest.mark.parametrize(
@@ -116,11 +116,10 @@ def test_a_whole_number_is_taken_for_a_float(text, default, value):
 )
 def test_a_wrong_type_of_parameter_is_one_line(text, default, kind):
     with graph(['--ros-args', '-p', f'x:={text}']):
-        node = Node('holder')
+        node = join(Node('holder'))
         for read in (fixed_parameter, private_parameter):
-            with pytest.raises(UserError, match=f"^parameter 'x' is an? {kind}, not .*$"):
+            with pytest.raises(UserError, match=f"^parameter 'x' must be .*{kind}, not .*$"):
                 read(node, 'x', default)
-        node.destroy_node()
 
 
 @pytest.mark.parametrize(
@@ -147,10 +146,9 @@ def test_parameter_files_name_nodes(tmp_path):
     path.write_text("/left/holder: {ros__parameters: {rate: 7, motor: {name: 'left'}}}\n")
     given = '--ros-args', '--params-file', str(path), '-r', '__ns:=/left', '-p', 'other:rate:=9'
     with graph([*given]):
-        node = Node('holder')
+        node = join(Node('holder'))
         assert fixed_parameter(node, 'rate', 1.0) == 7.0
         assert fixed_parameter(node, 'motor.name', '') == 'left'
-        node.destroy_node()
 
 
 def test_a_process_may_take_part_again_and_runs_only_meanwhile():
@@ -217,6 +215,7 @@ def test_a_second_interrupt_ends_what_does_not_return(spawn):
     assert stuck.stdout.readline() == 'working\n'
     stuck.send_signal(signal.SIGINT)
     assert stuck.stdout.readline() == 'asked\n'
+    time.sleep(AGAIN + 0.5)
     stuck.send_signal(signal.SIGINT)
     assert 'Traceback' not in stuck.communicate(timeout=PATIENCE)[1]
     assert stuck.returncode == 130

@@ -3,6 +3,7 @@
 
 import json
 from pathlib import Path
+import re
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ pytestmark = pytest.mark.graph
 PEER = str(Path(__file__).with_name('peer.py'))
 LEO = str(Path(sys.executable).with_name('leo'))
 PATIENCE = 120.0
+NOT_OURS = re.compile(r'\[INFO\] .*\n')
 STATES = '/joint_states', 'sensor_msgs/msg/JointState'
 
 
@@ -37,6 +39,7 @@ def leo(domain, capfd):
         end = time.monotonic() + PATIENCE
         while True:  # again while it has not found the peer in the time it takes
             answer, (out, err) = main([*args]), capfd.readouterr()
+            err = NOT_OURS.sub('', err)
             if (answer == status and saying in out + err) or time.monotonic() > end:
                 break
         assert answer == status, err
@@ -128,6 +131,27 @@ def test_nobody_there_says_where_it_looked(domain, monkeypatch, leo):
     assert 'none, on rmw_fastrtps_cpp, ROS_DOMAIN_ID' in leo('topic', 'echo', '/x', status=2)
     monkeypatch.setenv('ROS_DOMAIN_ID', 'many')
     assert 'ROS_DOMAIN_ID' in leo('node', 'list', status=2)
+
+
+@pytest.mark.parametrize(
+    ('words', 'said'),
+    [
+        ('run leo_sim robot --ros-args -p robot:=pendulun', 'pendulum'),
+        ('run leo_sim robot --ros-args -p driver:=replay -p bag:=nowhere', 'no bag nowhere'),
+        ('run leo_sim robot --ros-args -p seed:=x', "parameter 'seed'"),
+        ('run leo_sim robot --ros-args -p seed=1', '-p seed=1'),
+        ('run leo_diffmodel diffmodel --ros-args -p model:=pendulun', 'pendulum'),
+        ('run leo_learner learner --ros-args -p tests:=0', 'tests'),
+        ('bag play none', 'no bag at none'),
+        ('bag info none', 'no bag at none'),
+        ('bag play x --rate 0', '--rate 0 is not a speed'),
+        ('bag record -o .', '. exists already'),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(words, said, leo, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, 'argv', sys.argv)
+    assert said in leo(*words.split(), status=2)
 
 
 def test_a_closed_pipe_and_an_interrupt_are_quiet(peer):

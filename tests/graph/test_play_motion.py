@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A motion is played on a robot node, which takes up its start pose, and recorded meanwhile."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
+from rclpy.node import Node
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py import topics
-from leo_msgs_py.node import spin_until
+from leo_msgs_py.cli import main
+from leo_msgs_py.node import graph, join, spin_until
 from leo_sim.robot import load_robot
 
 pytestmark = pytest.mark.graph
@@ -18,23 +17,26 @@ LEO = load_robot('leo')
 RUN = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
 
 
-def play(*args: str) -> str:
-    command = [sys.executable, '-c', RUN, 'play', *args]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
-def test_hanging_then_standing_each_in_a_bag_of_its_own(node, spawn, tmp_path):
+@pytest.fixture
+def robot(domain, spawn):
+    """LEO in lockstep, up and running."""
     parameters = ('robot:=leo', 'realtime_factor:=0', 'engine:=rigid')
     given = [word for parameter in parameters for word in ('-p', parameter)]
     spawn('-c', RUN, 'run', 'leo_sim', 'robot', '--ros-args', *given)
     heard: list[object] = []
-    node.create_subscription(*topics.JOINT_STATES[:2], heard.append, topics.JOINT_STATES.qos)
-    assert spin_until(lambda: bool(heard), PATIENCE)
+    with graph():
+        node = join(Node('watch'))
+        node.create_subscription(*topics.JOINT_STATES[:2], heard.append, topics.JOINT_STATES.qos)
+        assert spin_until(lambda: bool(heard), PATIENCE)
+
+
+@pytest.mark.usefixtures('robot')
+def test_hanging_then_standing_each_in_a_bag_of_its_own(tmp_path, capfd):
     for motion, pose in (('swinging', 'hanging'), ('standing', 'standing')):
         bag = tmp_path / motion
-        said = play(motion, '--seconds', '0.9', '--seed', '2', '--bag', str(bag))
+        words = motion, '--seconds', '0.9', '--seed', '2', '--bag', str(bag)
+        assert main(['play', *words]) == 0
+        said = capfd.readouterr().out
         assert f'{motion} on the robot: 0.9 s' in said and f'wrote {bag}' in said
         recording = read_bag(bag, LEO)
         assert recording.metadata['start'] == pose

@@ -183,19 +183,3 @@ def test_a_played_bag_is_recorded_as_it_was(tmp_path, node, spawn):
     for name, topic in original.topics.items():
         assert [m.data for m in copy.topics[name].messages] == [m.data for m in topic.messages]
         assert copy.topics[name].qos == topic.qos
-
-
-@pytest.mark.parametrize(
-    ('words', 'message'),
-    [
-        (('play', 'none'), 'no bag at none'),
-        (('info', 'none'), 'no bag at none'),
-        (('play', 'x', '--rate', '0'), '--rate 0 is not a speed'),
-        (('record', '-o', '.'), '. exists already'),
-    ],
-)
-def test_bad_input_is_one_line_and_status_2(tmp_path, spawn, words, message):
-    process = spawn('-c', LEO, 'bag', *words, stderr=subprocess.PIPE, cwd=tmp_path)
-    _, error = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 2
-    assert error.startswith(f'leo: error: {message}') and error.count('\n') == 1

@@ -11,12 +11,14 @@ import time
 
 import numpy as np
 import pytest
+from rcl_interfaces.srv import ListParameters
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
 from std_srvs.srv import SetBool
 
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py import topics
+from leo_msgs_py.cli import main
 from leo_msgs_py.node import call, graph, join, spin_once
 from leo_msgs_py.values import Applied, Command, JointStates, time_message
 from leo_sim.drivers.base import DriverOptions
@@ -228,7 +230,7 @@ def keeps_time(robot: Robot) -> bool:
     return passed > 0.95 and took == pytest.approx(passed, abs=0.05)
 
 
-def test_realtime_times_out_and_survives_kill_9(robots):
+def test_realtime_times_out_and_survives_kill_9(node, robots, capsys):
     robot = robots('/real', command_timeout=0.2, hidden_seed=5).ready()
     robot.send(1.5)
     robot.wait(lambda: robot.obeyed(1.5), 'no command')
@@ -237,14 +239,9 @@ def test_realtime_times_out_and_survives_kill_9(robots):
     assert 0.1 <= held[-1] - held[0] <= 0.3
     robot.wait(lambda: keeps_time(robot), 'no second of its time was one on the wall')
 
-    parameters = subprocess.run(
-        [LEO, 'param', 'list', '/real/robot'],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=True,
-    ).stdout
-    assert 'realtime_factor' in parameters and 'hidden' not in parameters
+    client = node.create_client(ListParameters, '/real/robot/list_parameters')
+    names = call(client, ListParameters.Request(), PATIENCE).result.names
+    assert 'realtime_factor' in names and not any('hidden' in name for name in names)
 
     episode = robot.episodes[-1]
     robot.stop(signal.SIGKILL)
@@ -255,14 +252,8 @@ def test_realtime_times_out_and_survives_kill_9(robots):
     robot.wait(lambda: robot.send(0.5) or robot.obeyed(0.5), 'no command after restart')
     assert robot.stop() == 0
     assert 'Traceback' not in robot.said()
-    revealed = subprocess.run(
-        [LEO, 'reveal', str(robot.folder / 'hidden.sealed')],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=True,
-    )
-    assert revealed.stdout.startswith('robot pendulum: 1 hidden effect')
+    assert main(['reveal', str(robot.folder / 'hidden.sealed')]) == 0
+    assert capsys.readouterr().out.startswith('robot pendulum: 1 hidden effect')
 
 
 def test_a_replayed_bag_feeds_the_graph_as_the_robot_did(robots, tmp_path):
@@ -297,26 +288,3 @@ def test_a_replayed_bag_feeds_the_graph_as_the_robot_did(robots, tmp_path):
         for received in (robot.state_bytes, robot.applied_bytes)
     ]
     assert list(zip(*heard, strict=True)) == sent[-count:]
-
-
-@pytest.mark.parametrize(
-    ('parameters', 'said'),
-    [
-        ({'robot': 'pendulun'}, 'pendulum'),
-        ({'driver': 'replay', 'bag': 'nowhere'}, 'no bag nowhere'),
-    ],
-)
-def test_bad_input_is_one_line_and_status_2(node, tmp_path, parameters, said):
-    chosen = [x for k, v in parameters.items() for x in ('-p', f'{k}:={v}')]
-    done = subprocess.run(
-        [LEO, 'run', 'leo_sim', 'robot', '--ros-args', *chosen],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
-    assert done.returncode == 2
-    errors = [line for line in done.stderr.splitlines() if line.startswith('leo: error: ')]
-    assert len(errors) == 1 and said in errors[0]
-    assert 'Traceback' not in done.stderr

@@ -87,7 +87,8 @@ class RobotNode(Node):
         self._e_stopped = self.create_publisher(*topics.E_STOPPED)
         self._description = self.create_publisher(*topics.ROBOT_DESCRIPTION)
         self._diagnostics = self.create_publisher(*topics.DIAGNOSTICS)
-        self._clock_publisher = self.create_publisher(*topics.CLOCK)
+        own = self._info.own_clock
+        self._clock_publisher = self.create_publisher(*topics.CLOCK) if own else None
 
     def _make_listeners(self) -> None:
         kind, name, qos = topics.COMMANDS[self._info.interface]
@@ -179,7 +180,7 @@ class RobotNode(Node):
             self._seen_starts = self._driver.starts
         self._state = self._driver.read()
         self._sent += 1
-        if self._info.own_clock:
+        if self._clock_publisher is not None:
             self._clock_publisher.publish(ClockMessage(clock=time_message(self._state.stamp_ns)))
         self._repeat_state()
 
