@@ -34,7 +34,7 @@ class Graph:
             'diffmodel': ['leo_diffmodel', 'diffmodel', 'model:=pendulum',
                           f'bag:={folder / "rollout"}'],
             'learner': ['leo_learner', 'learner', 'model:=pendulum', f'folder:={folder / "run"}',
-                        'first_steps:=800', 'update_steps:=800', 'transitions:=500', 'tests:=1'],
+                        'first_steps:=400', 'update_steps:=400', 'transitions:=500', 'tests:=1'],
         }
         for name, more in changes.items():
             self._arguments[name] += more

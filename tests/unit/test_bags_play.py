@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A bag is played at its own distances in time, whatever the wall's clock does meanwhile."""
 
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +13,7 @@ from leo_diffmodel.bags.contents import load
 
 
 class World:
-    """A node API and a clock that moves only while somebody waits."""
+    """A node, and a clock that moves only while somebody waits."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -22,23 +23,8 @@ class World:
     def monotonic(self) -> float:
         return self.now
 
-    def spin_once(self, node, seconds: float) -> None:
+    def spin_once(self, seconds: float) -> None:
         self.now += seconds
-
-    def spin_until(self, node, condition, seconds: float) -> bool:
-        return condition()
-
-    def ok(self) -> bool:
-        return True
-
-    def shutdown(self) -> None:
-        pass
-
-    def destroy_node(self) -> None:
-        pass
-
-    def create_node(self, name, args) -> 'World':
-        return self
 
     def create_publisher(self, kind, name, qos):
         said = self.published.setdefault(name, [])
@@ -55,8 +41,12 @@ def test_messages_come_as_they_were_logged(tmp_path, monkeypatch, rate, capsys):
     t = np.cumsum(np.random.default_rng(0).uniform(0.005, 0.05, 40))
     bag = write_runs(tmp_path / 'bag', [Run(t, ['pivot'], np.sin(t)[:, None])], {})
     world = World()
-    monkeypatch.setattr(player, 'api', world)
-    monkeypatch.setattr(player, 'time', world)
+    for name, stand_in in {
+        'graph': nullcontext, 'Node': lambda name: world, 'join': lambda node: node,
+        'running': lambda: True, 'spin_once': world.spin_once, 'time': world,
+        'spin_until': lambda condition, seconds: condition(),
+    }.items():
+        monkeypatch.setattr(player, name, stand_in)
     assert player.play(bag, rate, False, []) == 0
     logged = load(bag).topics
     assert world.published.keys() == logged.keys()

@@ -24,7 +24,8 @@ LARGEST = 2000
 """Characters and numbers in one request: ten times what an honest one has, and less than a
 period's work. rclpy takes seconds for 10^5 names, and the node's loop waits for it."""
 
-UNREADABLE = (rclpy_implementation.RCLError, ValueError, MemoryError)
+RCLError = rclpy_implementation.RCLError
+UNREADABLE = (RCLError, ValueError, MemoryError)
 """What rclpy raises about something that arrived."""
 
 _SERVICES = (

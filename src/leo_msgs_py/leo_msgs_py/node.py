@@ -28,7 +28,7 @@ from rclpy.utilities import get_rmw_implementation_identifier
 
 from leo_msgs_py import middleware
 from leo_msgs_py.errors import one_line, UserError
-from leo_msgs_py.hostile import complain, harden, is_of_rclpy, UNREADABLE
+from leo_msgs_py.hostile import complain, harden, is_of_rclpy, RCLError, UNREADABLE
 
 try:
     # Half the CPU of the others. spin_once() without a time never returns, and callbacks of two
@@ -58,7 +58,8 @@ def graph(argv: list[str] | None = None) -> Iterator[None]:
         argv: command line without the program name; rclpy heeds its `--ros-args`.
 
     Raises:
-        UserError: arguments or environment that ROS does not understand.
+        UserError: arguments or environment that ROS does not understand, or security that it
+            cannot give or that forbids what was asked for.
     """
     global _executor
     middleware.prepare()
@@ -69,6 +70,10 @@ def graph(argv: list[str] | None = None) -> Iterator[None]:
         with _signals():
             rclpy.logging.get_logger('leo').info(describe())
             yield
+    except RCLError as error:
+        if 'creat' not in str(error).lower():  # of a node or an endpoint: security says no
+            raise
+        raise UserError(f'ROS does not let us in: {one_line(error)}') from error
     finally:
         _stop.set()
         for node in _executor.get_nodes():

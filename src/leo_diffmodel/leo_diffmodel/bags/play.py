@@ -125,9 +125,11 @@ class _Player:
 
     def acknowledge(self) -> None:
         """Wait until the reliable readers have everything."""
+        end = time.monotonic() + ACKNOWLEDGE_SECONDS
         for publisher in self._publishers:
             if running():
-                publisher.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_SECONDS))
+                left = max(0.0, end - time.monotonic())
+                publisher.wait_for_all_acked(Duration(seconds=left))
 
     def _all_have_readers(self) -> bool:
         return all(publisher.get_subscription_count() for publisher in self._publishers)
