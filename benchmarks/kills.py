@@ -31,7 +31,6 @@ from leo_msgs_py.values import nanoseconds
 
 LEO = Path(sys.executable).with_name('leo')
 PATIENCE = 60.0
-STATES = '/joint_states'
 
 
 class Loop:
@@ -92,11 +91,15 @@ def killed(loop: Loop, name: str) -> tuple[bool, float, float]:
     moment = time.time()
     loop.processes[name].kill()
     loop.processes[name].wait()
-    last = load(bag).topics[STATES].messages[-1].log_ns * 1e-9
-    lost = moment - last if name == 'recorder' else 0.0
+    lost = moment - newest(bag) if name == 'recorder' else 0.0
     began = time.monotonic()
     loop.processes[name] = loop.start(name)
     return loop.goes_on(), time.monotonic() - began, lost
+
+
+def newest(bag: Path) -> float:
+    """When the last message in a bag was recorded [s since epoch]."""
+    return max(t.messages[-1].log_ns for t in load(bag).topics.values() if t.messages) * 1e-9
 
 
 def shared_files() -> int:

@@ -78,5 +78,5 @@ def test_impossible_numbers_are_refused(given):
 
 @pytest.mark.parametrize('given', [{'seed': 0.5}, {'command_timeout': 'soon'}, {'hidden': 3}])
 def test_values_of_another_type_are_refused(given):
-    with pytest.raises(UserError, match=f"parameter '{next(iter(given))}' is a"):
+    with pytest.raises(UserError, match=f"parameter '{next(iter(given))}' must be"):
         read_settings(Declared(**given))
