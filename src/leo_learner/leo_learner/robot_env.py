@@ -109,7 +109,8 @@ class RobotEnv(RobotSpaces):
         return self._latest if arrived() else None
 
     def _robot_there(self) -> bool:
-        return self._episode >= 0 and self._reset.service_is_ready()
+        heard = self._latest is not None and self._episode >= 0
+        return heard and self._reset.service_is_ready()
 
     def _call_reset(self) -> Any:
         future = self._reset.call_async(topics.RESET.type.Request())

@@ -25,7 +25,7 @@ _FAST_DDS_FILES = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xm
 
 
 def prepare() -> None:
-    """Keep to this machine, notice killed nodes after 4 s, clear away what they left.
+    """Keep to this machine, notice and repair losses soon, clear away what killed nodes left.
 
     Raises:
         UserError: ROS_DOMAIN_ID or the discovery range is none.

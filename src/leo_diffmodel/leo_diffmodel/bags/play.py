@@ -20,7 +20,7 @@ from .qos_text import from_yaml
 
 DISCOVERY_SECONDS = 1.0
 ACKNOWLEDGE_SECONDS = 4.0
-"""Fast DDS asks its readers every 3 s what they have."""
+"""Fast DDS by itself asks its readers every 3 s what they have, with our profile every 0.1 s."""
 DEPTH = 1000
 
 
