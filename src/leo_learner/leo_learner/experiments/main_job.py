@@ -85,6 +85,7 @@ class MainJob:
             self._start_robot('robot', self._plan.hidden_seed)
             self._learn_ideal()
             self._roll_out()
+            self._begin_on_robot()
             model = self._repair()
             self._retrain(model)
             self._play()
@@ -162,16 +163,23 @@ class MainJob:
         self.found.difference = True
         return str(path)
 
-    def _retrain(self, model: str) -> None:
-        self._say('4. retrain on the repaired model; for reference on the robot itself too')
-        sizes = '--steps', str(self._plan.more_steps), '--seed', str(self._plan.seed)
-        common = '--start', self._path('ideal'), *sizes
+    def _begin_on_robot(self) -> None:
+        self._say('   beside it, for reference: retrain on the robot itself')
         self._processes.start(
-            'learn_real', 'learn', '--robot', 'pendulum', '--on-robot', *common,
+            'learn_real', 'learn', '--robot', 'pendulum', '--on-robot', *self._more(),
             '-o', self._path('real'), '--json',
         )
-        self._processes.ask('learn', '--model', model, *common, '-o', self._path('repaired'))
+
+    def _retrain(self, model: str) -> None:
+        self._say('4. retrain on the repaired model')
+        self._processes.ask('learn', '--model', model, *self._more(), '-o', self._path('repaired'))
         self._processes.wait('learn_real')
+
+    def _more(self) -> list[str]:
+        """Options of a retraining from the ideal policy."""
+        plan = self._plan
+        return ['--start', self._path('ideal'), '--steps', str(plan.more_steps),
+                '--seed', str(plan.seed)]  # fmt: skip
 
     def _play(self) -> None:
         self._say('5. play all three policies on the robot, from the same starts')
