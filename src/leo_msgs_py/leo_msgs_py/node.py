@@ -19,8 +19,7 @@ from typing import Any
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import Executor, SingleThreadedExecutor
-import rclpy.logging
-from rclpy.logging import LoggingSeverity, set_logger_level
+from rclpy.logging import get_logger, LoggingSeverity, set_logger_level
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
@@ -68,7 +67,7 @@ def graph(argv: list[str] | None = None) -> Iterator[None]:
     _executor = EventsExecutor()
     try:
         with _signals():
-            rclpy.logging.get_logger('leo').info(describe())
+            get_logger('leo').info(describe())
             yield
     except RCLError as error:
         if 'creat' not in str(error).lower():  # of a node or an endpoint: security says no
