@@ -42,7 +42,7 @@ def _lines(path: Path, since: Mapping[str, str]) -> dict[str, list[dict]]:
     rows = [json.loads(line) for line in path.read_text().splitlines()]
     rows = sorted((r for r in rows if r['seed'] >= int(since.get(r['kind'], 0))),
                   key=lambda r: r['seed'])  # fmt: skip
-    of = {kind: [r for r in rows if r['kind'] == kind] for kind in TITLES}
+    of = {kind: [r for r in rows if r['kind'] == kind] for kind in RIGHT}
     return {kind: some for kind, some in of.items() if some}
 
 

@@ -13,11 +13,11 @@ import numpy as np
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.windows import cut, Windows
-from leo_diffmodel.explain.candidates import candidates
-from leo_diffmodel.explain.engine import uncertain
-from leo_diffmodel.explain.fit import fit
-from leo_diffmodel.explain.hypothesis import Hypothesis
-from leo_diffmodel.explain.pose import pose
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.select.engine import uncertain
 from leo_sim.batch import rollout
 from leo_sim.model import Model
 

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from unittest import mock
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain import engine
-from leo_diffmodel.explain.engine import Search
+from leo_diffmodel.explain.select import engine
+from leo_diffmodel.explain.select.engine import Search
 from leo_sim.model import Model
 
 

@@ -7,12 +7,12 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.windows import cut
-from leo_diffmodel.explain.candidates import candidates
-from leo_diffmodel.explain.engine import scales_of
-from leo_diffmodel.explain.fit import fit, Problem
-from leo_diffmodel.explain.footing import settled
-from leo_diffmodel.explain.ground_scan import GroundScanner
-from leo_diffmodel.explain.hypothesis import Hypothesis
+from leo_diffmodel.explain.estimate.fit import fit, Problem
+from leo_diffmodel.explain.estimate.footing import settled
+from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
+from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.select.engine import scales_of
 from leo_sim.model import Model
 from leo_sim.robot import load_robot
 

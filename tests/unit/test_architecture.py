@@ -174,7 +174,7 @@ def test_compare_never_fits() -> None:
 
 
 def test_a_fit_is_noticed_where_it_is_loaded() -> None:
-    assert 'leo_diffmodel.explain.fit' in reached_from('leo_diffmodel.report.explained')
+    assert 'leo_diffmodel.explain.estimate.fit' in reached_from('leo_diffmodel.report.explained')
 
 
 def test_torch_is_noticed_where_it_is_loaded() -> None:

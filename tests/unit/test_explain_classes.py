@@ -8,13 +8,13 @@ import pytest
 from tests.simulate import PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.classes import CLASSES, Facts, pair_note, why_same
-from leo_diffmodel.explain.engine import scales_of, uncertain
+from leo_diffmodel.explain.decide.classes import CLASSES, Facts, pair_note, why_same
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.estimate.scan import Scanner
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.fit import fit
-from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.pose import pose
-from leo_diffmodel.explain.scan import Scanner
+from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.select.engine import scales_of, uncertain
 from leo_sim.batch import rollout
 from leo_sim.effects import EFFECTS, place
 from leo_sim.model import Model

@@ -11,7 +11,7 @@ from joblib import delayed, Parallel
 import pytest
 from tests.simulate import record, TORQUE
 
-from leo_diffmodel.explain import helper
+from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.explanation import explain
 from leo_sim.effects import place
 from leo_sim.model import Model

@@ -4,10 +4,10 @@
 import numpy as np
 from tests.simulate import record, TORQUE
 
-from leo_diffmodel.explain.candidates import candidates
-from leo_diffmodel.explain.engine import uncertain
+from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.select.engine import uncertain
 from leo_sim.effects import place
 from leo_sim.model import Model
 

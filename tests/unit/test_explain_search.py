@@ -9,16 +9,16 @@ from tests.first_round import first_search
 from tests.simulate import DT, PENDULUM, record, TORQUE
 
 from leo_diffmodel.compare import noise
-from leo_diffmodel.explain.classes import Facts
-from leo_diffmodel.explain.engine import scales_of, Search, settled, Trial
-from leo_diffmodel.explain.evidence import rivals
+from leo_diffmodel.explain.decide.classes import Facts
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.imitation import imitations
+from leo_diffmodel.explain.estimate.scan import Scanner
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.fit import fit
-from leo_diffmodel.explain.imitation import imitations
-from leo_diffmodel.explain.ranking import Round
-from leo_diffmodel.explain.review import as_one, review
-from leo_diffmodel.explain.scan import Scanner
-from leo_diffmodel.explain.scored import away, dispersion, shows
+from leo_diffmodel.explain.select.engine import scales_of, Search, settled, Trial
+from leo_diffmodel.explain.select.evidence import rivals
+from leo_diffmodel.explain.select.ranking import Round
+from leo_diffmodel.explain.select.review import as_one, review
+from leo_diffmodel.explain.select.scored import away, dispersion, shows
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model_file import load_model

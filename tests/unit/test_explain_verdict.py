@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from tests.simulate import PENDULUM, record, TORQUE
 
+from leo_diffmodel.explain.decide.verdict import decide, Named, Rest, rest_of, sentence
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.verdict import decide, Named, Rest, rest_of, sentence
 from leo_sim.effects import place
 from leo_sim.model import Model
 

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from tests.simulate import PENDULUM, record
 
-from leo_diffmodel.explain.fit import Fit, fit, Problem
-from leo_diffmodel.explain.hypothesis import Hypothesis
-from leo_diffmodel.explain.pose import pose
-from leo_diffmodel.explain.whiteness import by_condition, chi_squared, correlation
+from leo_diffmodel.explain.estimate.fit import Fit, fit, Problem
+from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.tell.whiteness import by_condition, chi_squared, correlation
 from leo_sim.effects import place
 from leo_sim.model import Model
 

@@ -3,7 +3,7 @@
 
 from argparse import Namespace
 
-from leo_diffmodel.explain.candidates import candidates
+from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.verbs.common import own_effects
 from leo_sim.effects import get_effect, place
 from leo_sim.model import Model

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from leo_sim.compiled import compiled
+from leo_sim.compiled import compiled_in_place, compiled_without_gil
 from leo_sim.engines.planar import rows
 from leo_sim.filled import common
 from leo_sim.inverse import inverted
@@ -76,29 +76,29 @@ class Factor:
         return self.inverse[..., joint, :]
 
 
-@compiled
+@compiled_without_gil
 def invert(mass: Any, diagonal: Any, inverse: Any) -> None:
     """Fill inverse (N, J, J) with that of mass plus a diagonal (N, J)."""
     size = mass.shape[1]
     for n in range(inverse.shape[0]):
-        a, own, more = inverse[n], row(mass, n), row(diagonal, n)
+        a = inverse[n]
         for i in range(size):
             for j in range(size):
-                a[i, j] = own[i, j]
-            a[i, i] += more[i]
+                a[i, j] = mass[at(mass, n), i, j]
+            a[i, i] += diagonal[at(diagonal, n), i]
         inverted(size, 0, a)
 
 
-@compiled
+@compiled_without_gil
 def times(matrix: Any, vector: Any, out: Any) -> None:
     """Fill out (N, J) with matrices (N, J, J) times vectors (N, J)."""
     size = out.shape[1]
     for n in range(out.shape[0]):
-        left, right = row(matrix, n), row(vector, n)
+        left, right = at(matrix, n), at(vector, n)
         for i in range(size):
             total = 0.0
             for j in range(size):
-                total += left[i, j] * right[j]
+                total += matrix[left, i, j] * vector[right, j]
             out[n, i] = total
 
 
@@ -126,47 +126,72 @@ def settled(contact: Contact, factor: Factor, dq: Any, motor: Any) -> tuple[Any,
     return rates, None if motor is None else speeds
 
 
-@compiled
+@compiled_without_gil
 def _sweep(dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: Any, high: Any, gap: Any,
            rotor: Any, offset: Any, q: Any, before: Any) -> None:
     """Change rates (N, J) of joints and motors in place; fields are (N, J) or (1, J)."""
-    joints = dq.shape[1]
-    given = np.empty((3, joints))
+    given = np.empty((3, dq.shape[1]))
     for n in range(dq.shape[0]):
-        answer, step = row(answers, n), max(row(h, n)[0], 1e-12)
-        dry, least, most = row(level, n), row(low, n), row(high, n)
-        wide, inertia, slip = row(gap, n), row(rotor, n), row(offset, n)
-        angle, start = row(q, n), row(before, n)
         given[:] = 0.0
-        for _ in range(SWEEPS):
-            moved = 0.0
-            for kind in range(3):
-                for j in range(joints):
-                    own, was, share = answer[j, j], given[kind, j], 0.0
-                    free = dq[n, j] - own * was
-                    if kind == 0 and dry[j] > 0.0:
-                        total = _friction(start[j], free, dry[j] * step, own)
-                    elif kind == 1 and (least[j] > -np.inf or most[j] < np.inf):
-                        nearest = max(free, (least[j] - angle[j]) / step)
-                        total = (min(nearest, (most[j] - angle[j]) / step) - free) / own
-                    elif kind == 2 and wide[j] > 0.0:
-                        share = 1.0 / inertia[j]
-                        apart = motor[n, j] - dq[n, j] + (share + own) * was
-                        total = _gap(apart, slip[j], wide[j], step) / (share + own)
-                    else:
-                        continue
-                    change = total - was
-                    for k in range(joints):
-                        dq[n, k] += answer[j, k] * change
-                    motor[n, j] -= share * change
-                    given[kind, j] = total
-                    moved = max(moved, abs(change * own))
-            if not moved > SETTLED:
-                break
+        _swept(n, dq, motor, answers, h, level, low, high, gap, rotor, offset, q, before, given)
 
 
-@compiled
-def _friction(before: float, free: float, most: float, answer: float) -> float:
+@compiled_in_place
+def _swept(n: Any, dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: Any, high: Any,
+           gap: Any, rotor: Any, offset: Any, q: Any, before: Any, given: Any) -> Any:
+    """The same for row n; given (3, J) are impulses of friction, stops and play, none at first.
+
+    One friction that acts alone is right at once.
+    """
+    a, step = at(answers, n), max(h[at(h, n), 0], 1e-12)
+    dry, wide, here = at(level, n), at(gap, n), at(q, n)
+    for _ in range(SWEEPS):
+        moved, acting = 0.0, 0
+        for kind in range(3):
+            for j in range(dq.shape[1]):
+                own, was, share = answers[a, j, j], given[kind, j], 0.0
+                free = dq[n, j] - own * was
+                if kind == 0 and level[dry, j] > 0.0:
+                    total = _friction(before[at(before, n), j], free, level[dry, j] * step, own)
+                    acting += 1
+                elif kind == 1:
+                    total = _stopped(free, low[at(low, n), j] - q[here, j],
+                                     high[at(high, n), j] - q[here, j], step, own)
+                    acting += 2 if total != was else 0
+                elif kind == 2 and gap[wide, j] > 0.0:
+                    share = 1.0 / rotor[at(rotor, n), j]
+                    apart = motor[n, j] - dq[n, j] + (share + own) * was
+                    slip = offset[at(offset, n), j]
+                    total = _gap(apart, slip, gap[wide, j], step) / (share + own)
+                    acting += 2
+                else:
+                    continue
+                change = total - was
+                _push(n, a, j, change, dq, answers)
+                motor[n, j] -= share * change
+                given[kind, j] = total
+                moved = max(moved, abs(change * own))
+        if acting < 2 or not moved > SETTLED:
+            break
+
+
+@compiled_in_place
+def _push(n: Any, a: Any, j: Any, impulse: Any, dq: Any, answers: Any) -> Any:
+    """Change the rates of row n by an impulse at joint j; a is the row of the answers."""
+    for k in range(dq.shape[1] if impulse != 0.0 else 0):
+        dq[n, k] += answers[a, j, k] * impulse
+
+
+@compiled_in_place
+def _stopped(free: Any, least: Any, most: Any, h: Any, answer: Any) -> Any:
+    """Impulse of the stops, which are `least` and `most` away."""
+    if least <= free * h and free * h <= most:
+        return 0.0
+    return (min(max(free, least / h), most / h) - free) / answer
+
+
+@compiled_in_place
+def _friction(before: Any, free: Any, most: Any, answer: Any) -> Any:
     """Impulse of dry friction against the motion, exact for a constant driving torque.
 
     The joint may come to rest within the substep; then it stays there, or turns round and
@@ -184,14 +209,28 @@ def _friction(before: float, free: float, most: float, answer: float) -> float:
     return -most * side
 
 
-@compiled
-def _gap(apart: float, offset: float, width: float, h: float) -> float:
+@compiled_in_place
+def _gap(apart: Any, offset: Any, width: Any, h: Any) -> Any:
     """What a motor side is too fast for its link to keep the play within its width."""
     half = 0.5 * width
     return apart - min(max(apart, (-half - offset) / h), (half - offset) / h)
 
 
-@compiled
-def row(values: Any, n: int) -> Any:
-    """Row n of rows as `leo_sim.engines.planar.rows` makes them."""
-    return values[n if values.shape[0] > 1 else 0]
+@compiled_in_place
+def at(values: Any, n: Any) -> Any:
+    """Index of row n in rows as `leo_sim.engines.planar.rows` makes them."""
+    return n if values.shape[0] > 1 else 0
+
+
+@compiled_in_place
+def kicked(n: Any, answer: Any, torque: Any, bias: Any, dq: Any, h: Any, rates: Any) -> Any:
+    """Fill row n of rates (N, J) with those after h s of a torque less the bias.
+
+    The answer is the inverse of the inertia, (J, J).
+    """
+    t = at(torque, n)
+    for i in range(rates.shape[1]):
+        total = 0.0
+        for j in range(rates.shape[1]):
+            total += answer[i, j] * (torque[t, j] - bias[n, j])
+        rates[n, i] = dq[n, i] + h * total

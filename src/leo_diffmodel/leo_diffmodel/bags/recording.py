@@ -121,12 +121,18 @@ def read_bag(
         actuators=tuple(a.joint for a in robot.actuators),
         input=inputs.kind if inputs else 'none',
         command_period=command_period(contents, robot, mapping, states, inputs),
-        episodes=episodes, metadata=contents.metadata.get('leo', {}),
+        episodes=episodes, metadata=_metadata(contents, mapping),
         warnings=(
             *reading_notes(contents, states, segments, turns, used),
             *input_notes(contents, robot, mapping, inputs),
         ),
     )
+
+
+def _metadata(contents: BagContents, mapping: TopicMap) -> Mapping[str, str]:
+    """Return the `leo` record; whether the base was held is what the topic map says."""
+    told = contents.metadata.get('leo', {})
+    return told if mapping.held is None else {**told, 'held': str(mapping.held).lower()}
 
 
 def _why_nothing(contents: BagContents) -> str:

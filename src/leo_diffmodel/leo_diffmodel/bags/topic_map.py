@@ -10,6 +10,7 @@ A topic map, every key optional:
     interface: voltage       # its name on the dynamic joint states
     command_order: [pivot]   # joints of the command topic
     hold: previous           # a stamp means the period before it
+    held: true               # the base was held; by default what the bag's recorder noted
 """
 
 from __future__ import annotations
@@ -66,6 +67,7 @@ class TopicMap(BaseModel):
     interface: str | None = None
     command_order: list[str] | None = None
     hold: Literal['next', 'previous'] = 'next'
+    held: bool | None = None
 
     def joint(self, name: str) -> JointMap:
         """Return the mapping of one of our joints, the identity where none is given."""

@@ -5,34 +5,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
-from leo_diffmodel.blind import outside
-from leo_diffmodel.blind.excitation import excitation
-from leo_diffmodel.blind.open_loop import OpenLoop, Run, sized
+from leo_diffmodel.blind import outside, pushes
+from leo_diffmodel.blind.drawn import Drawn, log_uniform, one_of, several, SIZES
+from leo_diffmodel.blind.excitation import excitation, SECONDS
+from leo_diffmodel.blind.open_loop import Run
+from leo_diffmodel.blind.pushes import Push
 from leo_diffmodel.blind.scenes import Effects, Given, Moving, Scene
-from leo_diffmodel.explain.candidates import candidates
-from leo_diffmodel.explain.classes import Facts, why_same
-from leo_diffmodel.explain.hypothesis import Candidate
-from leo_sim.effects import Placed
-from leo_sim.model import Model
+from leo_diffmodel.blind.sensing import PLAIN, Sensing
+from leo_diffmodel.blind.small import draw_small
 from leo_sim.robot import load_robot, Robot
 
 ROBOTS = ('pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')
 ENGINES = (('pybullet', 0.0), ('rk4', 0.0019))
 WALKER_ENGINES = (('pybullet', 0.0), ('rigid', 2.6e-5))
+IN_MUJOCO, MUJOCO = ('small',), ('mujoco', 2e-4)
 WALKER_SCENES = (('swinging', 6.0), ('standing', 4.0), ('stepping', 10.0))
 """What a walker does, and for how long [s]."""
-SIZES, LEAST_OF_PAIR = (1.0, 30.0), 2.0
+PUSHED_SIZES = (5.0, 30.0)
 POSITION_NOISE = (0.5e-3, 3e-3)
 RATE_NOISE = (0.02, 0.1)
-ONE_LAW = {'coulomb_friction', 'stribeck_friction'}
-"""Together they are a Stribeck law again."""
-
-Drawn = tuple[Effects, tuple[float, ...]]
 
 
 @dataclass(frozen=True)
@@ -47,6 +42,10 @@ class Case:
         engine: physics engine of the robot and its integration step [s] (0: the robot's own).
         effects: what is hidden.
         sizes: of each, rms change of the noise-free 0.5 s open loop over the noise floor there.
+        small: what else is wrong, each below one floor.
+        small_sizes: of each.
+        sensing: what is wrong with the measurement.
+        pushes: what moves the robot besides its motors.
     """
 
     kind: str
@@ -56,29 +55,40 @@ class Case:
     engine: tuple[str, float]
     effects: Effects = ()
     sizes: tuple[float, ...] = ()
+    small: Effects = ()
+    small_sizes: tuple[float, ...] = ()
+    sensing: Sensing = PLAIN
+    pushes: tuple[Push, ...] = ()
 
 
-def draw_case(seed: int, kind: str, walker: str | Path | None = None) -> Case:
+def draw_case(
+    seed: int, kind: str, walker: str | Path | None = None, mujoco: bool = True
+) -> Case:
     """The case of a seed; every second one comes from another integrator and time step.
 
-    No other integrator knows the ground: a walker has another time step alone.
+    No other integrator knows the ground: a walker has another time step alone. Small differences
+    come from another simulator in every second case, walkers too.
 
     Args:
         seed: of everything drawn.
         kind: of `KINDS`.
         walker: a robot with contacts, by name or folder; None takes the robots without, in turn.
+        mujoco: small differences are simulated by MuJoCo at odd seeds, else as all others.
     """
     rng = np.random.default_rng([seed, tuple(KINDS).index(kind)])
     robot = load_robot(walker or ROBOTS[seed // 2 % len(ROBOTS)])
     engine = (WALKER_ENGINES if walker else ENGINES)[seed % 2]
+    if kind in IN_MUJOCO and seed % 2 and mujoco:
+        engine = MUJOCO
     while True:
-        noise = (_log_uniform(rng, POSITION_NOISE), _log_uniform(rng, RATE_NOISE))
+        noise = (log_uniform(rng, POSITION_NOISE), log_uniform(rng, RATE_NOISE))
         built = _as_built(robot, rng)
         scenes = _motions(robot, rng) if walker else (Given(*excitation(robot, rng)),)
         run = Run(built, scenes, noise)
         drawn = KINDS[kind](seed, run, rng)
         if drawn is not None:
-            return Case(kind, seed, robot, run, engine, *drawn)
+            wrong = drawn._asdict()
+            return Case(kind, seed, robot, wrong.pop('run') or run, engine, **wrong)
 
 
 def _motions(robot: Robot, rng: np.random.Generator) -> tuple[Scene, ...]:
@@ -101,80 +111,51 @@ def _as_built(robot: Robot, rng: np.random.Generator) -> Robot:
 
 
 def _nothing(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
-    return (), ()
+    return Drawn()
 
 
 def _single(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
-    placed, size = _drawn(run, (), SIZES, rng)
-    return (placed,), (size,)
-
-
-def _several(count: int, run: Run, rng: np.random.Generator) -> Drawn:
-    """Effects that differ in the data, each of two noise floors or more beside the others."""
-    while True:
-        effects: Effects = ()
-        for _ in range(count):
-            effects += (_drawn(run, effects, (LEAST_OF_PAIR, SIZES[1]), rng)[0],)
-        sizes = tuple(
-            float(OpenLoop(run, effects, effects[:i] + effects[i + 1 :]).size(placed)[0])
-            for i, placed in enumerate(effects)
-        )
-        if min(sizes) >= LEAST_OF_PAIR and _differ(effects, run):
-            return effects, sizes
+    placed, size = one_of(run, (), SIZES, rng)
+    return Drawn((placed,), (size,))
 
 
 def _pair(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
-    return _several(2, run, rng)
+    return Drawn(*several(2, run, rng))
 
 
 def _triple(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
-    return _several(3, run, rng)
+    return Drawn(*several(3, run, rng))
 
 
 def _outside(seed: int, run: Run, rng: np.random.Generator) -> Drawn | None:
     """A law of no catalogue, each kind on every robot in turn; None in a run that hides it."""
     kind = outside.KINDS[seed // (2 * len(ROBOTS)) % len(outside.KINDS)]
     drawn = outside.draw(kind, run, rng)
-    return drawn and ((drawn[0],), (drawn[1],))
+    return drawn and Drawn((drawn[0],), (drawn[1],))
+
+
+def _pushed(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
+    """Each way of pushing on every robot in turn; a third of them hide an effect."""
+    turn = seed // (2 * len(ROBOTS))
+    effects = (one_of(run, (), PUSHED_SIZES, rng),) if turn // len(pushes.KINDS) % 3 == 2 else ()
+    kind = pushes.KINDS[turn % len(pushes.KINDS)]
+    drawn = pushes.draw_pushes(kind, run.robot, SECONDS, rng)
+    return Drawn(tuple(p for p, _ in effects), tuple(s for _, s in effects), pushes=drawn,
+                 run=_led(run, drawn, rng))  # fmt: skip
+
+
+def _led(run: Run, drawn: tuple[Push, ...], rng: np.random.Generator) -> Run:
+    """The run with motors at 0, or free, while a hand leads a joint."""
+    (scene,), free = run.scenes, bool(rng.integers(2))
+    assert isinstance(scene, Given)
+    time = np.arange(scene.count) * run.robot.control_period
+    led = np.any([(time >= p.begin) & (time < p.begin + p.seconds) for p in drawn if p.path]
+                 or [np.zeros(len(time), dtype=bool)], axis=0)[:, None]  # fmt: skip
+    given = Given(np.where(led, 0.0, scene.inputs), scene.enabled & ~(led & free))
+    return replace(run, scenes=(given,))
 
 
 KINDS: dict[str, Callable[[int, Run, np.random.Generator], Drawn | None]] = {
     'none': _nothing, 'effect': _single, 'pair': _pair, 'outside': _outside,
-    'triple': _triple,
+    'triple': _triple, 'small': draw_small, 'pushed': _pushed,
 }  # fmt: skip
-
-
-def _drawn(
-    run: Run, others: Effects, sizes: tuple[float, float], rng: np.random.Generator
-) -> tuple[Placed, float]:
-    """An effect of the catalogue beside others, and its size: name, place, size, parameters."""
-    pool: dict[str, list[Candidate]] = {}
-    for candidate in candidates(Model(run.robot, others)):
-        pool.setdefault(candidate.effect.name, []).append(candidate)
-    first = OpenLoop(run, others, others)
-    while True:
-        places = pool[str(rng.choice(list(pool)))]
-        chosen = places[rng.integers(len(places))]
-        size, seed = _log_uniform(rng, sizes), int(rng.integers(2**32))
-        found = sized(run, first, others, chosen.effect.name, chosen.where, size, seed)
-        if found is not None:
-            return found
-
-
-def _differ(effects: Effects, run: Run) -> bool:
-    facts = Facts(run.robot, ever_free=run.ever_free)
-    things = [place_of(placed) for placed in effects]
-    return all(
-        a[0] != b[0] and {a[0], b[0]} != ONE_LAW and why_same(a, b, facts) is None
-        for a, b in combinations(things, 2)
-    )  # fmt: skip
-
-
-def place_of(placed: Placed) -> tuple[str, str]:
-    """Name and place of an effect as explanations give them: 'all' for a shared one."""
-    shared = placed.everywhere and len(placed.where) > 1
-    return placed.effect.name, 'all' if shared else placed.where[0]
-
-
-def _log_uniform(rng: np.random.Generator, limits: tuple[float, float]) -> float:
-    return float(np.exp(rng.uniform(*np.log(limits))))

@@ -78,7 +78,7 @@ def draw(kind: str, run: Run, rng: np.random.Generator) -> tuple[Placed, float] 
         shape = place(run.robot, effect, where, **SHAPES[kind](reach, rng))
         placed = _sized(run, shape, float(np.exp(rng.uniform(*np.log(SIZES)))))
         while np.ptp(_reach(run, where, (placed,))) < MOVING * np.ptp(reach):
-            placed = _stronger(placed, WEAKER * placed.parameters[effect.parameters[0].name])
+            placed = stronger(placed, WEAKER * placed.parameters[effect.parameters[0].name])
         size = float(OpenLoop(run, (placed,)).size(placed)[0])
         if LEAST < size < 2 * SIZES[1]:
             return placed, size
@@ -97,17 +97,18 @@ def _sized(run: Run, shape: Placed, target: float) -> Placed:
     amplitudes = AMPLITUDES * (torque_scale(run.robot) if first.unit else 1.0)
     effects: tuple[Placed, ...] = ()
     for _ in range(ROUNDS):
-        sizes = OpenLoop(run, effects).size(_stronger(shape, amplitudes[:, None, None]))
-        effects = (_stronger(shape, _amplitude(amplitudes, sizes, target)),)
+        sizes = OpenLoop(run, effects).size(stronger(shape, amplitudes[:, None, None]))
+        effects = (stronger(shape, amplitude_of(amplitudes, sizes, target)),)
     return effects[0]
 
 
-def _stronger(placed: Placed, amplitude: Any) -> Placed:
+def stronger(placed: Placed, amplitude: Any) -> Placed:
+    """The law with another first parameter."""
     first = placed.effect.parameters[0].name
     return replace(placed, parameters={**placed.parameters, first: amplitude})
 
 
-def _amplitude(amplitudes: Array, sizes: Array, target: float) -> float:
+def amplitude_of(amplitudes: Array, sizes: Array, target: float) -> float:
     """The smallest amplitude that gives the size, between the points of the scan."""
     above = np.flatnonzero(~(sizes < target))
     at = max(int(above[0]), 1) if above.size else len(sizes) - 1

@@ -11,7 +11,9 @@ import yaml
 from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
 from leo_diffmodel.bags.writer import BagWriter
 from leo_diffmodel.blind.case import Case
+from leo_diffmodel.blind.pushed_driver import PushedDriver
 from leo_diffmodel.blind.scenes import Scene
+from leo_diffmodel.blind.sensing import Sensor
 from leo_msgs_py import cdr
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers.base import DriverOptions
@@ -28,21 +30,32 @@ def record(case: Case, folder: Path) -> list[Path]:
     bags = []
     for number, scene in enumerate(case.run.scenes):
         with tempfile.TemporaryDirectory() as private:
-            driver = SimulatedDriver(_options(case, number, Path(private)))
-        bags.append(_recorded(driver, scene, case, folder / f'bag_{number}'))
+            options = _options(case, number, Path(private))
+            driver = (PushedDriver(options, case.pushes) if case.pushes
+                      else SimulatedDriver(options))  # fmt: skip
+        sensor = Sensor(case.sensing, case.seed + APART * number)
+        bags.append(_recorded(driver, sensor, scene, case, folder / f'bag_{number}'))
     return bags
 
 
-def _recorded(driver: SimulatedDriver, scene: Scene, case: Case, folder: Path) -> Path:
+def _recorded(
+    driver: SimulatedDriver, sensor: Sensor, scene: Scene, case: Case, folder: Path
+) -> Path:
     writer = BagWriter(folder, {'robot': case.robot.name, 'held': str(scene.held).lower()})
     topics = STATES, APPLIED[driver.info.interface], EPISODE
     states, applied, episode = (writer.add_topic(*topic) for topic in topics)
     per_control, step = round(RATE * case.robot.control_period), scene.begin()
 
     def begin() -> None:
+        sensor.begin()
+        writer.write(episode, cdr.uint32(1 + driver.starts), driver.read().stamp_ns)
+        publish()
+
+    def publish() -> None:
         seen = driver.read()
-        writer.write(episode, cdr.uint32(1 + driver.starts), seen.stamp_ns)
-        writer.write(states, _measured(seen), seen.stamp_ns)
+        shown = sensor.published(seen)
+        if shown is not None:
+            writer.write(states, _measured(shown), seen.stamp_ns)
 
     begin()
     for k in range(scene.count):
@@ -57,20 +70,19 @@ def _recorded(driver: SimulatedDriver, scene: Scene, case: Case, folder: Path) -
         writer.write(applied, _sent(driver.write(inputs)), seen.stamp_ns)
         for _ in range(per_control):
             driver.advance(1 / RATE)
-            seen = driver.read()
-            writer.write(states, _measured(seen), seen.stamp_ns)
+            publish()
     writer.close()
     return folder
 
 
 def _options(case: Case, number: int, private: Path) -> DriverOptions:
     hidden = private / 'hidden.yaml'
-    hidden.write_text(yaml.safe_dump({'effects': write_effects(case.effects)}))
+    hidden.write_text(yaml.safe_dump({'effects': write_effects((*case.effects, *case.small))}))
     return DriverOptions(
         robot=case.run.robot,
         state_rate=RATE,
         seed=case.seed + APART * number,
-        noise=case.run.noise,
+        noise=case.sensing.noise or case.run.noise,
         start=case.run.scenes[number].start,
         engine=case.engine[0],
         integration_step=case.engine[1],

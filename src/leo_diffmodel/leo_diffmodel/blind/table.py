@@ -10,8 +10,13 @@ import numpy as np
 from scipy.stats import beta
 
 SHARES = {'none': ('right',), 'effect': ('right', 'family'), 'pair': ('right', 'exact'),
-          'triple': ('right', 'exact'), 'outside': ('right', 'lone')}  # fmt: skip
-"""What is counted of each kind of case."""
+          'triple': ('right', 'exact'), 'outside': ('right', 'lone'),
+          'small': ('right', 'largest_first', 'both', 'sure_wrong', 'extra', 'small_named_large'),
+          'pushed': ('right', 'sure_wrong')}  # fmt: skip
+"""What is counted of each kind of case; None does not count."""
+TWO_SIDED = ('small', 'pushed')
+"""Kinds whose rates have Wilson intervals."""
+Z95 = 1.959964
 
 
 def upper_bound(hits: int, count: int) -> float:
@@ -29,12 +34,32 @@ def summary(kind: str, rows: Sequence[dict]) -> dict:
     seconds = [r['seconds'] for r in rows]
     return {
         'cases': len(rows),
-        **{share: rate(sum(r[share] for r in rows), len(rows)) for share in SHARES[kind]},
+        **{share: _share(kind, [r[share] for r in rows]) for share in SHARES[kind]},
         'ambiguous': sum(r['verdict'] == 'ambiguous' for r in rows) / len(rows),
         **_parameters(rows),
         'seconds_median': float(np.median(seconds)),
         'seconds_max': float(np.max(seconds)),
     }
+
+
+def wilson(hits: int, count: int) -> tuple[float, float]:
+    """Wilson 95 % interval of a rate; 0 to 1 where nothing counts."""
+    if not count:
+        return 0.0, 1.0
+    share, weight = hits / count, Z95**2 / count
+    middle = (share + weight / 2) / (1 + weight)
+    half = np.sqrt(share * (1 - share) * weight + weight**2 / 4) / (1 + weight)
+    return max(0.0, float(middle - half)), min(1.0, float(middle + half))
+
+
+def _share(kind: str, values: Sequence[float | None]) -> dict:
+    """The rate of those that are true, or more than 0."""
+    counted = [bool(v) for v in values if v is not None]
+    if kind not in TWO_SIDED:
+        return rate(sum(counted), len(counted))
+    low, high = wilson(sum(counted), len(counted))
+    share = sum(counted) / len(counted) if counted else None
+    return {'hits': sum(counted), 'n': len(counted), 'rate': share, 'wilson95': [low, high]}
 
 
 def rate(hits: int, count: int) -> dict:

@@ -3,10 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import asdict
 import json
 from pathlib import Path
 
-from leo_diffmodel.blind.case import Case, place_of
+from leo_diffmodel.blind.case import Case
+from leo_diffmodel.blind.drawn import place_of
+from leo_sim.effects import Placed
 from leo_sim.sealing import seal, unseal
 
 
@@ -30,19 +34,35 @@ def _truth(case: Case) -> dict:
         'noise': list(case.run.noise),
         'ever_free': case.run.ever_free,
         'constants': {p: c.value for p, c in case.run.robot.constants.items() if c != known[p]},
-        'effects': [_effect(case, i) for i in range(len(case.effects))],
+        'effects': _effects(case, case.effects, case.sizes),
+        **_beside(case),
     }
 
 
-def _effect(case: Case, index: int) -> dict:
-    placed = case.effects[index]
+def _beside(case: Case) -> dict:
+    """What only some kinds of cases have: small differences, measurement, pushes."""
+    if case.kind not in ('small', 'pushed'):
+        return {}
+    sensing = asdict(case.sensing)
+    return {
+        'small': _effects(case, case.small, case.small_sizes),
+        'sensing': {**sensing, 'sizes': dict(case.sensing.sizes)},
+        'pushes': [asdict(push) for push in case.pushes],
+    }
+
+
+def _effects(case: Case, effects: Sequence[Placed], sizes: Sequence[float]) -> list[dict]:
+    return [_effect(case, p, size) for p, size in zip(effects, sizes, strict=True)]
+
+
+def _effect(case: Case, placed: Placed, size: float) -> dict:
     name, where = place_of(placed)
     parameters = placed.effect.parameters_for(case.robot, placed.where)
     return {
         'name': name,
         'where': where,
         'family': placed.effect.family,
-        'size': case.sizes[index],
+        'size': size,
         'parameters': {p.name: float(placed.parameters[p.name]) for p in parameters},
         'neutral': {p.name: p.neutral for p in parameters},
         'units': {p.name: p.unit for p in parameters},

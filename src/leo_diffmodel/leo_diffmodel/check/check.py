@@ -10,9 +10,9 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import Reach, reaches
-from leo_diffmodel.check.disturbances import disturbances
 from leo_diffmodel.check.excitation import Excitation, excitation, judge
 from leo_diffmodel.check.finding import ERROR, Finding, OK, WARNING
+from leo_diffmodel.check.forces import forces
 from leo_diffmodel.check.hidden import hidden
 from leo_diffmodel.check.hold import hold, Lag, lag
 from leo_diffmodel.check.noise_level import noise_level
@@ -26,7 +26,7 @@ from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut
-from leo_diffmodel.explain.classes import Facts
+from leo_diffmodel.explain.decide.classes import Facts
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -138,7 +138,7 @@ def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
         *held,
         *rates(recording),
         *stuck(recording),
-        *disturbances(_on_time(bag, held, late), model, sigma[None]),
+        *forces(_on_time(bag, held, late), model),
     ]
     return [replace(f, bag=str(recording.path)) for f in found]
 

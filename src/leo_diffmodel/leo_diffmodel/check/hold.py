@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.finding import ERROR, Finding, OK, WARNING
-from leo_diffmodel.check.shift import INTERVALS, misfit, shifted
+from leo_diffmodel.check.shift import INTERVALS, misfit, shifted, short
+from leo_diffmodel.compare.fineness import stepped
 from leo_diffmodel.compare.windows import sample_period
 from leo_sim.model import Model
 
@@ -18,6 +20,8 @@ DECISIVE_NATS = 10.0
 SURE = 5.0
 TRIFLE = 0.05
 LATEST = 0.06
+GRID = 0.005
+"""s; loss over delay bends slowly enough for that."""
 LEAST_LAG = 0.001
 OTHER = {'next': 'previous', 'previous': 'next'}
 MEANING = {
@@ -97,24 +101,36 @@ def preference(recording: Recording, other: Recording, model: Model, sigma: Arra
 def lag(recording: Recording, model: Model, sigma: Array) -> Lag | None:
     """The delay of the inputs that fits best; None where no input changes enough to tell.
 
-    A grid of one state period from one and a half commands (60 ms or more) early to as much
-    late; a parabola through the best point and its neighbours gives the rest.
+    A grid from one and a half commands (60 ms or more) early to as much late, of 5 ms and then,
+    about its best point, of one state period; a parabola through the best point and its
+    neighbours gives the rest.
     """
     if recording.input == 'none' or not recording.actuators:
         return None
     step = sample_period([recording])
-    reach = round(max(1.5 * recording.command_period, LATEST) / step) + 1
-    grid = step * np.arange(-reach, reach + 1)
-    losses = np.stack([misfit(shifted(recording, s), model, sigma)[1] for s in grid])
-    total = losses.sum(axis=1) / _excess(losses.min(axis=0), model)
-    best = int(np.argmin(total[1:-1])) + 1
-    left, middle, right = total[best - 1 : best + 2]
+    reach = max(1.5 * recording.command_period, LATEST)
+    model = stepped(model, short(recording, model), sigma[None])
+    found = _scanned(lambda n: misfit(shifted(recording, n * step), model, sigma)[1],
+                     round(reach / step) + 1, max(1, round(GRID / step)))  # fmt: skip
+    excess = _excess(np.min([*found.values()], axis=0), model)
+    total = {n: float(loss.sum()) / excess for n, loss in found.items()}
+    best = min((n for n in total if {n - 1, n + 1} <= {*total}), key=total.__getitem__)
+    left, middle, right = total[best - 1], total[best], total[best + 1]
     bend = left - 2 * middle + right
     if bend < 1.0:
         return None
     offset = float(np.clip(0.5 * (left - right) / bend, -1, 1))
-    removed = _removed(losses[best], losses[reach], model)
-    return Lag(float(grid[best]) + step * offset, float(step / np.sqrt(bend)), removed)
+    removed = _removed(found[best], found[0], model)
+    return Lag(step * (best + offset), float(step / np.sqrt(bend)), removed)
+
+
+def _scanned(loss: Callable[[int], Array], reach: int, stride: int) -> dict[int, Array]:
+    """Losses at every `stride`-th whole number up to `reach`, and at all about the best one."""
+    reach += -reach % stride
+    coarse = {n: loss(n) for n in range(-reach, reach + 1, stride)}
+    best = min([*coarse][1:-1], key=lambda n: float(coarse[n].sum()))
+    near = range(best - stride + 1, best + stride)
+    return coarse | {n: loss(n) for n in near if n not in coarse}
 
 
 def _removed(loss: Array, other: Array, model: Model) -> float:

@@ -13,7 +13,7 @@ from leo_diffmodel.compare.noise import HISTORY, spread_out
 from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
-from leo_diffmodel.explain.shooting import HUBER, huber
+from leo_diffmodel.explain.estimate.shooting import HUBER, huber
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -41,17 +41,17 @@ def misfit(recording: Recording, model: Model, sigma: Array) -> tuple[Array, Arr
     Returns:
         start time of each window [s], shape (W,), and its loss [nats], shape (W,).
     """
-    windows = short(recording, MOST_ON_GROUND if model.robot.contacts else MOST_WINDOWS)
+    windows = short(recording, model)
     predicted, columns = respond(model, windows, windows.measured[:, 0], _torques(model, windows))
     e = ((windows.measured - predicted) / sigma).reshape(windows.count, -1)
     a = (columns / sigma[:, None]).reshape(windows.count, e.shape[1], -1)
     return windows.start, huber(_without(e, a))
 
 
-def short(recording: Recording, most: int) -> Windows:
-    """Windows of twelve intervals, `most` of them evenly chosen."""
+def short(recording: Recording, model: Model) -> Windows:
+    """Windows of twelve intervals, some of them evenly chosen."""
     windows = cut([recording], INTERVALS * sample_period([recording]), history=HISTORY)
-    return spread_out(windows, most)
+    return spread_out(windows, MOST_ON_GROUND if model.robot.contacts else MOST_WINDOWS)
 
 
 def _shifted(e: Episode, seconds: float) -> Episode:

@@ -9,14 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.candidates import candidates
-from leo_diffmodel.explain.engine import scales_of, uncertain
-from leo_diffmodel.explain.fit import fit, Problem
-from leo_diffmodel.explain.ground_scan import GroundScanner
-from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.pose import pose, standing
-from leo_diffmodel.explain.scan import Scan, Scanner
-from leo_diffmodel.explain.threshold import threshold
+from leo_diffmodel.explain.estimate.fit import fit, Problem
+from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
+from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.estimate.scan import Scan, Scanner
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.pose import pose, standing
+from leo_diffmodel.explain.select.engine import scales_of, uncertain
+from leo_diffmodel.explain.estimate.threshold import threshold
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 

@@ -16,6 +16,7 @@ BLOCK_SECONDS = 2.0
 FEWEST = 8
 HELD_OUT_EVERY = 4
 FIRST_HELD = 2
+MANY_RECORDINGS, MOST_FOLDS = 5, 16
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,17 @@ class Blocks:
             return 1.0 / HELD_OUT_EVERY
         seconds = [sum(float(e.t[-1] - e.t[0]) for e in r.episodes) for r in recordings]
         return sum(seconds[i] for i in self.held_sources) / sum(seconds)
+
+    def folds(self, windows: Windows) -> Array:
+        """What is left out together when a prediction is judged: numbers from 0, shape (W,).
+
+        A recording each where there are several, else neighbouring blocks of one.
+        """
+        sources = np.unique(windows.source[self.train(windows)])
+        if len(sources) >= MANY_RECORDINGS:
+            return windows.source
+        _, number = np.unique(self.index(windows), return_inverse=True)
+        return number * min(MOST_FOLDS, int(number.max()) + 1) // (int(number.max()) + 1)
 
     def train(self, windows: Windows) -> Array:
         """Which windows share no time with held-out data, shape (W,)."""

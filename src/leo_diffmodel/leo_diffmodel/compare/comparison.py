@@ -11,6 +11,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
+from leo_diffmodel.compare.fineness import stepped
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.thin import thin
@@ -68,8 +69,8 @@ def compare(
     step = errors.step_seconds(recordings, step)
     progress('noise')
     try:
-        windows = _windows(recordings, model, step)
-        ahead = errors.horizon_windows(recordings, model, step)
+        windows = _windows(thin(recordings), model, step)
+        ahead = errors.horizon_windows(recordings, model, _near(windows, step))
         model = fast_enough(model, ahead)
         sigma = noise.estimate(model, noise.short_windows(recordings))
     except np.linalg.LinAlgError as error:
@@ -77,7 +78,7 @@ def compare(
     except ValueError as error:
         raise UserError(f'{recordings[0].path}: {error}; record at least 2 s') from error
     progress('predictions')
-    prediction = errors.predict_windows(model, windows, sigma)
+    prediction = errors.predict_windows(stepped(model, windows, sigma), windows, sigma)
     near = errors.predict_windows(model, ahead, sigma)
     progress('missing torque')
     missing = missing_torque(recordings, model, sigma)
@@ -115,7 +116,9 @@ def _errors(
     """One step, observation and horizon, each with its noise floor of the same shape."""
     one = errors.one_step(near, step)
     floor = one.pop('noise_floor')
-    horizon = errors.horizon_table(prediction, step)
+    horizon = errors.joined(
+        errors.horizon_table(near, step), errors.horizon_table(prediction, step)
+    )
     return {
         'states': errors.state_names(model),
         'step_seconds': step,
@@ -147,6 +150,11 @@ def _windows(recordings: Sequence[Recording], model: Model, step: float) -> Wind
     while seconds > step and not _fits(lengths, seconds + noise.HISTORY):
         seconds /= 2
     return errors.horizon_windows(recordings, model, seconds)
+
+
+def _near(windows: Windows, step: float) -> float:
+    """One step, or one sample of the long windows where those are thinned to longer ones [s]."""
+    return max(step, float(np.median(windows.dt)))
 
 
 def _fits(lengths: Array, seconds: float) -> bool:

@@ -159,6 +159,12 @@ def horizon_table(before: Prediction, step: float) -> list[dict]:
     return rows
 
 
+def joined(near: list[dict], far: list[dict]) -> list[dict]:
+    """Rows of the far table, before them those of the near one that it is too coarse for."""
+    first = far[0]['steps'] if far else np.inf
+    return [row for row in near if row['steps'] < first] + far
+
+
 def one_step(prediction: Prediction, step: float) -> dict:
     """Mean squared and root mean squared error one control step ahead, with its noise floor."""
     at = _at(prediction, step)

@@ -21,7 +21,11 @@ FINEST = 1e-5
 """No sensor resolves less than this share of its own swing: noise-free data stay regular."""
 STILLEST = 1e-8
 """rad, rad/s: the noise of a channel that never changes, as a base that is held."""
+MOST_WINDOWS = 3000
+"""Divided by the joints: their noise is then known to 2 %, and more would only take longer."""
 ROUNDS = 8
+SETTLED = 1e-5
+"""Change of the noise in a round, as a share of it, after which no further one follows."""
 ON_GROUND_WINDOWS, FEWEST_OF_BAG = 60, 30
 ON_GROUND_SHARE = 0.25
 """Of the short windows of a robot on the ground, the calm ones tell the noise."""
@@ -63,6 +67,8 @@ def _estimate(model: Model, windows: Windows, most: int) -> Array:
     calm = 0.5
     if model.robot.contacts:
         calm, windows = ON_GROUND_SHARE, spread_out(windows, most)
+    finest = _finest(windows)
+    windows = spread_out(windows, MOST_WINDOWS // windows.q.shape[-1])
     pushes = _pushes(model, windows)
     predicted, columns = respond(model, windows, windows.measured[:, 0], pushes)
     sigma = _read(windows.measured - predicted, columns, calm)
@@ -75,7 +81,7 @@ def _estimate(model: Model, windows: Windows, most: int) -> Array:
             sigma = np.minimum(again, sigma)
         smooth = _about_curves(windows, calm)
         sigma = np.where(smooth < SURELY * sigma, smooth, sigma)
-    return np.maximum(sigma, _finest(windows))
+    return np.maximum(sigma, finest)
 
 
 def _about_curves(windows: Windows, calm: float) -> Array:
@@ -103,12 +109,19 @@ def _read(residual: Array, columns: Array, calm: float) -> Array:
     """Noise of each channel in the residuals less what the columns explain, shape (2J,)."""
     joints = residual.shape[-1] // 2
     angle, sigma = np.arange(2 * joints) < joints, residual.std(axis=(0, 1)) + 1e-9
+    sigma[angle] = _rounds(
+        residual[..., angle], columns[..., angle, :], sigma[angle], calm, angle[angle]
+    )
+    return _rounds(residual, columns, sigma, calm, ~angle)
+
+
+def _rounds(residual: Array, columns: Array, sigma: Array, calm: float, free: Array) -> Array:
+    """The noise once the `free` (2J,) channels have settled."""
     for _ in range(ROUNDS):
-        sigma[angle] = _reweighted(
-            residual[..., angle], columns[..., angle, :], sigma[angle], calm
-        )
-    for _ in range(ROUNDS):
-        sigma[~angle] = _reweighted(residual, columns, sigma, calm)[~angle]
+        before = sigma
+        sigma = np.where(free, _reweighted(residual, columns, before, calm), before)
+        if (np.abs(sigma - before) < SETTLED * before).all():
+            break
     return sigma
 
 

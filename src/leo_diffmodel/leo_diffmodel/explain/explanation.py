@@ -12,13 +12,16 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.thin import thin
-from leo_diffmodel.explain import evidence, helper, rows, verdict
-from leo_diffmodel.explain.candidates import candidates
-from leo_diffmodel.explain.classes import Facts, pair_note
-from leo_diffmodel.explain.engine import finished, Search, search
-from leo_diffmodel.explain.held import held_windows
-from leo_diffmodel.explain.hypothesis import Candidate
-from leo_diffmodel.explain.pose import pose, Posed
+from leo_diffmodel.explain.decide import verdict
+from leo_diffmodel.explain.decide.classes import Facts, pair_note
+from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.pose import pose, Posed
+from leo_diffmodel.explain.select import evidence
+from leo_diffmodel.explain.select.engine import finished, Search, search
+from leo_diffmodel.explain.tell import rows
+from leo_diffmodel.explain.tell.held import held_windows
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
 from leo_diffmodel.explain.unknown.find import find, find_alone, Found
 from leo_diffmodel.explain.unknown.paths import with_past

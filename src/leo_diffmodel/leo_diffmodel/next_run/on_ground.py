@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from leo_diffmodel.explain.engine import scales_of, uncertain
-from leo_diffmodel.explain.fit import Fit, fit
-from leo_diffmodel.explain.ground_scan import GroundScanner
-from leo_diffmodel.explain.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.on_ground import converged
-from leo_diffmodel.explain.pose import Posed, standing
+from leo_diffmodel.explain.estimate.fit import Fit, fit
+from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
+from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.estimate.on_ground import converged
+from leo_diffmodel.explain.problem.pose import Posed, standing
+from leo_diffmodel.explain.select.engine import scales_of, uncertain
 
 MOST_WINDOWS = 80
 

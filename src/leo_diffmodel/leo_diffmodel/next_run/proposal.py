@@ -14,7 +14,7 @@ from leo_diffmodel.check.hidden import nowhere
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period
-from leo_diffmodel.explain.classes import Facts
+from leo_diffmodel.explain.decide.classes import Facts
 from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.motions import MotionRun, walker_menu
 from leo_diffmodel.next_run.questions import fit_all, Fitted, Question, questions

@@ -10,15 +10,15 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import cut, Windows
-from leo_diffmodel.explain import shooting
-from leo_diffmodel.explain.fit import Fit
-from leo_diffmodel.explain.pose import (
+from leo_diffmodel.explain.estimate import shooting
+from leo_diffmodel.explain.estimate.fit import Fit
+from leo_diffmodel.explain.problem.pose import (
     GROUND_SAMPLES,
     GROUND_SECONDS,
     LEAST_SAMPLES,
     SEARCH_SECONDS,
 )
-from leo_diffmodel.explain.ranking import WINDOW_NATS
+from leo_diffmodel.explain.select.ranking import WINDOW_NATS
 from leo_sim.model import Model
 
 Array = np.ndarray

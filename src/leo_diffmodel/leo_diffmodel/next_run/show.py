@@ -11,10 +11,10 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import needed
 from leo_diffmodel.check.traces import scan_all
-from leo_diffmodel.explain.candidates import candidates
-from leo_diffmodel.explain.fit import Problem
-from leo_diffmodel.explain.footing import settled
-from leo_diffmodel.explain.threshold import LEAST_NATS
+from leo_diffmodel.explain.estimate.fit import Problem
+from leo_diffmodel.explain.estimate.footing import settled
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.estimate.threshold import LEAST_NATS
 from leo_diffmodel.next_run.separate import MOST_WINDOWS, windows_of
 from leo_sim.effects import Effect
 from leo_sim.model import Model

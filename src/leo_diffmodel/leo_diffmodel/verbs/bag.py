@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`leo bag record|play|info|show`."""
+"""`leo bag record|play|info|show|cut`."""
 
 from __future__ import annotations
 
+import argparse
 from dataclasses import asdict
 import json
 from pathlib import Path
 
+from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs import common
 
 _RECORD_EXAMPLES = """\
@@ -17,6 +19,10 @@ _PLAY_EXAMPLES = '  leo bag play bags/swing --rate 0.5\n'
 _INFO_EXAMPLES = """\
   leo bag info bags/swing             # also finishes a bag whose recorder was killed
 """
+_CUT_EXAMPLES = """\
+  leo bag cut bags/swing -o bags/calm --from 3 --to 12.5
+  leo bag cut bags/swing -o bags/alone --without-outside --model pendulum
+"""
 _SHOW_EXAMPLES = """\
   leo bag show bags/swing             # swing.png, eight poses side by side
   leo bag show bags/swing -o swing.gif --at 2 --seconds 5
@@ -26,9 +32,10 @@ _SHOW_EXAMPLES = """\
 
 def main(argv: list[str]) -> int:
     """Run the chosen subcommand and return its exit status."""
-    verbs = {'record': _record, 'play': _play, 'info': _info, 'show': _show}
-    about = 'Record, play, look into and draw bags (rosbag2, MCAP).'
-    examples = _RECORD_EXAMPLES + _PLAY_EXAMPLES + _INFO_EXAMPLES + _SHOW_EXAMPLES
+    verbs = {'record': _record, 'play': _play, 'info': _info, 'show': _show,
+             'cut': _cut}
+    about = 'Record, play, look into, draw and cut bags (rosbag2, MCAP).'
+    examples = _RECORD_EXAMPLES + _PLAY_EXAMPLES + _INFO_EXAMPLES + _SHOW_EXAMPLES + _CUT_EXAMPLES
     return common.dispatch('leo bag', about, verbs, argv, examples)
 
 
@@ -101,6 +108,51 @@ def _show(argv: list[str]) -> int:
     else:
         print(f'wrote {path}\nnext: leo bag info {options.bag}')
     return 0
+
+
+def _cut(argv: list[str]) -> int:
+    about = 'Write a part of a bag as a new bag: all topics, stamps as they were.'
+    parser = common.Parser('leo bag cut', about, _CUT_EXAMPLES)
+    parser.add_argument('bag', type=Path, metavar='BAG')
+    parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
+    parser.add_argument('--from', dest='begin', type=float, metavar='S', help='begin there [s]')
+    parser.add_argument('--to', dest='end', type=float, metavar='S', help='end there [s]')
+    parser.add_argument('--without-outside', action='store_true',
+                        help='leave out shoves, hands, blocked joints and frozen sensors')
+    parser.add_argument('--model', default='', help='what --without-outside compares with')
+    parser.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
+    parser.add_json()
+    options = parser.parse_args(argv)
+
+    from leo_diffmodel.bags.cut import cut_bag
+    from leo_diffmodel.bags.topic_map import read_topic_map
+
+    out = _outside(options)
+    mapping = read_topic_map(options.topic_map)
+    count = cut_bag(options.bag, options.output, options.begin, options.end, out, mapping)
+    if options.json:
+        print(json.dumps({'written': str(options.output), 'messages': count, 'left_out': out}))
+    else:
+        left = f', {len(out)} stretches left out' if options.without_outside else ''
+        print(f'wrote {options.output}, {count} messages{left}')
+        print(f'next: leo bag info {options.output}')
+    return 0
+
+
+def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
+    """Begin and end [s] of what is not the robot, with a margin; nothing if not asked for."""
+    if not options.without_outside:
+        return []
+    if not options.model:
+        raise UserError('--without-outside needs --model, the robot that the bag is compared with')
+
+    from leo_diffmodel.bags.recording import read_bag
+    from leo_diffmodel.check.outside import cuts, moved_from_outside
+    from leo_sim.model_file import load_model
+
+    model = load_model(options.model)
+    recording = read_bag(options.bag, model.robot, options.topic_map)
+    return cuts(0, moved_from_outside([recording], model))
 
 
 def _apart(argv: list[str]) -> tuple[list[str], list[str]]:

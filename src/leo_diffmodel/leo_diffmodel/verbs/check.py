@@ -30,7 +30,7 @@ EXAMPLES = (
 def main(argv: list[str]) -> int:
     """Run `leo check`; exit status 0 for a good bag, 1 where something limits it."""
     from leo_diffmodel.check.check import check
-    from leo_diffmodel.explain.candidates import candidates
+    from leo_diffmodel.explain.problem.candidates import candidates
 
     arguments = _parser().parse_args(argv)
     folder = common.fresh_folder(arguments.output)

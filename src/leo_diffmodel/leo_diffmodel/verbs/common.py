@@ -142,7 +142,7 @@ def progress(title: str, steps: int | None = None) -> Iterator[Callable[[str], N
 
 def search_steps(model: Model) -> int:
     """About how many candidates a search will try: two rounds, scans and fits."""
-    from leo_diffmodel.explain.candidates import candidates
-    from leo_diffmodel.explain.search import REFINED
+    from leo_diffmodel.explain.problem.candidates import candidates
+    from leo_diffmodel.explain.select.search import REFINED
 
     return 2 * (len(candidates(model)) + REFINED)

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.compiled import compiled
-from leo_sim.engines.planar import dynamics, Planar, rows, tree_of
+from leo_sim.compiled import compiled_without_gil
+from leo_sim.engines.planar import Planar, POSE, poses, rows, tree_of, weighed
 from leo_sim.engines.stateless import Stateless
 from leo_sim.filled import common
-from leo_sim.impulses import Factor, invert, row, times
+from leo_sim.impulses import at, Factor, kicked
+from leo_sim.inverse import inverted
 from leo_sim.urdf import Joint
 
 
@@ -35,41 +36,26 @@ class Flat(Stateless, Planar):
                        held.shape[:-1], h.shape[:-1])
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
         given = rows(diagonal, shape, size), rows(driving, shape, size), rows(held, shape, size)
-        mass = np.empty((math.prod(shape), size, size))
-        rates, inverse = np.empty((len(mass), size)), np.empty_like(mass)
-        _kick(self.tree, self.world(shape), *states, *given, rows(h, shape, 1), mass, inverse,
-              rates)
+        inverse, rates = np.empty((math.prod(shape), size, size)), np.empty(states[1].shape)
+        _kick(self.tree, self.world(shape), *states, *given, rows(h, shape, 1), inverse, rates)
         return rates.reshape(*shape, size), Factor.of(inverse.reshape(*shape, size, size))
 
 
-@compiled
+@compiled_without_gil
 def _kick(tree: Any, world: Any, q: Any, dq: Any, diagonal: Any, driving: Any, held: Any,
-          h: Any, mass: Any, inverse: Any, rates: Any) -> None:
-    """Fill mass (N, J, J), its inverse with the diagonal, and rates (N, J)."""
-    bias, push, mean = np.empty_like(dq), np.empty_like(dq), np.empty_like(dq)
-    none = np.empty((0, dq.shape[1], dq.shape[1]))
-    dynamics(tree, world, q, dq, mass, bias)
-    invert(mass, diagonal, inverse)
-    _less(held, bias, push)
-    times(inverse, push, mean)
-    _ahead(dq, mean, h, 0.5, mean)
-    dynamics(tree, world, q, mean, none, bias)
-    _less(driving, bias, push)
-    times(inverse, push, rates)
-    _ahead(dq, rates, h, 1.0, rates)
-
-
-@compiled
-def _less(torque: Any, bias: Any, out: Any) -> None:
-    for n in range(out.shape[0]):
-        given = row(torque, n)
-        for j in range(out.shape[1]):
-            out[n, j] = given[j] - bias[n, j]
-
-
-@compiled
-def _ahead(dq: Any, faster: Any, h: Any, share: float, out: Any) -> None:
-    for n in range(out.shape[0]):
-        step = share * row(h, n)[0]
-        for j in range(out.shape[1]):
-            out[n, j] = dq[n, j] + step * faster[n, j]
+          h: Any, inverse: Any, rates: Any) -> None:
+    """Fill the inverse of the inertia with the diagonal, (N, J, J), and rates, (N, J)."""
+    size = q.shape[1]
+    pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, size))
+    bias, mean, none = np.empty_like(dq), np.empty_like(dq), np.empty((0, size, size))
+    for n in range(q.shape[0]):
+        answer, step = inverse[n], h[at(h, n), 0]
+        poses(tree, n, q, dq, pose)
+        weighed(tree, world, n, pose, lever, inverse, bias)
+        for j in range(size):
+            answer[j, j] += diagonal[at(diagonal, n), j]
+        inverted(size, 0, answer)
+        kicked(n, answer, held, bias, dq, 0.5 * step, mean)
+        poses(tree, n, q, mean, pose)
+        weighed(tree, world, n, pose, lever, none, bias)
+        kicked(n, answer, driving, bias, dq, step, rates)

@@ -14,13 +14,14 @@ from functools import partial
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain import helper
-from leo_diffmodel.explain.engine import Search
-from leo_diffmodel.explain.fit import Fit, fit, Problem
-from leo_diffmodel.explain.on_ground import converged
-from leo_diffmodel.explain.pose import Posed
-from leo_diffmodel.explain.ranking import gain
-from leo_diffmodel.explain.scored import (
+from leo_diffmodel.explain.decide.verdict import rest_of
+from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate.fit import Fit, fit, Problem
+from leo_diffmodel.explain.estimate.on_ground import converged
+from leo_diffmodel.explain.problem.pose import Posed
+from leo_diffmodel.explain.select.engine import Search
+from leo_diffmodel.explain.select.ranking import gain
+from leo_diffmodel.explain.select.scored import (
     AGREEMENT,
     dispersion,
     MARGIN_NATS,
@@ -32,7 +33,6 @@ from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, with_fit
 from leo_diffmodel.explain.unknown.curves import Curve, curves
 from leo_diffmodel.explain.unknown.influence import Influence, influence
 from leo_diffmodel.explain.unknown.paths import paths
-from leo_diffmodel.explain.verdict import rest_of
 
 Array = np.ndarray
 LEAST_NATS = 15.0

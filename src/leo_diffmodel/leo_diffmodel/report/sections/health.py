@@ -9,9 +9,14 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.engine import Search
-from leo_diffmodel.explain.verdict import UNEXPLAINED_RATIO
-from leo_diffmodel.explain.whiteness import by_condition, chi_squared, Correlation, correlation
+from leo_diffmodel.explain.decide.verdict import UNEXPLAINED_RATIO
+from leo_diffmodel.explain.select.engine import Search
+from leo_diffmodel.explain.tell.whiteness import (
+    by_condition,
+    chi_squared,
+    Correlation,
+    correlation,
+)
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.figures import health, Line
 from leo_diffmodel.report.palette import Stroke

@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A Panda-like arm of seven joints with smooth friction: what leo says, and what it takes.
+
+    pip install -r requirements-mujoco.txt
+    python benchmarks/seven_joint.py -o /tmp/arm7
+    python benchmarks/seven_joint.py -o /tmp/arm7 --only-bag
+
+The robot folder is benchmarks/rigs/panda: lengths of the modified DH table that Franka publishes
+(0.333, 0.316, 0.384, 0.0825, 0.088 m), masses, centres of mass and inertias of Gaz, Cognetti,
+Oliva, Robuffo Giordano and De Luca, 'Dynamic Identification of the Franka Emika Panda Robot With
+Retrieval of Feasible Parameters Using Penalty-Based Optimization', RA-L 2019; joint limits of its
+data sheet. MuJoCo is the real robot: the same arm at 0.1 ms with b dq + c tanh(dq / 0.03 rad/s) at
+each joint, which no model is told. A controller tracks sums of sines for 21 s at 1 kHz with PD,
+gravity and Coriolis torque; the measured torque is the input of the bag. The friction's c are of
+the size that the paper gives, its b are our own.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+import os
+from pathlib import Path
+import subprocess
+import sys
+import tempfile
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
+from leo_diffmodel.bags.writer import BagWriter
+from leo_msgs_py import cdr
+from leo_sim.engines.mjcf import mjcf
+from leo_sim.model import Model
+from leo_sim.robot import load_robot, Robot
+
+RIG = Path(__file__).parent / 'rigs/panda'
+SECONDS, PERIOD, SUBSTEPS = 21.0, 1e-3, 10
+VISCOUS = np.array([1.1, 0.9, 0.7, 0.8, 0.35, 0.25, 0.2])  # N m s/rad
+COULOMB = np.array([0.55, 0.87, 0.64, 1.28, 0.84, 0.30, 0.56])  # N m
+WIDTH = 0.03  # rad/s
+NOISE = 2e-5, 2e-3, 0.02  # rad, rad/s, N m
+BANDWIDTH, RATIO = 20.0, 0.7  # rad/s, damping ratio
+SINES, FASTEST = 4, 0.6  # per joint; Hz
+SWING = np.array([0.35, 0.3, 0.35, 0.3, 0.4, 0.4, 0.5])  # rad, standard deviation
+SEED = 7
+VERBS = ('check', 'compare', 'explain')
+
+
+class Samples(NamedTuple):
+    """What is measured every millisecond: angles, rates, torques, (N, 7) each."""
+
+    q: np.ndarray
+    dq: np.ndarray
+    torque: np.ndarray
+
+
+class Path7:
+    """Sums of sines about the nominal pose that begin at rest."""
+
+    def __init__(self, middle: np.ndarray, rng: np.random.Generator) -> None:
+        self._middle, shape = middle, (SINES, len(middle))
+        self._turn = 2 * np.pi * rng.uniform(0.05, FASTEST, shape)
+        self._phase = rng.uniform(-np.pi, np.pi, shape)
+        self._size = SWING * np.sqrt(2 / SINES)
+
+    def at(self, t: float) -> tuple[np.ndarray, np.ndarray]:
+        """Wanted angles [rad] and rates [rad/s]; all of it fades in within 2 s."""
+        ramp = min(t / 2, 1.0)
+        share, slope = ramp**2 * (3 - 2 * ramp), 3 * ramp * (1 - ramp)
+        angle = self._size * np.sin(self._turn * t + self._phase)
+        rate = self._size * self._turn * np.cos(self._turn * t + self._phase)
+        sums = angle.sum(axis=0), rate.sum(axis=0)
+        return self._middle + share * sums[0], slope * sums[0] + share * sums[1]
+
+
+def simulated(robot: Robot, seconds: float = SECONDS, seed: int = SEED) -> Samples:
+    """The arm in MuJoCo under its controller, with friction and with measurement noise."""
+    import mujoco
+
+    model, rng = Model(robot), np.random.default_rng(seed)
+    arm = mujoco.MjModel.from_xml_string(
+        mjcf(robot.joints, model.laws.bodies, (), model.laws.gravity, 0.0)
+    )
+    arm.opt.timestep, data = PERIOD / SUBSTEPS, mujoco.MjData(arm)
+    data.qpos[:] = model.start('nominal').q
+    path = Path7(data.qpos.copy(), rng)
+    mujoco.mj_forward(arm, data)
+    inertia = np.diag(model.rigid.mass_and_bias(data.qpos, data.qvel)[0])
+    stiff, damped = BANDWIDTH**2 * inertia, 2 * RATIO * BANDWIDTH * inertia
+    rows = []
+    for k in range(round(seconds / PERIOD)):
+        wanted, faster = path.at(k * PERIOD)
+        torque = stiff * (wanted - data.qpos) + damped * (faster - data.qvel) + data.qfrc_bias
+        torque = np.clip(torque, -robot.limits, robot.limits)
+        rows.append((data.qpos.copy(), data.qvel.copy(), torque))
+        for _ in range(SUBSTEPS):
+            data.qfrc_applied[:] = torque - friction(data.qvel)
+            mujoco.mj_step(arm, data)
+    columns = (np.array(column) for column in zip(*rows, strict=True))
+    return Samples(*(c + s * rng.standard_normal(c.shape)
+                     for c, s in zip(columns, NOISE, strict=True)))  # fmt: skip
+
+
+def friction(rate: np.ndarray) -> np.ndarray:
+    """Viscous and smooth Coulomb friction [N m] at rates [rad/s]."""
+    return VISCOUS * rate + COULOMB * np.tanh(rate / WIDTH)
+
+
+def write(robot: Robot, samples: Samples, bag: Path) -> None:
+    """The samples as a bag of joint states and applied torques."""
+    writer, joints = BagWriter(bag, {'robot': robot.name}), tuple(robot.joint_names)
+    states, applied, episode = (writer.add_topic(*t)
+                                for t in (STATES, APPLIED['effort'], EPISODE))  # fmt: skip
+    writer.write(episode, cdr.uint32(1), 0)
+    for k, (q, dq, torque) in enumerate(zip(*samples, strict=True)):
+        stamp = round(k * PERIOD * 1e9)
+        writer.write(states, cdr.joint_state(stamp, joints, q, dq), stamp)
+        writer.write(applied, cdr.joint_state(stamp, joints, effort=torque), stamp)
+    writer.close()
+
+
+class Took(NamedTuple):
+    """What a process needed: exit status, wall and processor time [s], largest memory [MB]."""
+
+    status: int
+    wall: float
+    processor: float
+    memory: float
+
+
+def measured(verb: str, bag: Path, limit: float) -> tuple[Took, str]:
+    """What `leo VERB` on the bag needed and printed; it is ended after `limit` s (exit 124)."""
+    leo = str(Path(sys.executable).with_name('leo'))
+    with tempfile.TemporaryFile('w+') as said:
+        began = time.perf_counter()
+        process = subprocess.Popen(['timeout', f'{limit:g}', leo, verb, bag, '--model', RIG],
+                                   stdout=said, stderr=subprocess.STDOUT)  # fmt: skip
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        wall, spent = time.perf_counter() - began, used.ru_utime + used.ru_stime
+        return Took(process.returncode, wall, spent, used.ru_maxrss / 1024), said.read()
+
+
+def main() -> None:
+    """Write the bag where there is none yet, run the three verbs, print."""
+    parser = argparse.ArgumentParser(description=(__doc__ or '').split('\n')[0])
+    parser.add_argument('-o', dest='output', type=Path, default=Path('/tmp/arm7'))
+    parser.add_argument('--only-bag', action='store_true')
+    parser.add_argument('--verbs', nargs='+', default=VERBS, choices=VERBS)
+    parser.add_argument('--limit', type=float, default=1800.0, help='for each verb [s]')
+    given = parser.parse_args()
+    bag = given.output / 'bag'
+    if not bag.exists():
+        robot = load_robot(RIG)
+        write(robot, simulated(robot), bag)
+    print(f'bag {bag}, robot {RIG}; friction b = {VISCOUS} N m s/rad, c = {COULOMB} N m')
+    if not given.only_bag:
+        table(bag, given.verbs, given.limit)
+
+
+def table(bag: Path, verbs: Sequence[str], limit: float) -> None:
+    """One line per verb as soon as it is done, and then what each said."""
+    texts = {}
+    print(f'{"":10}{"exit":>6}{"wall [s]":>10}{"CPU [s]":>10}{"memory [MB]":>13}', flush=True)
+    for verb in verbs:
+        took, texts[verb] = measured(verb, bag, limit)
+        print(f'{verb:10}{took.status:6d}{took.wall:10.1f}{took.processor:10.1f}'
+              f'{took.memory:13.0f}', flush=True)
+    for verb, said in texts.items():
+        print(f'\nleo {verb}:\n{said.rstrip()}')
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parts of a bag in a new bag: all topics, stamps as they were."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leo_msgs_py.errors import UserError
+
+from .contents import BagContents, load, Logged, TopicLog
+from .finish import is_recording
+from .span import check
+from .topic_map import find_topic, list_topics, TopicMap
+from .types import UINT32
+from .writer import BagWriter
+
+Times = NDArray[np.int64]
+LATCHED = 'transient_local'
+
+
+def cut_bag(
+    path: Path,
+    new: Path,
+    begin: float | None = None,
+    end: float | None = None,
+    out: Sequence[tuple[float, float]] = (),
+    topic_map: TopicMap | None = None,
+) -> int:
+    """Write what lies between `begin` and `end` and in none of the stretches `out`.
+
+    Times count from the first joint state [s], as recordings do; they are those at which
+    messages were logged. Of a latched topic, and of the episode number, the last message before
+    the part is kept too, logged where the part begins.
+
+    Returns:
+        How many messages were written.
+
+    Raises:
+        UserError: no such bag, nothing in it then, or the new folder exists.
+    """
+    low, high = check(begin, end)
+    contents = load(path)
+    if any(is_recording(file) for file in contents.files):
+        raise UserError(f'{path} is still being recorded; stop its recorder first')
+    states = find_topic(contents, 'joint_states', topic_map or TopicMap())
+    if states is None or not states.messages:
+        raise UserError(f'{path} has no joint states to count time from; it has '
+                        f'{list_topics(contents)}')  # fmt: skip
+    zero = states.messages[0].log_ns
+    chosen = {name: _chosen(topic, zero, low, high, out)
+              for name, topic in contents.topics.items()}  # fmt: skip
+    if not chosen[states.name]:
+        raise UserError(f'{path} has no joint states from {low:g} to {high:g} s')
+    return _write(contents, new, chosen)
+
+
+def _chosen(
+    topic: TopicLog, zero: int, low: float, high: float, out: Sequence[tuple[float, float]]
+) -> list[Logged]:
+    logs = np.array([m.log_ns for m in topic.messages], dtype=np.int64)
+    time = (logs - zero) * 1e-9
+    first = low if low > 0 else -np.inf
+    keep = (time >= first) & (time <= high)
+    for a, b in out:
+        keep &= (time < a) | (time > b)
+    kept = [topic.messages[k] for k in np.flatnonzero(keep)]
+    before = np.flatnonzero(time < first)
+    if before.size and (LATCHED in topic.qos or topic.type == UINT32):
+        kept.insert(0, topic.messages[before[-1]]._replace(log_ns=zero + round(low * 1e9)))
+    return kept
+
+
+def _write(contents: BagContents, new: Path, chosen: Mapping[str, list[Logged]]) -> int:
+    channels = {}
+    writer = BagWriter(new, contents.metadata.get('leo'))
+    for name, topic in contents.topics.items():
+        channels[name] = writer.add_topic(name, topic.type, topic.qos)
+    rows = [(m.log_ns, name, m) for name, messages in chosen.items() for m in messages]
+    for log_ns, name, m in sorted(rows, key=lambda row: row[0]):
+        writer.write(channels[name], m.data, log_ns, m.published_ns)
+    writer.close()
+    return len(rows)

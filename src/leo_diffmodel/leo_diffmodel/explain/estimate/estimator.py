@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The seam between choosing a set of effects and fitting it: smooth motion or contact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+from leo_diffmodel.explain.estimate.fit import Fit, Problem
+from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.estimate.scan import Scan
+from leo_diffmodel.explain.problem.pose import Posed
+
+Progress = Callable[[str], None]
+
+
+class Estimate(NamedTuple):
+    """A fitted hypothesis, and the problem with the noise and contacts that it settled."""
+
+    posed: Posed
+    fit: Fit
+
+    @property
+    def problem(self) -> Problem:
+        """The windows that it was fitted to."""
+        return self.posed.problem
+
+    @property
+    def names(self) -> frozenset[Candidate]:
+        """Its effects, in no order."""
+        return frozenset(self.fit.hypothesis.candidates)
+
+
+@dataclass(frozen=True)
+class Extension:
+    """A hypothesis, and those that one or two effects make of it.
+
+    Attributes:
+        base: the hypothesis, as settled for this comparison.
+        larger: the hypotheses that were fitted.
+        scans: what the scan promised of each candidate, most first.
+        threshold: gain that noise alone can give [nats].
+    """
+
+    base: Estimate
+    larger: tuple[Estimate, ...]
+    scans: tuple[Scan, ...]
+    threshold: float
+
+
+class Estimator(Protocol):
+    """Fits hypotheses to recordings.
+
+    Attributes:
+        most_nats: what a single window may say for or against a hypothesis [nats], for residuals
+            as white as noise.
+    """
+
+    most_nats: float
+
+    def first(self, hypothesis: Hypothesis, pool: Sequence[Candidate] = ()) -> Estimate:
+        """The model as given, with what is uncertain refitted."""
+
+    def extended(self, base: Estimate, pool: Sequence[Candidate], told: Progress) -> Extension:
+        """The most promising effects of a pool, each fitted jointly with what `base` holds."""
+
+    def refitted(self, at: Estimate, hypothesis: Hypothesis, theta: object = None) -> Estimate:
+        """Another hypothesis on the same windows, from values near those of `at`."""
+
+    def compared(self, sets: Sequence[Estimate]) -> list[Estimate]:
+        """The same hypotheses with the start states of one another where these fit better."""
+
+    def finished(self, at: Estimate) -> Estimate:
+        """The chosen hypothesis brought to its best."""

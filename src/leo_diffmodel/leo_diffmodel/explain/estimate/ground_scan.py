@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scan the candidates of a robot on the ground, where every rollout is dear.
+
+What does not change the sign or the size of its answer with its amplitude is run once for each
+of its parameters; some windows stand for all of them; and what a candidate does is kept from
+round to round, since it does much the same beside another effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from copy import copy
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.compare.pushes import predict
+from leo_diffmodel.explain.estimate import helper, shooting
+from leo_diffmodel.explain.estimate.fit import calm, Fit, Problem
+from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.estimate.scan import (
+    amplitude_indices,
+    Scales,
+    Scan,
+    Scanner,
+    stretched,
+    stretch_limits,
+)
+from leo_sim.effects import Parameter
+
+Array = np.ndarray
+MOST_WINDOWS = 40
+WINDOW_NATS = 30.0
+"""Most that one window may say: a contact that flips says thousands for the wrong reason."""
+FARTHEST = 30.0
+RIDGE = 1e-6
+BETWEEN = 2.2
+"""An amplitude that was tried stands for those up to so many times as large and as small."""
+MOST_SHAPES = 10
+TWO_ANGLES, ANGLES = (0.0, np.pi / 2), 24
+"""A law is run at two angles that shape it; how it answers to so many follows."""
+FACTORS = (0.25, 0.5, 2.0, 4.0)
+FRICTIONS = (0.1, 0.2, 0.4, 0.6, 0.9)
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What some points of a candidate do to the whitened residuals of the scanned windows.
+
+    Attributes:
+        points: parameters, shape (S, P).
+        change: residual without less that with it, shape (S, W, N).
+    """
+
+    points: Array
+    change: Array
+
+
+class GroundScanner(Scanner):
+    """Scans candidates on top of one fitted hypothesis, on some training windows."""
+
+    def __init__(self, problem: Problem, null: Fit, scales: Scales):
+        """Linearise at `null`; traces of an earlier round are taken over."""
+        train = np.flatnonzero(problem.train)
+        some = train[np.linspace(0, len(train) - 1, min(MOST_WINDOWS, len(train))).astype(int)]
+        self._share = len(some) / len(train)
+        self._kept = problem.footing.traces if problem.footing else {}
+        super().__init__(problem.take(some), null.take(some), scales)
+
+    def trace(
+        self, candidates: Sequence[Candidate], told: Callable[[Candidate], None] = lambda _: None
+    ) -> None:
+        """Find out what those candidates do that no earlier round has tried."""
+        new, bare = [c for c in candidates if c not in self._kept], copy(self)
+        bare._kept = {}  # too much to be sent along
+        self._kept.update(zip(new, helper.spread(bare._trace, new, told), strict=True))
+
+    def scan(self, candidate: Candidate) -> Scan:
+        """The best amplitudes: by least squares where the law is linear, else of a grid."""
+        self.trace([candidate])
+        trace = self._kept[candidate]
+        change = self._project(trace.change)
+        found = self._solved if is_straight(candidate) else self._picked
+        theta, gain = found(candidate, *turned_to_any(candidate, trace.points, change))
+        full = np.concatenate([self._null.theta[: self._split], theta, self._tail])
+        length2 = np.maximum((change**2).sum(-1), 1e-12)
+        unit, nats = change / np.sqrt(length2)[:, None], 0.5 * length2 / self._share
+        return Scan(
+            candidate, full, gain / self._share, unit, float(nats.max()), trace.points, nats,
+            self._split,
+        )
+
+    def _trace(self, candidate: Candidate) -> Trace:
+        points = self._straight_grid(candidate) if is_straight(candidate) else self._few(candidate)
+        hypothesis = self._null.hypothesis.with_candidate(candidate)
+        model = hypothesis.model(self._problem.base, self._thetas(hypothesis, candidate, points))
+        windows, sigma = self._problem.windows, self._problem.sigma
+        starts = np.broadcast_to(self._null.start, (len(points), *self._null.start.shape))
+        e = shooting.whiten(windows, predict(model, windows, starts), sigma)
+        return Trace(points, self._first - e)
+
+    @property
+    def _first(self) -> Array:
+        """Whitened residuals of the null, not projected."""
+        return self._linear.residual
+
+    def _straight_grid(self, candidate: Candidate) -> Array:
+        """One point for each parameter that scales the effect, at every shape of it."""
+        parameters = candidate.parameters
+        amplitude = amplitude_indices(parameters)
+        size = float(np.sort(np.abs(self._sizes(candidate)))[1])
+        shapes: list[list[float]] = [[]]
+        for i, p in enumerate(parameters):
+            if i not in amplitude:
+                values = TWO_ANGLES if p.unit == 'rad' else self._shape(p)
+                shapes = [[*s, v] for s in shapes for v in values]
+        points = []
+        for shape in shapes:
+            for i in amplitude:
+                rest, point = iter(shape), []
+                for k, p in enumerate(parameters):
+                    point.append(p.neutral if k in amplitude else next(rest))
+                sign = 1.0 if parameters[i].neutral + size <= parameters[i].high else -1.0
+                point[i] = parameters[i].neutral + sign * size
+                points.append(point)
+        return np.array(points)
+
+    def _few(self, candidate: Candidate) -> Array:
+        """The grid of an effect that bends with its amplitude."""
+        if candidate.effect.hook == 'ground':
+            return _grounds(candidate)
+        points, first = self._grid(candidate), candidate.parameters[0]
+        if candidate.effect.hook == 'command' and first.neutral > 0 and first.unit != '':
+            points = points[points[:, 0] < first.neutral]  # a higher limit limits nothing
+        return points
+
+    def _sizes(self, candidate: Candidate) -> Array:
+        """Every other amplitude: what lies between is a matter of the fit.
+
+        Of an inertia the largest is among them, which is many times what a light link has.
+        """
+        sizes = super()._sizes(candidate)
+        if is_straight(candidate):
+            return sizes
+        return sizes[1::2] if is_inertia(candidate) else sizes[::2]
+
+    def _shape(self, parameter: Parameter) -> tuple[float, ...]:
+        return super()._shape(parameter)[:MOST_SHAPES]
+
+    def _solved(
+        self, candidate: Candidate, points: Array, change: Array
+    ) -> tuple[Array, float]:
+        """Least squares over the parameters that scale the effect, for the best of its shapes."""
+        amplitude = amplitude_indices(candidate.parameters)
+        groups = change.reshape(-1, len(amplitude), change.shape[-1])
+        low, high = (np.array([getattr(p, end) for p in candidate.parameters])
+                     for end in ('low', 'high'))  # fmt: skip
+        best, theta = -np.inf, points[0]
+        for g, rows in enumerate(groups):
+            base = points[g * len(amplitude)].copy()
+            neutral = np.array([p.neutral for p in candidate.parameters])
+            step = np.diagonal(points[g * len(amplitude) :][: len(amplitude), list(amplitude)])
+            step = step - neutral[list(amplitude)]
+            quiet = self._quiet(rows)
+            gram, slope = (rows * quiet) @ rows.T, (rows * quiet) @ self.residual
+            scale = np.maximum(np.diag(gram), 1e-12)
+            stretch = np.linalg.solve(gram + RIDGE * np.diag(scale), slope)
+            if candidate.effect.hook == 'sensor':
+                stretch = np.clip(stretch, -FARTHEST, FARTHEST)
+            moved = neutral[list(amplitude)] + step * stretch
+            moved = np.clip(moved, low[list(amplitude)], high[list(amplitude)])
+            stretch = (moved - neutral[list(amplitude)]) / step
+            gain = float(self._saved(stretch @ rows))
+            if gain > best:
+                best, theta = gain, base
+                theta[list(amplitude)] = moved
+        return theta, best
+
+    def _picked(
+        self, candidate: Candidate, points: Array, change: Array
+    ) -> tuple[Array, float]:
+        """The best point of a grid; along each ray the closed form picks the amplitude.
+
+        Of points that save the most in all windows, the one that would save most without that.
+        """
+        heard = change * np.stack([self._quiet(row[None]) for row in change])
+        length2 = np.maximum((heard * change).sum(-1), 1e-12)
+        along = heard @ self.residual
+        low, high = stretch_limits(candidate)
+        stretch = np.clip(along / length2, min(low, 1 / BETWEEN), max(high, BETWEEN))
+        taken = stretch[:, None] * change
+        gains = self._saved(taken)
+        alike = gains == gains.max()
+        best = int(np.argmax(np.where(alike, self._saved(taken, np.inf), -np.inf)))
+        theta = stretched(candidate, points[best], float(stretch[best]))
+        return theta, float(gains[best])
+
+    def _quiet(self, rows: Array) -> Array:
+        """How much of each window's answers (P, M) counts, squared, (M,)."""
+        windows = len(self._null.start)
+        by_theta = np.moveaxis(rows.reshape(len(rows), windows, -1), 0, -1)
+        weight: Array = calm(self._problem, by_theta)[:, 0] ** 2
+        return np.repeat(weight[:, 0], by_theta.shape[1])
+
+    def _saved(self, change: Array, most: float = WINDOW_NATS) -> Array:
+        """Nats saved by changes (..., M) of the residual, in no window more than `most`."""
+        each = self.residual * change - 0.5 * change**2
+        windows = len(self._null.start)
+        each = each.reshape(*each.shape[:-1], windows, -1).sum(axis=-1)
+        return np.clip(each, -most, most).sum(axis=-1)
+
+
+def is_inertia(candidate: Candidate) -> bool:
+    """Whether it adds inertia, perhaps many times what a light link has."""
+    return candidate.parameters[0].unit == 'kg m2'
+
+
+def is_straight(candidate: Candidate) -> bool:
+    """Whether the answer is nearly in proportion to the effect's amplitudes."""
+    effect, unit = candidate.effect, candidate.parameters[0].unit
+    if is_inertia(candidate):
+        return False
+    if effect.hook == 'torque':
+        return not effect.dry
+    if effect.hook == 'command':
+        return unit == '' and not effect.dynamic
+    if effect.hook == 'drive':
+        return unit != 'rad'
+    if effect.hook == 'ground':
+        return unit == 'rad'
+    return effect.hook == 'body' or (effect.hook == 'sensor' and not effect.dynamic
+                                     and not effect.late)  # fmt: skip
+
+
+def turned_to_any(candidate: Candidate, points: Array, change: Array) -> tuple[Array, Array]:
+    """What an effect does at many angles, from what it does at two of them; see `Parameter`."""
+    names = candidate.parameters
+    turned = [i for i, p in enumerate(names) if i not in amplitude_indices(names)
+              and p.unit == 'rad']  # fmt: skip
+    if not turned or not is_straight(candidate):
+        return points, change
+    column, angles = turned[0], np.linspace(-np.pi, np.pi, ANGLES, endpoint=False)
+    second = angles / TWO_ANGLES[1]
+    weights = np.stack([1 - second, second])
+    if names[column].phase:
+        weights = np.stack([np.cos(angles), np.sin(angles)])
+    mixed = np.einsum('pa,gpm->gam', weights, change.reshape(-1, 2, change.shape[-1]))
+    at = np.repeat(points[::2], ANGLES, axis=0)
+    at[:, column] = np.tile(angles, len(points) // 2)
+    return at, mixed.reshape(len(at), -1)
+
+
+def _grounds(candidate: Candidate) -> Array:
+    """Other grounds: softer, harder, more or less damped; so slippery that feet slide."""
+    neutral = np.array([p.neutral for p in candidate.parameters])
+    if len(neutral) == 1:
+        return np.array(FRICTIONS)[:, None]
+    one = [[k * neutral[0], neutral[1]] for k in FACTORS]
+    other = [[neutral[0], d * neutral[1]] for d in FACTORS]
+    return np.array(one + other)

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A second process that takes its share of a list of trials; the results are those of one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
+import multiprocessing
+import os
+from typing import Any, NamedTuple, TypeVar
+
+from joblib import cpu_count
+from joblib.externals.loky import ProcessPoolExecutor
+
+from leo_sim.shares import alone
+
+Item = TypeVar('Item')
+Result = TypeVar('Result')
+IDLE_SECONDS = 60
+_started: list[Future] = []
+_pools: list[ProcessPoolExecutor] = []
+
+
+def prepare(wanted: bool = True) -> None:
+    """Begin to start the process, where there is a second core; a worker of others gets none.
+
+    Args:
+        wanted: False where what is tried may not be fit to be sent, such as a user's own code.
+    """
+    _started.clear()
+    if wanted and cpu_count() > 1 and multiprocessing.parent_process() is None:
+        _started.append(_submit(_imported))
+
+
+def spread(
+    function: Callable[[Item], Result],
+    items: Sequence[Item],
+    told: Callable[[Item], None] = lambda _: None,
+) -> list[Result]:
+    """`function` of each item, in order; the other process, once it is there, takes its share.
+
+    Args:
+        function: what to do; what it needs and gives is sent as a copy.
+        items: its arguments.
+        told: called with each item that is done.
+    """
+    results: dict[int, Result] = {}
+    waiting, lent = list(range(len(items))), None
+    while waiting or lent:
+        lent = lent or _lend(function, items, waiting)
+        if lent and (lent.answer.done() or not waiting):
+            found, lent = _received(lent, function, items), None
+        else:
+            number = waiting.pop(0)
+            with alone(bool(lent)):
+                found = {number: function(items[number])}
+        for number in found:
+            told(items[number])
+        results |= found
+    return [results[number] for number in range(len(items))]
+
+
+class _Lent(NamedTuple):
+    """What the other process works at: numbers of items, and its answer."""
+
+    numbers: list[int]
+    answer: Future
+
+
+def _lend(function: Callable[[Item], Any], items: Sequence[Item], waiting: list[int]
+          ) -> _Lent | None:
+    """Every third of what waits: so both come to the end at about the same time."""
+    if len(waiting) < 2 or not _started or not _started[0].done():
+        return None
+    numbers = waiting[1::3]
+    del waiting[1::3]
+    return _Lent(numbers, _submit(_each, function, [items[number] for number in numbers]))
+
+
+def _received(lent: _Lent, function: Callable[[Item], Any], items: Sequence[Item]
+              ) -> dict[int, Any]:
+    try:
+        found = lent.answer.result()
+    except BrokenProcessPool:  # it was killed, for memory perhaps
+        _started.clear()
+        _pools.clear()
+        found = _each(function, [items[number] for number in lent.numbers])
+    return dict(zip(lent.numbers, found, strict=True))
+
+
+def _submit(function: Callable[..., Any], *arguments: Any) -> Future:
+    """By a pool of its own: joblib does not share its reusable one."""
+    if not _pools:
+        _pools.append(ProcessPoolExecutor(max_workers=1, timeout=IDLE_SECONDS))
+    try:
+        return _pools[0].submit(function, *arguments)
+    except BrokenProcessPool:  # it was killed while it waited
+        _pools.clear()
+        return _submit(function, *arguments)
+
+
+def _imported() -> None:
+    """What takes longest to start: the modules that the trials need; and keep to one core."""
+    import leo_diffmodel.explain.select.engine  # noqa: F401
+
+    os.environ['OMP_NUM_THREADS'] = '1'
+
+
+def _each(function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+    return [function(item) for item in items]

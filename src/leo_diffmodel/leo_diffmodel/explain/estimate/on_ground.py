@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A round of the search on the ground: a knock-out, each contender on a footing of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate.fit import Fit, looked_at, moved, settled_as, Step
+from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.estimate.imitation import imitations
+from leo_diffmodel.explain.estimate.scan import Scan
+from leo_diffmodel.explain.problem.pose import Posed, resettled
+from leo_diffmodel.explain.select.ranking import gain, gains, ranking, Round
+from leo_diffmodel.explain.select.scored import dispersion, MARGIN_NATS
+
+Array = np.ndarray
+MOST_CONTENDERS, WORTH, WORTH_ALL, WORTH_MORE = 10, 0.35, 0.8, 0.5
+"""How many are tried, and the share of the threshold that a scan, then a fit in some windows, and
+what that comes to in all must promise."""
+KNOCK_OUT, KNOCK_OUT_WINDOWS = ((4, np.inf), (3, 60.0)), 40
+"""How many go on after each step, and by how many nats (for a dispersion of 1) behind the best at
+most; in how many windows. None goes before a step: a scan may stop far from where an effect fits.
+"""
+RISING, LATE = 0.1, 6
+"""Nor does one go whose step has made up for so much of what it is behind; how often more.
+"""
+STRIDES = (1.0, 0.3)
+MOST_STEPS, ENOUGH_NATS = 10, 2.0
+LAST_STEPS, NEARLY, FARTHEST = 3, 0.3, 3.0
+"""Of a fit whose windows are asked anew: how many; shorter ones, in standard deviations, are not
+worth one, and longer ones are cut.
+"""
+
+
+class Stand(NamedTuple):
+    """A hypothesis at some values, on a footing of its own, and where a step leads from there."""
+
+    posed: Posed
+    fit: Fit
+    step: Step
+
+
+def knock_out(
+    posed: Posed,
+    null: Fit,
+    scans: Sequence[Scan],
+    limit: float,
+    candidates: Sequence[Candidate],
+    progress: Callable[[str], None] = lambda _: None,
+) -> Round:
+    """A round on the ground, where a fit is dear: a knock-out of what the scan promises most.
+
+    Each has its own footing from the first step on; that of the model without it favours small
+    effects. Those ahead after a step in some windows go on; the last are fitted in all.
+    """
+    worth = [s for s in scans[:MOST_CONTENDERS] if s.gain > WORTH * limit] or scans[:1]
+    train = np.flatnonzero(posed.problem.train)
+    count = min(KNOCK_OUT_WINDOWS, len(train))
+    some = train[np.linspace(0, len(train) - 1, count).astype(int)]
+    field, nats = _played(posed.take(some), null.take(some), worth, progress)
+    first = finalists(null, [replace(s, theta=at.fit.theta) for s, at in field], scans)
+    last = _each(_footed, posed, [_with(null, s) for s in first])
+    promised = nats * len(train) / count
+    if promised > WORTH_ALL * limit and _gained(null, last) > WORTH_MORE * limit:
+        last = _each(converged, posed, [at.fit for at in last])
+        near, others = _imitating(min(last, key=_loss), scans)
+        first, last = [*first, *near], [*last, *others]
+    null = _from_others(null, last)
+    fits = [_from_others(at.fit, last) for at in last]
+    tried = [s.candidate for s in first]
+    rest = [s for s in scans if s.candidate not in tried]
+    order = sorted(range(len(fits)), key=lambda i: float(fits[i].loss[posed.problem.train].sum()))
+    once = [i for n, i in enumerate(order) if tried[i] not in [tried[k] for k in order[:n]]]
+    first, fits = [first[i] for i in sorted(once)], [fits[i] for i in sorted(once)]
+    return ranking(last[order[0]].posed, null, [*first, *rest], fits, limit, candidates)
+
+
+def _played(
+    posed: Posed, null: Fit, scans: Sequence[Scan], progress: Callable[[str], None]
+) -> tuple[list[tuple[Scan, Stand]], float]:
+    """The last contenders, best first, and what the best of them gains [nats]."""
+    stands = _each(_footed, posed, [_with(null, s) for s in scans])
+    field = list(zip(scans, stands, strict=True))
+    for left, behind in KNOCK_OUT:
+        field, rising = _further(null, field, left, behind)
+        progress(field[0][0].candidate.label)
+    for _ in range(LATE):
+        if not rising:
+            break
+        field, rising = _further(null, field, *KNOCK_OUT[-1])
+    field = field[: KNOCK_OUT[-1][0]]
+    spread = min(dispersion(at.fit) for _, at in field)
+    saved = gains(null, [at.fit for _, at in field], posed.problem.train, spread)
+    return field, max(saved) / spread
+
+
+def _further(
+    null: Fit, field: Sequence[tuple[Scan, Stand]], left: int, behind: float
+) -> tuple[list[tuple[Scan, Stand]], bool]:
+    """Those that go on after a step, best first, and whether some do only for what it gained."""
+    stands = helper.spread(_advanced, [at for _, at in field])
+    after = [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, stands, strict=True)]
+    spread = min(dispersion(at.fit) for _, at in after)
+    train = after[0][1].posed.problem.train
+    saved = np.array(gains(null, [at.fit for _, at in after], train, spread))
+    order, lag = np.argsort(saved)[::-1], saved.max() - saved
+    close = (saved > 0) & (lag < behind * spread)
+    near = [i for i in order[:left] if close[i] or i == order[0]]
+    was, now = (_losses(each, train) for each in (field, after))
+    rises = was - now > RISING * (now - now.min())
+    rising = [i for i in order if i not in near and rises[i]]
+    return [after[i] for i in (*near, *rising)], bool(rising)
+
+
+def _losses(field: Sequence[tuple[Scan, Stand]], train: Array) -> Array:
+    return np.array([at.fit.loss[train].sum() for _, at in field])
+
+
+def _gained(null: Fit, stands: Sequence[Stand]) -> float:
+    """What the best of them gains [nats]."""
+    spread = min(dispersion(at.fit) for at in stands)
+    train = stands[0].posed.problem.train
+    return max(gains(null, [at.fit for at in stands], train, spread)) / spread
+
+
+def _each(
+    function: Callable[[Posed, Fit], Stand], posed: Posed, points: Sequence[Fit]
+) -> list[Stand]:
+    """The function of each point; what scans have found out is too much to be sent along."""
+    assert posed.problem.footing
+    traces = posed.problem.footing.traces
+    stands = helper.spread(partial(function, _tracing(posed, {})), points)
+    return [
+        _of(at, point)._replace(posed=_tracing(at.posed, traces))
+        for at, point in zip(stands, points, strict=True)
+    ]
+
+
+def _of(at: Stand, point: Fit) -> Stand:
+    """With the very candidates of a point, of which another process gives copies."""
+    return at._replace(fit=replace(at.fit, hypothesis=point.hypothesis))
+
+
+def _tracing(posed: Posed, traces: dict) -> Posed:
+    assert posed.problem.footing
+    footing = replace(posed.problem.footing, traces=traces)
+    return replace(posed, problem=replace(posed.problem, footing=footing))
+
+
+def _from_others(fitted: Fit, last: Sequence[Stand]) -> Fit:
+    """The fit on the footing of the others in the windows where that suits it better."""
+    for at in last:
+        fitted = settled_as(at.posed.problem, fitted, at.fit)
+    return fitted
+
+
+def _imitating(best: Stand, scans: Sequence[Scan]) -> tuple[list[Scan], list[Stand]]:
+    """What can do the same as the best, fitted from there."""
+    near = imitations(best.posed.problem, best.fit, scans)
+    rest = best.fit.hypothesis.without(len(best.fit.hypothesis.candidates) - 1)
+    points = [_with(replace(best.fit, hypothesis=rest), scan) for scan in near]
+    return near, _each(converged, best.posed, points)
+
+
+def _loss(at: Stand) -> float:
+    return float(at.fit.loss[at.posed.problem.train].sum())
+
+
+def finalists(null: Fit, field: Sequence[Scan], scans: Sequence[Scan]) -> list[Scan]:
+    """The last contenders, and what they hold in themselves."""
+    there = {s.candidate for s in field}
+    other = [s for s in scans if s.candidate not in there]
+    return [*field, *(part for s in field for part in _parts(null, s, other))]
+
+
+def _parts(null: Fit, scan: Scan, scans: Sequence[Scan]) -> list[Scan]:
+    """Effects that the candidate holds, as Stribeck friction does Coulomb's, at its values."""
+    hypothesis = null.hypothesis.with_candidate(scan.candidate)
+    index = len(hypothesis.candidates) - 1
+    first, values = hypothesis.offset(index), hypothesis.values(scan.theta, index)
+    rest = scan.theta[first + len(values) :]
+    return [
+        replace(s, theta=np.concatenate([
+            scan.theta[:first], [values[p.name] for p in s.candidate.parameters], rest
+        ]))
+        for s in scans
+        if s.candidate.where == scan.candidate.where
+        and set(s.candidate.parameters) < set(scan.candidate.parameters)
+    ]  # fmt: skip
+
+
+def _with(null: Fit, scan: Scan) -> Fit:
+    """The candidate of a scan beside the others, at its values; not fitted."""
+    hypothesis = null.hypothesis.with_candidate(scan.candidate)
+    return replace(null, hypothesis=hypothesis, theta=hypothesis.bounded(scan.theta))
+
+
+def _advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
+    """A step further, or a shorter one, where that is better, and what it gains [nats]."""
+    for scale in STRIDES:
+        trial = _footed(at.posed, moved(at.fit, at.step, scale), finer)
+        train, spread = at.posed.problem.train, dispersion(trial.fit)
+        if (gained := gain(at.fit, trial.fit, train, spread)) > 0:
+            return trial, gained
+    return at, 0.0
+
+
+def converged(posed: Posed, best: Fit) -> Stand:
+    """A hypothesis fitted with the starts settled anew at every step, and the footing there."""
+    first = at = _footed(posed, best, finer=True)
+    for _ in range(MOST_STEPS if best.hypothesis.size else 0):
+        at, gained = _advanced(at, finer=True)
+        if gained < ENOUGH_NATS:
+            break
+    return at if at is first else _footed(at.posed, at.fit, finer=True)
+
+
+def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
+    """A converged hypothesis with all windows asked anew for their answer to the starts.
+
+    Before, only those are asked whose answer was off by much: the starts then remember the way on
+    which the parameters came, which holds these back by about a standard deviation. What a single
+    step gains is no judge here: it is less than the few windows say whose contacts settle
+    otherwise. All together must not make it worse.
+    """
+    at = _footed(posed, best, finer=True, anew=True)
+    for _ in range(LAST_STEPS):
+        far = np.abs(at.step.theta) / np.sqrt(np.diagonal(at.fit.covariance))
+        if not far.max(initial=0.0) >= NEARLY:
+            break
+        fitted = moved(at.fit, at.step, min(1.0, FARTHEST / float(far.max())))
+        at = _footed(at.posed, fitted, finer=True, anew=True)
+    spread = dispersion(best)
+    worse = -gain(best, at.fit, posed.problem.train, spread) / spread
+    return (at.posed, at.fit) if worse < MARGIN_NATS else (posed, best)
+
+
+def _footed(posed: Posed, point: Fit, finer: bool = False, anew: bool = False) -> Stand:
+    """The footing of a hypothesis at some values."""
+    posed = resettled(posed, point, finer, anew)
+    return Stand(posed, *looked_at(posed.problem, point.hypothesis, point.theta))

@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scan each effect over finite amplitudes: friction, dead band and delay have no slope at zero."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import itertools
+
+import numpy as np
+
+from leo_diffmodel.explain.estimate import shooting
+from leo_diffmodel.explain.estimate.fit import Fit, Problem
+from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
+from leo_sim.effects import Parameter
+
+Array = np.ndarray
+FRACTIONS = (0.004, 0.02, 0.08, 0.3)
+DELAYS = (0.001, 0.003, 0.006, 0.012, 0.025, 0.05)
+ANGLES = (0.003, 0.015, 0.06, 0.2)
+LIMITS = (0.97, 0.9, 0.8, 0.7, 0.55, 0.4)
+DEAD_BANDS = (0.004, 0.012, 0.03, 0.08, 0.2, 0.35)
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Sizes that make an amplitude small or large on this robot and in this data.
+
+    Attributes:
+        torque: the largest the motor, or else gravity, gives [N m].
+        rate: rms joint rate [rad/s].
+        angle: the largest joint angle [rad], 1 or more.
+        inertia: at the joint [kg m2].
+        mass: of the heaviest moving link [kg].
+        input: the largest applied [V or N m].
+    """
+
+    torque: float
+    rate: float
+    angle: float
+    inertia: float
+    mass: float
+    input: float
+
+    def amplitudes(self, parameter: Parameter) -> Array:
+        """Amplitudes of one sign to try, small to large, as change from neutral."""
+        if parameter.unit == 's':
+            return np.array(DELAYS)
+        if parameter.unit == 'rad':
+            return np.array(ANGLES)
+        return self._size(parameter.unit) * np.array(FRACTIONS)
+
+    def _size(self, unit: str) -> float:
+        sizes = {
+            'N m': self.torque,
+            'N m s/rad': self.torque / self.rate,
+            'N m s2/rad2': self.torque / self.rate**2,
+            'N m/rad': self.torque / self.angle,
+            'kg m2': 3 * self.inertia,
+            'kg': 3 * self.mass,
+            'N': 3 * 9.81 * self.mass,
+        }
+        return sizes.get(unit, 1.0)
+
+
+@dataclass(frozen=True)
+class Scan:
+    """What a scan of one candidate found.
+
+    Attributes:
+        candidate: the effect and its place.
+        theta: the best parameters, shape (P,).
+        gain: on the training windows [nats], nuisances projected out.
+        signatures: change of the whitened prediction for each point tried, unit length,
+            shape (S, M); what threshold draws and confusability are computed from.
+        evidence: 0.5 |signature|^2 of the largest amplitude [nats].
+        points: the parameters tried, shape (S, P).
+        nats: 0.5 |signature|^2 of each, shape (S,).
+        first: where in `theta` the candidate's own parameters begin.
+    """
+
+    candidate: Candidate
+    theta: Array
+    gain: float
+    signatures: Array
+    evidence: float
+    points: Array
+    nats: Array
+    first: int = 0
+
+    @property
+    def own(self) -> Array:
+        """The best values of the candidate itself, shape (P,)."""
+        return self.theta[self.first : self.first + len(self.candidate.parameters)]
+
+    def stretched(self, index: int, by: float) -> Array:
+        """A point of the grid with its amplitudes times a factor, within the bounds."""
+        return stretched(self.candidate, self.points[index], by)
+
+
+class Scanner:
+    """Scans candidates on top of one fitted hypothesis."""
+
+    def __init__(self, problem: Problem, null: Fit, scales: Scales):
+        """Linearise at `null` once; every candidate reuses it.
+
+        A parameter at its bound can take nothing up, so it is no nuisance.
+        """
+        self._problem, self._null, self._scales = problem, null, scales
+        self._linear = linear = shooting.linearise(
+            problem.base, problem.windows, problem.weight, null.hypothesis, null.theta, null.start,
+            problem.by_start,
+        )  # fmt: skip
+        rest, _, _, _ = shooting.eliminate(linear)
+        self._root = np.sqrt(shooting.robust_weight(rest))
+        self._basis = np.linalg.qr(linear.by_start * self._root[..., None])[0]
+        low, high = null.hypothesis.low, null.hypothesis.high
+        free = (null.theta > low) & (null.theta < high)
+        self._nuisance = self._constants(linear.by_theta[..., free])
+        self.residual = self._project(linear.residual)
+
+    def scan(self, candidate: Candidate) -> Scan:
+        """The best point of the grid; along each ray the closed form picks the amplitude."""
+        grid = self._grid(candidate)
+        hypothesis = self._null.hypothesis.with_candidate(candidate)
+        thetas = self._thetas(hypothesis, candidate, grid)
+        model = hypothesis.model(self._problem.base, thetas)
+        starts = np.broadcast_to(self._null.start, (len(grid), *self._null.start.shape))
+        e = shooting.whiten(
+            self._problem.windows,
+            shooting.predict(model, self._problem.windows, starts),
+            self._problem.weight,
+        )
+        change = self.residual - self._project(e)
+        length2 = np.maximum((change**2).sum(-1), 1e-12)
+        along = change @ self.residual
+        stretch = np.clip(along / length2, *stretch_limits(candidate))
+        gains = stretch * along - 0.5 * stretch**2 * length2
+        best = int(np.argmax(gains))
+        theta = stretched(candidate, grid[best], float(stretch[best]))
+        full = np.concatenate([self._null.theta[: self._split], theta, self._tail])
+        unit = change / np.sqrt(length2)[:, None]
+        nats = 0.5 * length2
+        return Scan(
+            candidate, full, float(gains[best]), unit, float(nats.max()), grid, nats, self._split
+        )
+
+    @property
+    def _split(self) -> int:
+        return self._null.hypothesis.size - len(self._null.hypothesis.constants)
+
+    @property
+    def _tail(self) -> Array:
+        return self._null.theta[self._split :]
+
+    def _thetas(self, hypothesis: Hypothesis, candidate: Candidate, grid: Array) -> Array:
+        thetas = np.empty((len(grid), hypothesis.size))
+        first, count = self._split, len(candidate.parameters)
+        thetas[:, :first] = self._null.theta[:first]
+        thetas[:, first : first + count] = grid
+        thetas[:, first + count :] = self._tail
+        return thetas
+
+    def _grid(self, candidate: Candidate) -> Array:
+        """All points to try, shape (S, parameters of the effect)."""
+        parameters = candidate.parameters
+        amplitude = amplitude_indices(parameters)
+        rays = [r for r in itertools.product((-1, 0, 1), repeat=len(amplitude)) if any(r)]
+        shapes = [self._shape(p) for i, p in enumerate(parameters) if i not in amplitude]
+        sizes = self._sizes(candidate)
+        if _is_linear(candidate):
+            sizes = sizes[1:2]
+        points = []
+        for ray, size, *shape in itertools.product(rays, sizes, *shapes):
+            rest = iter(shape)
+            moves = dict(zip(amplitude, ray, strict=True))
+            point = [
+                p.neutral + moves[i] * size if i in moves else next(rest)
+                for i, p in enumerate(parameters)
+            ]
+            if _possible(parameters, point):
+                points.append(point)
+        return np.array(points)
+
+    def _sizes(self, candidate: Candidate) -> Array:
+        """Amplitudes of one sign; the clip and the dead band are sized by the input itself."""
+        first = candidate.parameters[0]
+        if candidate.effect.hook != 'command' or first.unit in ('', 's'):
+            return self._scales.amplitudes(first)
+        if first.neutral > 0:
+            return np.array([f * self._scales.input - first.neutral for f in LIMITS])
+        return self._scales.input * np.array(DEAD_BANDS)
+
+    def _shape(self, parameter: Parameter) -> tuple[float, ...]:
+        """Values to try of a parameter that shapes an effect without scaling it."""
+        if parameter.unit == 'rad':
+            return (-np.pi / 2, 0.0, np.pi / 2, np.pi)
+        if parameter.unit == 'rad/s':
+            return (0.05 * self._scales.rate, 0.25 * self._scales.rate)
+        return tuple(float(n) for n in range(1, 17))
+
+    def _constants(self, by_theta: Array) -> Array | None:
+        if not by_theta.shape[-1]:
+            return None
+        rows = by_theta * self._root[..., None]
+        rows = rows - self._basis @ (np.swapaxes(self._basis, -1, -2) @ rows)
+        flat = rows[self._problem.train].reshape(-1, rows.shape[-1])
+        return np.linalg.qr(flat)[0]
+
+    def _project(self, e: Array) -> Array:
+        """Weighted residuals of the training windows, nuisances out, shape (..., M)."""
+        e = (e * self._root)[..., self._problem.train, :]
+        basis = self._basis[self._problem.train]
+        seen = np.swapaxes(basis, -1, -2) @ e[..., None]
+        e = (e[..., None] - basis @ seen)[..., 0]
+        flat = e.reshape(*e.shape[:-2], -1)
+        if self._nuisance is None:
+            return flat
+        return flat - (flat @ self._nuisance) @ self._nuisance.T
+
+
+def stretched(candidate: Candidate, point: Array, by: float) -> Array:
+    """A point with the amplitudes of an effect times a factor, within its bounds."""
+    parameters = candidate.parameters
+    neutral = np.array([p.neutral for p in parameters])
+    scaled = [i in amplitude_indices(parameters) for i in range(len(parameters))]
+    moved = np.where(scaled, neutral + by * (point - neutral), point)
+    return np.clip(moved, [p.low for p in parameters], [p.high for p in parameters])
+
+
+def _possible(parameters: Sequence[Parameter], point: Sequence[float]) -> bool:
+    """Whether the values are within the bounds, those that depend on another one too."""
+    values = {p.name: v for p, v in zip(parameters, point, strict=True)}
+    return all(
+        p.low <= values[p.name] <= p.high and values[p.name] >= values.get(p.above, -np.inf)
+        for p in parameters
+    )
+
+
+def _is_linear(candidate: Candidate) -> bool:
+    """Whether the law is linear in its amplitude: one point then gives the whole ray."""
+    return candidate.effect.hook == 'torque' and not candidate.effect.dry
+
+
+def stretch_limits(candidate: Candidate) -> tuple[float, float]:
+    """How far from a grid point the prediction still changes in proportion to the amplitude."""
+    if _is_linear(candidate):
+        return 0.01, 20.0
+    unit = candidate.parameters[0].unit
+    hook = 'command' if candidate.effect.late else candidate.effect.hook
+    bent = unit != '' if hook == 'command' else unit == 'rad'
+    return (1.0, 1.0) if bent and hook in ('command', 'drive') else (0.2, 5.0)
+
+
+def amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
+    """The first parameter, and those of its unit, scale an effect; the others shape it."""
+    unit = parameters[0].unit
+    return tuple(i for i, p in enumerate(parameters) if p.unit == unit)

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Estimator for motion without contact: every candidate scanned, the best refitted jointly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from leo_diffmodel.compare import noise
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
+from leo_diffmodel.explain.estimate.fit import Fit, fit, Problem
+from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.estimate.pairs import best_pairs
+from leo_diffmodel.explain.estimate.scan import Scales, Scan, Scanner
+from leo_diffmodel.explain.estimate.threshold import threshold
+from leo_diffmodel.explain.problem.pose import Posed, quieter
+from leo_diffmodel.explain.settings import Settings
+
+Array = np.ndarray
+Point = tuple[tuple[Candidate, ...], Array]
+WEIGHT_CHANGE, MOST_RENEWALS = 0.2, 4
+"""Weights are read again until none changes by more than this (in logs); how often at most."""
+LISTENED = 3
+"""Fits that tell the noise."""
+WORTH = 0.3
+"""Share of the threshold that a scan must promise to be fitted."""
+FEWEST = 4
+"""Windows of a recording from which on it tells its own size of what is left."""
+
+
+@dataclass
+class Smooth:
+    """Fits by multiple shooting; see `Estimator`."""
+
+    posed: Posed
+    scales: Scales
+    short: Sequence[Windows]
+    settings: Settings
+    most_nats: float = np.inf
+
+    @property
+    def width(self) -> int:
+        """Sets of each size that are worth extending."""
+        return self.settings.width
+
+    def first(self, hypothesis: Hypothesis, pool: Sequence[Candidate] = ()) -> Estimate:
+        """The model as given, in weights read from what the leading effects leave.
+
+        The noise is the least that any of them leaves in short windows: a wrong model can only
+        add to it. What the best of them is off by beyond that sets how much a recording counts.
+        """
+        base = best = Estimate(self.posed, fit(self.posed.problem, hypothesis))
+        for _ in range(MOST_RENEWALS):
+            found = self._larger(best, pool, LISTENED, 1, lambda _: None)[0]
+            leading = sorted([best, *found], key=_loss)
+            if not self._weighed(best.problem, [at.fit for at in leading]):
+                break
+            best = self.refitted(Estimate(self.posed, leading[0].fit),
+                                 leading[0].fit.hypothesis, leading[0].fit.theta)  # fmt: skip
+        return Estimate(self.posed, fit(self.posed.problem, hypothesis, base.fit.theta))
+
+    def extended(self, base: Estimate, pool: Sequence[Candidate], told: Progress) -> Extension:
+        """Scan all, and refit the best alone and in pairs; see `Estimator`."""
+        larger, scans, limit = self._larger(
+            base, pool, self.settings.singles, self.settings.pairs, told
+        )
+        return Extension(base, tuple(larger), tuple(scans), limit)
+
+    def _larger(
+        self, base: Estimate, pool: Sequence[Candidate], singles: int, pairs: int, told: Progress
+    ) -> tuple[list[Estimate], list[Scan], float]:
+        """Fits with one and with two more effects, the scans they come from, and the threshold."""
+        null, problem = base.fit, base.problem
+        scanner = Scanner(problem, null, self.scales)
+        scans = helper.spread(scanner.scan, pool, lambda c: told(c.label))
+        scans = [replace(s, candidate=c) for s, c in zip(scans, pool, strict=True)]
+        scans.sort(key=lambda s: -s.gain)
+        limit = threshold(scans)
+        worth = [s for s in scans[:singles] if s.gain > WORTH * limit] or scans[:1]
+        points = [((s.candidate,), s.own) for s in worth]
+        points += best_pairs(scans, scanner.residual, pairs, limit)
+        fits = helper.spread(partial(_joint, problem, null), points,
+                             lambda p: told(' + '.join(c.label for c in p[0])))  # fmt: skip
+        named = [_named(f, null, p[0]) for f, p in zip(fits, points, strict=True)]
+        return [Estimate(base.posed, f) for f in named], scans, limit
+
+    def refitted(self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
+                 ) -> Estimate:
+        """Another hypothesis on the same windows; see `Estimator`."""
+        return Estimate(at.posed, fit(at.problem, hypothesis, theta, at.fit.start))
+
+    def compared(self, sets: Sequence[Estimate]) -> list[Estimate]:
+        """All as they are: each was fitted from its own best start states."""
+        return list(sets)
+
+    def finished(self, at: Estimate) -> Estimate:
+        """The fit as it is: it was brought to its best."""
+        return at
+
+    def _weighed(self, problem: Problem, fits: Sequence[Fit]) -> bool:
+        """Read noise and weights from the best fits; whether they are news."""
+        models = [f.hypothesis.model(problem.base, f.theta) for f in fits[:LISTENED]]
+        left = [noise.estimate(m, self.short) for m in models]
+        sigma = np.minimum(np.min(left, axis=0), problem.sigma)
+        scale = np.maximum(leftover(problem, fits[0]) * problem.sigma / sigma, 1.0)
+        change = np.abs(np.log(sigma * scale / problem.weight)).max()
+        posed = quieter(self.posed, sigma)
+        self.posed = replace(posed, problem=replace(posed.problem, scale=scale))
+        return bool(change > WEIGHT_CHANGE)
+
+
+def _loss(at: Estimate) -> float:
+    return float(at.fit.loss[at.problem.train].sum())
+
+
+def leftover(problem: Problem, fitted: Fit) -> Array:
+    """Times the noise that each channel of each recording is off by, (R, 2J): median windows."""
+    states, count = fitted.start.shape[-1], len(problem.sigma)
+    e = fitted.residual.reshape(len(fitted.residual), -1, states)
+    square = (e**2).sum(axis=1) * (problem.weight / problem.sigma)[problem.windows.source] ** 2
+    free = e.shape[1] - 1.0
+    rows = [square[problem.train & (problem.windows.source == r)] for r in range(count)]
+    typical = [np.median(r if len(r) >= FEWEST else square, axis=0) for r in rows]
+    return np.sqrt(np.array(typical) / free)
+
+
+def _joint(problem: Problem, null: Fit, point: Point) -> Fit:
+    """Fit from where a scan points; from neutral where that leads nowhere."""
+    added, values = point
+    hypothesis = _with(null.hypothesis, added)
+    fitted = fit(problem, hypothesis, _between(null, values), null.start)
+    if fitted.loss[problem.train].sum() <= null.loss[problem.train].sum():
+        return fitted
+    neutral = np.array([p.neutral for c in added for p in c.parameters])
+    return fit(problem, hypothesis, _between(null, neutral), null.start, iterations=3)
+
+
+def _between(null: Fit, values: Array) -> Array:
+    """Parameters of a hypothesis with these values after those of the effects it holds."""
+    split = null.hypothesis.size - len(null.hypothesis.constants)
+    return np.concatenate([null.theta[:split], values, null.theta[split:]])
+
+
+def _with(hypothesis: Hypothesis, added: Sequence[Candidate]) -> Hypothesis:
+    for candidate in added:
+        hypothesis = hypothesis.with_candidate(candidate)
+    return hypothesis
+
+
+def _named(fitted: Fit, null: Fit, added: Sequence[Candidate]) -> Fit:
+    """The fit with the very candidates asked for, of which another process gives copies."""
+    return replace(fitted, hypothesis=_with(null.hypothesis, added))

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which effects may be missing on this robot, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_sim.effects import Effect, EFFECTS
+from leo_sim.model import Model
+
+
+def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, ...]:
+    """Every effect of the catalogue, and the user's, at every place it can act.
+
+    Joint effects are tried at each joint and, on robots with several, shared by all of them;
+    body effects at each moving link. What the model holds already is left out.
+    """
+    catalogue = [*EFFECTS.values(), *extra]
+    taken = {(p.effect.name, place) for p in model.effects for place in p.where}
+    return tuple(
+        Candidate(effect, where, effect.parameters_for(model.robot, _names(effect, model, where)))
+        for effect in catalogue
+        if effect.applies(model.robot)
+        for where in _places(effect, model)
+        if (effect.name, where) not in taken
+    )
+
+
+def _places(effect: Effect, model: Model) -> list[str]:
+    places = list(effect.places(model.robot))
+    if effect.late:
+        return places if len(places) == 1 else ['all']
+    return [*places, 'all'] if len(places) > 1 and effect.hook != 'body' else places
+
+
+def _names(effect: Effect, model: Model, where: str) -> tuple[str, ...]:
+    return effect.places(model.robot) if where == 'all' else (where,)

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plausible range of every parameter, from the robot itself: what no fit may leave.
+
+A friction stronger than the motor stalls it, a link does not weigh twenty times what was drawn,
+a delay is not longer than what a window remembers. A value on its limit is no answer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from leo_diffmodel.compare.noise import HISTORY
+from leo_diffmodel.compare.sizes import (
+    gravity_scale,
+    inertia_scale,
+    mass_scale,
+    reach,
+    stall_torque,
+    torque_scale,
+)
+from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_sim.effects import Parameter
+from leo_sim.model import Model
+from leo_sim.robot import Robot
+
+GAIN = (0.2, 5.0)
+"""Of a scale: a motor five times as strong as its data sheet is another motor."""
+HEAVIER = 5.0
+"""Times the heaviest link, or the largest inertia: a payload."""
+LIGHTER = 0.95
+LAG_SECONDS = 0.5
+TURNS = (0.5, 64.0)
+"""Periods of a ripple per turn: fewer make it a constant torque."""
+SLOWEST, FASTEST = 1e-3, 30.0
+"""rad/s: where friction falls from its static to its dynamic level."""
+OFFSET, GAP = 1.6, 0.5
+"""rad: a zero that is a quarter turn off, and a backlash that anybody sees."""
+GROUND = 100.0
+"""Times harder or softer."""
+
+
+def limited(candidate: Candidate, model: Model) -> Candidate:
+    """A candidate whose parameters stay within what is plausible for the robot."""
+    kept = [_limited(p, candidate, model) for p in candidate.parameters]
+    return replace(candidate, parameters=tuple(kept))
+
+
+def at_limit(parameter: Parameter, value: float, half: float) -> bool:
+    """Whether a value with its confidence interval reaches a limit that is not `no effect`."""
+    ends = [e for e in (parameter.low, parameter.high) if e != parameter.neutral]
+    return any(abs(value - e) <= max(half, 1e-6 * abs(e)) for e in ends)
+
+
+def _limited(parameter: Parameter, candidate: Candidate, model: Model) -> Parameter:
+    low, high = _range(parameter, candidate, model)
+    return replace(parameter, low=max(parameter.low, low), high=min(parameter.high, high))
+
+
+def _range(parameter: Parameter, candidate: Candidate, model: Model) -> tuple[float, float]:
+    robot, unit = model.robot, parameter.unit
+    if candidate.effect.hook == 'ground' and parameter.neutral > 0:
+        return parameter.neutral / GROUND, parameter.neutral * GROUND
+    if unit in ('kg', 'kg m2'):
+        return _inertial(unit, candidate, model)
+    if unit == '' and parameter.neutral == 1.0:
+        return GAIN
+    torque = _torque(robot, candidate.where)
+    most = {
+        'N m': torque, 'N': max(torque / reach(robot), _weight(robot)),
+        'N m s/rad': torque, 'N s/m': torque / reach(robot) ** 2,
+        'N m s2/rad2': torque, 'N m/rad': 2 * torque, 'm': reach(robot), '': 1.0,
+        's': HISTORY if candidate.effect.late else LAG_SECONDS,
+    }  # fmt: skip
+    if unit == 'rad/s':
+        return SLOWEST, FASTEST
+    if unit == '1/turn':
+        return TURNS
+    if unit == 'rad':
+        most |= {'rad': _angle(parameter, candidate)}
+    return -most.get(unit, float('inf')), most.get(unit, float('inf'))
+
+
+def _angle(parameter: Parameter, candidate: Candidate) -> float:
+    if parameter.name == 'gap':
+        return GAP
+    return OFFSET if candidate.effect.hook == 'sensor' else float('inf')
+
+
+def _torque(robot: Robot, where: str) -> float:
+    """The most that a motor there or gravity gives [N m]."""
+    stall = stall_torque(robot, where) or torque_scale(robot)
+    return max(stall, gravity_scale(robot))
+
+
+def _weight(robot: Robot) -> float:
+    """Of all that moves, several times over [N]."""
+    g = robot.constants['gravity'].value
+    return HEAVIER * g * sum(link.body.mass for link in robot.links)
+
+
+def _inertial(unit: str, candidate: Candidate, model: Model) -> tuple[float, float]:
+    """Added mass or inertia: less than nothing is left of no link."""
+    most = HEAVIER * (mass_scale if unit == 'kg' else inertia_scale)(model.robot)
+    if candidate.effect.hook != 'body':
+        return -most, most
+    path = f'links.{candidate.where}.' + ('mass' if unit == 'kg' else 'inertia')
+    own = float(model.constants[path]) if path in model.constants else most
+    return (-LIGHTER * own if unit == 'kg' else -most), most

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pose the problem: short windows to search in, longer ones to settle close calls in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare import errors, noise
+from leo_diffmodel.compare.blocks import Blocks, make_blocks
+from leo_diffmodel.compare.pushes import respond
+from leo_diffmodel.compare.scheme import fast_enough
+from leo_diffmodel.compare.windows import cut, sample_period, Windows
+from leo_diffmodel.explain.estimate.fit import Fit, Problem
+from leo_diffmodel.explain.estimate.footing import refined, settled
+from leo_diffmodel.explain.problem.fineness import stepped
+from leo_sim.model import Model
+
+Array = np.ndarray
+SEARCH_SECONDS = 0.3
+LONGER_SECONDS = (1.0, 0.8, 0.6, 0.45)
+LEAST_SAMPLES = 8
+GROUND_SECONDS, GROUND_SAMPLES = 0.1, 4
+"""Of a window on the ground: contacts begin and end in longer ones; and its fewest samples."""
+MOST_WINDOWS = 400
+FEWEST_WINDOWS = 16
+MOST_SPREAD = 0.12
+MOST_GROWTH = 15.0
+
+
+@dataclass(frozen=True)
+class Posed:
+    """The same data, cut twice.
+
+    Attributes:
+        problem: short windows: their start states are found from anywhere, and an effect of any
+            size shows as a change of slope; all candidates are searched here.
+        longer: windows as long as their start states can be found with a nearly right model,
+            where two good explanations part; None where no longer ones can.
+        blocks: time blocks of both; the unit of hold-out and of the bootstrap.
+    """
+
+    problem: Problem
+    longer: Problem | None
+    blocks: Blocks
+
+    def take(self, index: Array) -> Posed:
+        """The problem on some of its short windows."""
+        return replace(self, problem=self.problem.take(index))
+
+
+def pose(recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model) -> Posed:
+    """Cut the data, read its noise, and split training from held-out blocks.
+
+    Raises:
+        ValueError: no window fits.
+    """
+    everything = [*recordings, *hold_out]
+    if model.robot.contacts:
+        model = fast_enough(model, cut(everything, errors.step_seconds(everything)))
+    sigma = noise.estimate(model, noise.short_windows(everything))
+    blocks = make_blocks(recordings, hold_out)
+    seconds = max(SEARCH_SECONDS, LEAST_SAMPLES * sample_period(everything))
+    if model.robot.contacts:
+        seconds = max(GROUND_SECONDS, GROUND_SAMPLES * sample_period(everything))
+    problem = _problem(model, cut(everything, seconds, history=noise.HISTORY), sigma, blocks)
+    model = stepped(model, problem.windows, sigma)
+    problem = replace(problem, base=model)
+    if model.robot.contacts:
+        return Posed(problem, None, blocks)
+    for longer in LONGER_SECONDS:
+        if longer < 1.3 * seconds or not _fits(everything, longer):
+            continue
+        wider = _problem(
+            model, cut(everything, longer, history=noise.HISTORY), sigma, blocks
+        )
+        if wider.train.sum() >= FEWEST_WINDOWS and _is_tame(wider):
+            return Posed(problem, wider, blocks)
+    return Posed(problem, None, blocks)
+
+
+def standing(posed: Posed) -> Posed:
+    """The same with the windows of a robot on the ground settled, those that can be trusted."""
+    problem = posed.problem
+    if not problem.base.robot.contacts:
+        return posed
+    kept, footing = settled(problem.base, problem.windows, problem.sigma)
+    return replace(posed, problem=replace(problem.take(kept), footing=footing))
+
+
+def resettled(
+    posed: Posed, fitted: Fit, finer: bool = False, anew: bool = False
+) -> Posed:
+    """The same on the ground with the footing of a fitted hypothesis.
+
+    Args:
+        posed: the problem.
+        fitted: the hypothesis at its values and start states.
+        finer: ask a finer integration anew what the coarse one is off by.
+        anew: ask all windows anew for their answer to the starts.
+    """
+    problem = posed.problem
+    model = fitted.hypothesis.model(problem.base, fitted.theta)
+    assert problem.footing
+    windows, before = problem.windows, replace(problem.footing, start=fitted.start)
+    if finer:
+        windows, before = refined(model, windows, before)
+    _, footing = settled(model, windows, problem.sigma, before, anew)
+    return replace(posed, problem=replace(problem, windows=windows, footing=footing))
+
+
+def quieter(posed: Posed, sigma: Array) -> Posed:
+    """The same with another noise."""
+    longer = posed.longer and replace(posed.longer, sigma=sigma)
+    return replace(posed, problem=replace(posed.problem, sigma=sigma), longer=longer)
+
+
+def _problem(model: Model, windows: Windows, sigma: Array, blocks: Blocks) -> Problem:
+    whole = np.flatnonzero(blocks.train(windows) | blocks.held(windows))
+    if len(whole) > MOST_WINDOWS:
+        whole = whole[np.linspace(0, len(whole) - 1, MOST_WINDOWS).astype(int)]
+    windows = windows.take(whole)
+    return Problem(model, windows, sigma, blocks.train(windows),
+                   block=blocks.index(windows), fold=blocks.folds(windows))  # fmt: skip
+
+
+def _fits(recordings: Sequence[Recording], seconds: float) -> bool:
+    longest = max(e.t[-1] - e.t[0] for r in recordings for e in r.episodes)
+    return bool(longest > seconds + 2 * noise.HISTORY)
+
+
+def _is_tame(problem: Problem) -> bool:
+    """Whether start noise moves the ends of nine windows in ten by little, and grows by little."""
+    windows, joints = problem.windows, problem.windows.q.shape[-1]
+    none = np.zeros((0, *windows.dt.shape, joints))
+    _, columns = respond(problem.base, windows, windows.measured[:, 0], none)
+    end = columns[:, -1, :joints]
+    moved = end * noise.per_window(problem.sigma, windows)
+    spread = np.sqrt((moved**2).sum(axis=-1)).max(axis=-1)
+    growth = np.abs(end[..., :joints]).max(axis=(1, 2))
+    tame = np.quantile(spread, 0.9) < MOST_SPREAD and np.quantile(growth, 0.9) < MOST_GROWTH
+    return bool(tame)

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every gate of explain in one place: what it decides, its unit and why it stands where it does.
+
+Set on development seeds below 1000 of `leo blind` (all kinds) and on the public recordings of
+docs/evidence.md; examination seeds (50000 and above) took no part.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Gates of the selection and of the verdict.
+
+    Attributes:
+        least_nats: an effect must improve the prediction of what was left out by so much, whatever
+            the draws of noise say [nats].
+        least_errors: and by so many standard errors, from how much the folds disagree.
+        material: and by this share of what is left unexplained beyond noise: what is less may
+            well be part of that.
+        price: of a parameter, in logs of the effective number of samples (0.5: Schwarz 1978).
+        margin_nats: sets nearer than this to the best are rivals of it [nats] (5: odds of 150).
+        width: best sets that are extended by further effects.
+        singles: effects fitted on top of a set, those that a linear scan finds best.
+        reach: a set is extended if it explains this share of what the best does.
+        pairs: pairs of effects fitted on top of a set at once, found in the same way.
+        most_effects: at most so many names beside each other.
+        turns: draws of left-out folds in which the choice is made again.
+        left_out: share of the folds left out of each turn.
+        stable: share of the turns that must choose an effect for it to be sure.
+        sigmas: standard deviations a parameter must be away from no effect.
+        dominance: times an effect must change the prediction as much as what no effect explains,
+            so that this cannot stand for it.
+        unexplained: times the noise that may be left where nothing is missing (mean square).
+        share: of the error beyond noise that may be left where everything is explained.
+        outside: share of the moving time moved from outside from which on no effect is named.
+        fewest_windows: of data that can be tested.
+        least_motion: standard deviations of noise a window must swing to count as motion.
+    """
+
+    least_nats: float = 8.0
+    least_errors: float = 2.0
+    material: float = 0.1
+    price: float = 0.5
+    margin_nats: float = 5.0
+    width: int = 3
+    singles: int = 6
+    reach: float = 0.5
+    pairs: int = 2
+    most_effects: int = 8
+    turns: int = 60
+    left_out: float = 1 / 3
+    stable: float = 0.9
+    sigmas: float = 3.0
+    dominance: float = 1.0
+    unexplained: float = 1.6
+    share: float = 0.25
+    outside: float = 0.5
+    fewest_windows: int = 12
+    least_motion: float = 8.0
+
+    def to_json(self) -> dict[str, float]:
+        """All of them by name."""
+        return asdict(self)
+
+
+SETTINGS = Settings()

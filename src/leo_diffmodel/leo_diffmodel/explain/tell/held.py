@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The windows that held-out errors are given on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare import errors
+from leo_diffmodel.compare.blocks import Blocks
+from leo_diffmodel.compare.errors import Prediction
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.select.engine import Search
+from leo_sim.model import Model
+
+Array = np.ndarray
+HORIZON_SECONDS = (1.0, 0.5, 0.3, 0.15)
+ENOUGH_ON_GROUND = 40
+"""Windows, which overlap: in a few, contacts that flip decide the error."""
+LONGER = 1.05
+"""Times the windows of the search, for windows of their own to be worth it."""
+PUSH_SIGMAS = 6.0
+PUSH_TIMES = 6.0
+
+
+def held_windows(recordings: Sequence[Recording], found: Search, model: Model) -> Windows:
+    """Windows of the data no fit has seen, as long as the longest horizon that fits.
+
+    On the ground, the longest of which there are enough, or else the shortest.
+    """
+    held = found.problem.windows.take(~found.problem.train)
+    enough = ENOUGH_ON_GROUND if model.robot.contacts else 1
+    shortest = LONGER * float(held.dt[0].sum())
+    chosen = held
+    for seconds in (s for s in HORIZON_SECONDS if s > shortest):
+        windows = _windows_of(recordings, found.posed.blocks, model, seconds)
+        chosen = windows if windows and windows.count else chosen
+        if windows and windows.count >= enough:
+            break
+    return chosen
+
+
+def _windows_of(
+    recordings: Sequence[Recording], blocks: Blocks, model: Model, seconds: float
+) -> Windows | None:
+    most = errors.most_windows(model, seconds)
+    if model.robot.contacts:
+        most = round(most / blocks.held_share(recordings))
+    try:
+        windows = errors.horizon_windows(recordings, model, seconds, most)
+    except ValueError:
+        return None
+    return windows.take(blocks.held(windows))
+
+
+def undisturbed(prediction: Prediction) -> Array:
+    """Windows that do not look like a hand push, far worse predicted than all others, (W,)."""
+    size = np.sqrt((prediction.error**2 / prediction.floor).mean(axis=(1, 2)))
+    calm = size < max(PUSH_SIGMAS, PUSH_TIMES * float(np.median(size)))
+    return calm if calm.sum() >= calm.size / 2 else np.ones_like(calm)

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What keeps compare and check short on fast recordings of many joints changes no result."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.simulate import NOISE, record, TORQUE
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.check.hold import _scanned
+from leo_diffmodel.check.likeness import explained
+from leo_diffmodel.check.spanned import spanned
+from leo_diffmodel.check.traces import Trace
+from leo_diffmodel.compare import errors, noise
+from leo_diffmodel.compare.comparison import compare
+from leo_diffmodel.compare.fineness import LONGEST, stepped
+from leo_sim.batch import rollout
+from leo_sim.model import Model
+
+FINE = Model(TORQUE, integration_step=5e-4)
+
+
+@pytest.fixture(scope='module')
+def bag():
+    return record(TORQUE, seconds=12)
+
+
+def test_predictions_are_no_finer_than_their_errors(bag):
+    windows = errors.horizon_windows([bag], FINE, 1.0, 60)
+    coarse = stepped(FINE, windows, np.array([NOISE]))
+    assert coarse.integration_step > FINE.integration_step
+    fine, found = (errors.predict_windows(m, windows, np.array([NOISE])) for m in (FINE, coarse))
+    rms = [np.sqrt((p.error**2).mean(axis=(0, 1))) for p in (fine, found)]
+    assert rms[1] == pytest.approx(rms[0], rel=0.01)
+
+
+def test_exact_data_keep_the_step_of_the_model():
+    exact = record(TORQUE, seconds=6, noise=(0.0, 0.0))
+    windows = errors.horizon_windows([exact], FINE, 0.5, 20)
+    assert stepped(FINE, windows, np.full((1, 2), 1e-12)).integration_step < LONGEST
+
+
+def test_a_step_of_five_milliseconds_stays(bag):
+    model = Model(TORQUE, integration_step=LONGEST)
+    assert stepped(model, errors.horizon_windows([bag], model, 0.5), np.array([NOISE])) is model
+
+
+def test_noise_is_read_from_some_of_many_windows(bag, monkeypatch):
+    (every,) = noise.estimate(FINE, noise.short_windows([bag]))
+    monkeypatch.setattr(noise, 'MOST_WINDOWS', 60)
+    (some,) = noise.estimate(FINE, noise.short_windows([bag]))
+    assert some == pytest.approx(every, rel=0.25)
+    assert not np.array_equal(some, every)
+
+
+def test_fast_recordings_are_scored_a_step_and_seconds_ahead():
+    data = compare([quick()], FINE, step=0.001).data
+    steps = [row['steps'] for row in data['horizon']]
+    assert steps == sorted(set(steps)) and steps[:3] == [1, 2, 5]
+    assert len(data['noise_floor']['horizon']) == len(steps)
+
+
+def test_a_delay_is_found_from_coarse_to_fine():
+    asked = []
+
+    def loss(n: int) -> np.ndarray:
+        asked.append(n)
+        return np.array([float((n - 13) ** 2)])
+
+    found = _scanned(loss, 61, 5)
+    assert min(found, key=lambda n: found[n][0]) == 13 and {12, 14} <= {*found}
+    assert 0 in found and len(asked) == len(set(asked)) == 35
+    assert [*_scanned(loss, 7, 1)] == [*range(-7, 8)]
+
+
+def test_angles_between_traces_stay_in_fewer_numbers():
+    rng = np.random.default_rng(0)
+    base = rng.standard_normal((20, 900))
+    traces = [_trace(rng.standard_normal((n, 20)) @ base, n > 3) for n in (1, 4, 8, 6, 2, 8)]
+    short = spanned(traces)
+    assert short[0].signatures.shape[1] <= 21
+    assert explained(short) == pytest.approx(explained(traces), abs=1e-9)
+
+
+def quick() -> Recording:
+    """Eight seconds at 1 kHz."""
+    slow = record(TORQUE, seconds=8)
+    inputs = np.repeat(slow.episodes[0].inputs, 10, axis=0)
+    q, dq = rollout(FINE, [[0.0]], [[0.0]], inputs[None], 0.001)
+    rng, count = np.random.default_rng(1), len(inputs)
+    seen = (x[0, :count] + s * rng.standard_normal((count, 1))
+            for x, s in zip((q, dq), NOISE, strict=True))  # fmt: skip
+    on = np.ones(inputs.shape, dtype=bool)
+    episode = Episode(0.001 * np.arange(count), *seen, inputs, on)
+    return replace(slow, episodes=(episode,), command_period=0.01)
+
+
+def _trace(rows: np.ndarray, mixed: bool) -> Trace:
+    parameter = SimpleNamespace(unit='N m')
+    candidate = SimpleNamespace(parameters=(parameter,) * (2 if mixed else 1))
+    unit = rows / np.linalg.norm(rows, axis=1)[:, None]
+    return Trace(candidate, np.ones(len(rows)), np.ones(len(rows)), unit)
