@@ -92,7 +92,7 @@ def test_shoves_are_found_where_they_are(robot, what):
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE, SERVO], ids=lambda r: r.name)
 @pytest.mark.parametrize('held', [False, True])
 def test_a_hand_is_found_all_along(robot, held):
-    recording = led(robot, 2, held)
+    recording = led(robot, 3, held)
     stretches = moved_from_outside([recording], Model(robot))
     assert [s.kind for s in stretches] == ['hand']
     assert share_outside([recording], stretches) > 0.95
@@ -102,16 +102,18 @@ def test_a_hand_is_found_all_along(robot, held):
 
 
 def test_a_blocked_joint_is_found():
-    inputs = steps(TORQUE, SECONDS, 3)
-    inputs[800:1100] = 4.0
-    free = record(TORQUE, seconds=SECONDS, inputs=inputs)
-    e, rng = free.episodes[0], np.random.default_rng(0)
+    """The joint stands at 0.3 rad while the motor pushes with 4 N m; then it is let go."""
+    parts = [steps(TORQUE, 8.0, 3), np.full((300, 1), 4.0), steps(TORQUE, 9.0, 4)]
+    inputs, rng = np.concatenate(parts), np.random.default_rng(0)
+    e = record(TORQUE, seconds=SECONDS, inputs=inputs).episodes[0]
     q, dq = e.q.copy(), e.dq.copy()
-    q[800:1100] = q[800] + rng.normal(0, NOISE[0], (300, 1))
+    q[800:1100] = 0.3 + rng.normal(0, NOISE[0], (300, 1))
     dq[800:1100] = rng.normal(0, NOISE[1], (300, 1))
-    q[1100:] += q[800] - e.q[1100]
-    kinds = found(spoilt(free, q=q, dq=dq), TORQUE)
-    assert any(k == 'blocked' and b == pytest.approx(8.0, abs=0.2) for k, b, _ in kinds)
+    pieces = [Episode(e.t[s], q[s], dq[s], inputs[s], e.enabled[s])
+              for s in (slice(0, 800), slice(800, 1100), slice(1100, None))]  # fmt: skip
+    blocked = replace(record(TORQUE, seconds=1.0), episodes=tuple(pieces))
+    ((kind, begin, end),) = found(blocked, TORQUE)
+    assert (kind, begin, end) == ('blocked', pytest.approx(8, abs=0.2), pytest.approx(11, abs=0.2))
 
 
 def test_a_speed_at_its_largest_value_is_clipped():

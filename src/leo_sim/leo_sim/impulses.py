@@ -111,6 +111,8 @@ def settled(contact: Contact, factor: Factor, dq: Any, motor: Any) -> tuple[Any,
         dq: Rates without impulses, (..., J).
         motor: Rates of the motor sides without impulses; None without dead zones.
     """
+    if contact.level is None and contact.gap is None and _clear(contact, dq):
+        return dq, motor
     size = np.shape(dq)[-1]
     low, high = contact.stops or (-np.inf, np.inf)
     play = (0.0, 1.0, 0.0) if contact.gap is None else (contact.gap, contact.rotor, contact.offset)
@@ -124,6 +126,13 @@ def settled(contact: Contact, factor: Factor, dq: Any, motor: Any) -> tuple[Any,
            *(rows(f, shape, size) for f in fields))
     rates, speeds = (m.reshape(*shape, size) for m in (rates, speeds))
     return rates, None if motor is None else speeds
+
+
+def _clear(contact: Contact, dq: Any) -> bool:
+    """Whether no joint reaches a stop, as `_stopped` has it."""
+    low, high = contact.stops or (-np.inf, np.inf)
+    way = dq * np.maximum(contact.h, 1e-12)
+    return bool(((low - contact.q <= way) & (way <= high - contact.q)).all())
 
 
 @compiled_without_gil

@@ -9,7 +9,7 @@ from leo_diffmodel.check.flow import Flow
 from leo_diffmodel.check.ordinary import Ordinary
 
 Array = np.ndarray
-LEAST_SECONDS = 0.25
+LEAST_SECONDS, WHILE = 0.4, 0.15
 FRICTIONS, SHARE = 2.5, 0.25
 ELSEWHERE, UNDRIVEN = 1.5, 2.0
 
@@ -47,8 +47,9 @@ def blocked(
 
 
 def _standing(flow: Flow, j: int) -> list[Array]:
-    """Runs of instants in which the joint stands, within episodes."""
+    """Runs of instants in which the joint stands for a while, within episodes."""
     stands = flow.moving[:, j] < 0.2
     cut = (np.diff(flow.episode) != 0) | (np.diff(stands.astype(int)) != 0)
     runs = np.split(np.arange(len(stands)), np.flatnonzero(cut) + 1)
-    return [run for run in runs if stands[run[0]]]
+    return [run for run in runs
+            if stands[run[0]] and flow.time[run[-1]] - flow.time[run[0]] > WHILE]  # fmt: skip

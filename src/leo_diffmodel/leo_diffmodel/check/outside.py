@@ -14,7 +14,7 @@ from leo_diffmodel.bags.span import kept
 from leo_diffmodel.check.blocked import blocked
 from leo_diffmodel.check.bursts import Burst, bursts
 from leo_diffmodel.check.finding import merged
-from leo_diffmodel.check.flow import Flow, flow, still_rates
+from leo_diffmodel.check.flow import Flow, flow, PER_BELL, still_rates
 from leo_diffmodel.check.frozen import frozen
 from leo_diffmodel.check.ordinary import explained, Ordinary, strongest_wave
 from leo_sim.model import Model
@@ -23,9 +23,9 @@ Array = np.ndarray
 FORCES = ('push', 'hand', 'blocked')
 MARGIN, LEAST_SECONDS = 0.1, 0.5
 """s: cut off on each side of a stretch; the shortest piece that is kept."""
-HAND = 0.055
-"""Of two shares multiplied (see `_led`); of real and simulated robots by themselves 0.042."""
-ONE_WAVE = 0.15
+HAND = 0.02
+"""Of two shares multiplied (see `_led`); of honest real and simulated robots 0.012 at most."""
+ONE_WAVE, OFTEN, MEAN_OF_RMS = 0.15, 0.15, 0.8
 LASTING = 1.0
 """s: a push that lasts so long is a hand."""
 FEWEST = 30
@@ -172,12 +172,25 @@ def _led(seen: Flow, model: Model, found: Ordinary, j: int, fitted: Array) -> bo
     Either alone is also large in a slow run on a servo that sticks. A torque that comes and goes
     like a clock is no hand.
     """
+    if fitted.mean() < OFTEN:
+        return False
     spent = np.abs(found.turning[fitted]).mean() + np.abs(found.friction[fitted]).mean()
-    size = float(np.abs(found.rest[fitted]).mean())
+    size = _lasting(found.rest, fitted)
     if size**2 <= HAND * seen.own[fitted, j].mean() * spent:
         return False
     waving = explained(seen, model, j, fitted, strongest_wave(seen.time, found.rest, fitted))
-    return float(np.abs(waving.rest[fitted]).mean()) > ONE_WAVE * size
+    return _lasting(waving.rest, fitted) > ONE_WAVE * size
+
+
+def _lasting(rest: Array, fitted: Array) -> float:
+    """Typical size of the rest that is still there one bell later: noise and jerks are not."""
+    most = float(np.quantile(np.abs(rest[fitted]), 0.9))
+    short = np.clip(rest, -most, most)
+    both = fitted[PER_BELL:] & fitted[:-PER_BELL]
+    if not both.any():
+        return 0.0
+    again = float((short[PER_BELL:] * short[:-PER_BELL])[both].mean())
+    return MEAN_OF_RMS * max(again, 0.0) ** 0.5
 
 
 def _all_of(seen: Flow, joint: str) -> list[Stretch]:

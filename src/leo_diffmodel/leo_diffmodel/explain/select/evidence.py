@@ -85,16 +85,20 @@ class Weight:
         left = scored.left if folds is None else scored.left[folds] * len(scored.left) / len(folds)
         return float(left.sum()) / self.spread + self.price * scored.size
 
-    def supports(self, without: Scored, scored: Scored, limit: float) -> bool:
-        """Whether what an effect saves is beyond noise, and beyond how far the folds disagree.
+    def supports(self, smaller: Scored, larger: Scored, limit: float) -> bool:
+        """Whether a set with more parameters predicts better than one with fewer, all counted.
+
+        What it saves must be beyond what noise gives, more than a trifle of what nothing explains,
+        and beyond how far the folds disagree about it.
 
         Args:
-            without: the hypothesis less the effect.
-            scored: the hypothesis.
-            limit: gain that noise alone can give [nats].
+            smaller: a hypothesis; the larger need not hold its effects.
+            larger: a hypothesis with more parameters.
+            limit: gain that noise alone can give an effect [nats].
         """
-        saved = compare(without, scored)
-        least = max(limit * self.spread, self.settings.material * unexplained(scored))
+        saved, more = compare(smaller, larger), max(len(larger.names) - len(smaller.names), 1)
+        trifle = self.settings.material * unexplained(larger)
+        least = more * max(limit * self.spread, trifle)
         return saved.nats > max(least, self.settings.least_errors * saved.error)
 
 

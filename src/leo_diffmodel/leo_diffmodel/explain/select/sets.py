@@ -11,12 +11,11 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, Progress
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
+from leo_diffmodel.explain.select.evidence import compare, score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray
 Names = frozenset[Candidate]
-MOST_REPAIRS = 6
 
 
 @dataclass
@@ -31,7 +30,6 @@ class Sets:
         until: when to stop [s of `time.monotonic`].
         known: the fitted sets by their effects.
         extensions: what was tried on top of which set.
-        parents: the sets that each set was first an extension of.
     """
 
     estimator: Estimator
@@ -41,7 +39,6 @@ class Sets:
     until: float = np.inf
     known: dict[Names, Scored] = field(default_factory=dict)
     extensions: dict[Names, Extension] = field(default_factory=dict)
-    parents: dict[Names, Names] = field(default_factory=dict)
 
     @property
     def weight(self) -> Weight:
@@ -78,8 +75,6 @@ class Sets:
             pool = [c for c in self.pool if compatible(names, c)]
             found = self.estimator.extended(self.known[names].at, pool, self.told)
             self.extensions[names] = found
-            for at in found.larger:
-                self.parents.setdefault(at.names, names)
             self.add([found.base, *found.larger])
         return self.extensions[names]
 
@@ -112,72 +107,51 @@ def overlap(a: Candidate, b: Candidate) -> bool:
 
 
 def search(sets: Sets, first: Estimate) -> Scored:
-    """The best supported set: best-first extension, then swaps and splits until nothing changes."""
+    """The smallest set that no larger one beats, once the neighbours of the best are all known."""
     sets.add([first])
-    _grow(sets)
-    best = chosen(sets)
-    for _ in range(MOST_REPAIRS):
-        _repair(sets, best)
-        _grow(sets)
-        better = chosen(sets)
-        if better.names == best.names or sets.late:
-            return better
-        best = better
-    return best
-
-
-def _grow(sets: Sets) -> None:
-    """Extend the best sets until none of them promises more."""
     while not sets.late:
-        front = [s for s in _front(sets) if s.names not in sets.extensions]
+        best = chosen(sets)
+        front = [n for n in _front(sets, best) if n not in sets.extensions]
         if not front:
-            return
-        sets.extend(front[0].names)
-
-
-def _front(sets: Sets) -> list[Scored]:
-    """The sets that are worth extending: the best of those that add what is supported."""
-    if frozenset() not in sets.extensions:
-        return [sets.known[frozenset()]]
-    weight, limit, most = sets.weight, sets.threshold, sets.settings.most_effects
-    worth: list[Scored] = []
-    for scored in sets.ordered():
-        parent = sets.known.get(sets.parents.get(scored.names, scored.names))
-        if parent and parent is not scored and len(scored.names) < most:
-            if weight.supports(parent, scored, limit):
-                worth.append(scored)
-        if len(worth) == sets.settings.width:
             break
-    return worth
+        sets.extend(front[0])
+    return chosen(sets)
 
 
 def chosen(sets: Sets) -> Scored:
-    """The best set whose every effect is supported beside the others."""
-    while True:
-        known = len(sets.known)
-        for scored in sets.ordered():
-            if is_supported(sets, scored):
-                return scored
-            if len(sets.known) > known:
-                break
+    """The best of its size that no set with more parameters is supported over.
+
+    The one-standard-error rule (Breiman et al. 1984): of hypotheses that predict about equally
+    well the simplest.
+    """
+    ordered, weight, limit = sets.ordered(), sets.weight, sets.threshold
+    for size in sorted({s.size for s in ordered}):
+        mine = next(s for s in ordered if s.size == size)
+        better = ordered[: ordered.index(mine)]
+        if not any(weight.supports(mine, s, limit) for s in better if s.size > size):
+            return mine
+    return ordered[0]
 
 
-def is_supported(sets: Sets, scored: Scored) -> bool:
-    """Whether the set without any one of its effects predicts worse, the noise counted."""
-    for candidate in scored.fit.hypothesis.candidates:
-        part = sets.fitted(scored.names - {candidate}, scored.at)
-        if not sets.weight.supports(part, scored, sets.threshold):
-            return False
-    return True
+def _front(sets: Sets, best: Scored) -> list[Names]:
+    """The sets whose extensions are to be known: the best, others of its size, its parts.
 
-
-def _repair(sets: Sets, best: Scored) -> None:
-    """Try everything in the place of each effect, and a value for each joint."""
+    Where something is missing, the best sets with one effect more are tried, too: two effects may
+    be supported together that are not one by one.
+    """
+    if frozenset() not in sets.extensions:
+        return [frozenset()]
+    count, weight = len(best.names), sets.weight
+    alike = [s for s in sets.ordered() if len(s.names) == count and s.names]
+    more = [s for s in sets.ordered() if len(s.names) == count + 1
+            and compare(best, s).nats > sets.threshold * weight.spread]  # fmt: skip
     for candidate in best.fit.hypothesis.candidates:
-        if not sets.late:
-            sets.fitted(best.names - {candidate}, best.at)
-            sets.extend(best.names - {candidate})
-            _split(sets, best, candidate)
+        sets.fitted(best.names - {candidate}, best.at)
+        _split(sets, best, candidate)
+    parts = [best.names - {c} for c in best.fit.hypothesis.candidates]
+    near = [s.names for s in (*alike[: sets.settings.width], *more[: sets.settings.ahead])]
+    room = [n for n in near if len(n) < sets.settings.most_effects]
+    return [*room, *parts]
 
 
 def _split(sets: Sets, best: Scored, candidate: Candidate) -> None:
