@@ -17,7 +17,7 @@ from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.pose import pose
-from leo_diffmodel.explain.select.engine import uncertain
+from leo_diffmodel.explain.problem.candidates import uncertain
 from leo_sim.batch import rollout
 from leo_sim.model import Model
 

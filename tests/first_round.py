@@ -6,7 +6,7 @@ from unittest import mock
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.select import engine
-from leo_diffmodel.explain.select.engine import Search
+from leo_diffmodel.explain.select.search import Search
 from leo_sim.model import Model
 
 

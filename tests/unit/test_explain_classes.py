@@ -14,7 +14,8 @@ from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.estimate.scan import Scanner
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.pose import pose
-from leo_diffmodel.explain.select.engine import scales_of, uncertain
+from leo_diffmodel.explain.estimate.scan import scales_of
+from leo_diffmodel.explain.problem.candidates import uncertain
 from leo_sim.batch import rollout
 from leo_sim.effects import EFFECTS, place
 from leo_sim.model import Model

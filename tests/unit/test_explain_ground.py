@@ -14,20 +14,20 @@ from leo_diffmodel.blind.run import run_case
 from leo_diffmodel.compare.pushes import predict, respond
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.decide.verdict import Rest
-from leo_diffmodel.explain.estimate import on_ground
+from leo_diffmodel.explain.estimate import contact
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.footing import refined, settled
 from leo_diffmodel.explain.estimate.ground_scan import is_straight, turned_to_any, TWO_ANGLES
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
-from leo_diffmodel.explain.estimate.on_ground import converged, finalists, polished
+from leo_diffmodel.explain.estimate.contact import converged, finalists, polished
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.pose import pose, standing
 from leo_diffmodel.explain.select import engine
 from leo_diffmodel.explain.select.engine import scales_of, Trial
-from leo_diffmodel.explain.select.ranking import gains, held_out_share, WINDOW_NATS
+from leo_diffmodel.explain.estimate.loss import gains, held_out_share, WINDOW_NATS
 from leo_diffmodel.explain.select.review import review
-from leo_diffmodel.explain.select.scored import shows
+from leo_diffmodel.explain.estimate.loss import shows
 from leo_diffmodel.explain.select.search import scanned_anew
 from leo_diffmodel.explain.unknown import find as unknown_find
 from leo_diffmodel.explain.unknown.curves import curves

@@ -8,7 +8,7 @@ from tests.first_round import first_search
 from tests.simulate import DT, NOISE, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.explain.decide.classes import Facts, same_thing
-from leo_diffmodel.explain.select.ranking import Round
+from leo_diffmodel.explain.estimate.loss import Round
 from leo_sim.batch import rollout
 from leo_sim.drawing import of_size
 from leo_sim.effects import EFFECTS, place, Placed

@@ -16,9 +16,9 @@ from leo_diffmodel.explain.estimate.scan import Scanner
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.select.engine import scales_of, Search, settled, Trial
 from leo_diffmodel.explain.select.evidence import rivals
-from leo_diffmodel.explain.select.ranking import Round
+from leo_diffmodel.explain.estimate.loss import Round
 from leo_diffmodel.explain.select.review import as_one, review
-from leo_diffmodel.explain.select.scored import away, dispersion, shows
+from leo_diffmodel.explain.estimate.loss import away, dispersion, shows
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model_file import load_model

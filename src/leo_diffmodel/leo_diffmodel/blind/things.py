@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from leo_diffmodel.explain.decide.classes import Facts, why_same
-from leo_diffmodel.explain.select.scored import MARGIN_NATS
+from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 
 LARGEST_SET = 3
 Thing = tuple[str, str]

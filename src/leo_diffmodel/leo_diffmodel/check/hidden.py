@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import Reach
 from leo_diffmodel.check.finding import Finding, OK, WARNING
-from leo_diffmodel.explain.select.engine import uncertain
+from leo_diffmodel.explain.problem.candidates import uncertain
 from leo_sim.model import Model
 
 

@@ -10,7 +10,7 @@ import itertools
 import numpy as np
 
 from leo_diffmodel.check.amplitudes import Apart, Reach
-from leo_diffmodel.explain.select.scored import MARGIN_NATS
+from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 
 MOST_TIMES = 1000.0
 

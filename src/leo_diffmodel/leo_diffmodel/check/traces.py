@@ -9,14 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.explain.estimate.fit import fit, Problem
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.estimate.scan import Scan, Scanner
-from leo_diffmodel.explain.problem.candidates import candidates
-from leo_diffmodel.explain.problem.pose import pose, standing
-from leo_diffmodel.explain.select.engine import scales_of, uncertain
+from leo_diffmodel.explain.estimate.scan import scales_of, Scan, Scanner
 from leo_diffmodel.explain.estimate.threshold import threshold
+from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.problem.pose import pose, standing
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -75,7 +75,7 @@ def traces_of(
     Raises:
         ValueError: no window fits.
     """
-    posed = pose(recordings, (), model)
+    posed = pose(thin(recordings), (), model)
     whole = posed.problem
     problem = standing(replace(posed, problem=fewer(whole))).problem
     share = problem.windows.count * float(problem.windows.dt[0].sum())
@@ -92,8 +92,8 @@ def fewer(problem: Problem) -> Problem:
     if problem.base.robot.contacts:
         most = MOST_ON_GROUND
     kept = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
-    windows = problem.windows.take(kept)
-    return replace(problem, windows=windows, train=np.ones(len(kept), dtype=bool))
+    problem = problem.take(kept)
+    return replace(problem, train=np.ones(len(kept), dtype=bool))
 
 
 def scan_all(

@@ -5,25 +5,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+import math
 import time
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.provenance import provenance
-from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.explain.decide import verdict
 from leo_diffmodel.explain.decide.classes import Facts, pair_note
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.cut import Cut
 from leo_diffmodel.explain.problem.pose import pose, Posed
-from leo_diffmodel.explain.select import evidence
-from leo_diffmodel.explain.select.engine import finished, Search, search
+from leo_diffmodel.explain.select.search import Search, search
+from leo_diffmodel.explain.settings import SETTINGS, Settings
 from leo_diffmodel.explain.tell import rows
 from leo_diffmodel.explain.tell.held import held_windows
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
-from leo_diffmodel.explain.unknown.find import find, find_alone, Found
+from leo_diffmodel.explain.unknown.find import beside, find, Found
 from leo_diffmodel.explain.unknown.paths import with_past
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -41,7 +42,7 @@ class Explanation:
     """What `leo explain` says.
 
     Attributes:
-        verdict: fine, named, ambiguous, unknown or untestable.
+        verdict: fine, named, partly, ambiguous, unknown or untestable.
         sentence: the answer in plain words.
         effects: the supported effects, rows as in explain.json.
         constants: the uncertain constants as refitted.
@@ -54,6 +55,9 @@ class Explanation:
         model: the repaired model; the model as given where nothing was named.
         search: the search itself, for the report; None where untestable.
         unknown: the law that is missing and no known effect; None where there is none.
+        settings: the gates by name.
+        stability: in what share of the held-out turns which set is chosen.
+        used: what the search was made in: thinned, without what was moved from outside.
     """
 
     verdict: str
@@ -69,12 +73,15 @@ class Explanation:
     model: Model = field(repr=False)
     search: Search | None = field(repr=False, default=None)
     unknown: Unknown | None = None
+    settings: dict[str, float] = field(default_factory=dict)
+    stability: list[dict] = field(default_factory=list)
+    used: tuple[Recording, ...] = field(repr=False, default=())
 
     def to_json(self) -> dict:
         """The contents of explain.json."""
         names = (
             'verdict', 'sentence', 'effects', 'constants', 'hypotheses', 'not_testable',
-            'next_run', 'errors', 'seconds', 'provenance',
+            'next_run', 'errors', 'stability', 'settings', 'seconds', 'provenance',
         )  # fmt: skip
         told = self.unknown.to_json() if self.unknown else None
         return {name: getattr(self, name) for name in names} | {'unknown': told}
@@ -87,6 +94,9 @@ def explain(
     extra: Sequence[Effect] = (),
     progress: Callable[[str], None] = lambda _: None,
     step: float | None = None,
+    settings: Settings = SETTINGS,
+    within: float = math.inf,
+    keep: bool = False,
 ) -> Explanation:
     """Name what the model lacks, or say that nothing, or nothing known, is missing.
 
@@ -98,39 +108,48 @@ def explain(
         progress: told what is being tried.
         step: length of the one step that errors are given for [s]; by default the control
             period of the data.
+        settings: the gates.
+        within: time for the search [s]; the best answer so far is given after it, and says so.
+        keep: use what looks moved from outside, too.
 
     Raises:
         UserError: a step that cannot be scored.
     """
     began = time.monotonic()
-    origin = provenance([*recordings, *hold_out], model)
+    asked = _Asked(model, provenance([*recordings, *hold_out], model), settings, began)
     own = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
     helper.prepare(not own)
-    thinned = thin([*recordings, *hold_out])
-    recordings, hold_out = thinned[: len(recordings)], thinned[len(recordings) :]
+    cut = Cut.of(recordings, hold_out, model) if not keep else Cut(recordings, hold_out)
+    if cut.share > settings.outside:
+        return _without_search(asked, 'unknown', *cut.answer, [])
+    recordings, hold_out = cut.thinned
     posed, reason = _posed(recordings, hold_out, model)
-    if reason:
+    if reason or posed is None:
         untold = [_untold(c, reason) for c in candidates(model, extra)]
-        return _nothing(reason, untold, model, origin, time.monotonic() - began)
+        sentence = f'This data cannot test the model: {reason}.'
+        return _without_search(asked, 'untestable', sentence, reason.split(': ', 1)[-1], untold)
     step = errors.step_seconds(recordings, step)
     everything = [*recordings, *hold_out]
-    instead = partial(find_alone, everything)
-    found = search(recordings, hold_out, model, extra, progress, posed, instead)
+    found = search(everything, model, posed, settings, extra, progress, began + within)
     progress('what no known effect explains')
-    outside = find(everything, found)
-    if outside:
-        members = tuple(found.members[i] for i in outside.kept)
-        found = replace(found, final=outside.beside, members=members)
-    else:
-        progress('the last fit')
-        found = finished(found)
-    whole = outside.attempt.fit if outside else None
+    outside = find(everything, found) if found.complete else None
+    found = beside(found, outside) if outside else found
     held = held_windows(everything, found, model)
     free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
-    context = rows.Context(found, model, Facts(model.robot, bool(free)), held, step)
-    context = context.undisturbed(whole or found.final)
+    context = rows.Context(found, model, Facts(model.robot, bool(free)), held, step, settings)
+    context = context.undisturbed((outside and outside.attempt.fit) or found.final)
     unknown = _told(everything, outside, context) if outside else None
-    return _answer(context, origin, began, unknown)
+    return replace(_answer(context, asked, unknown, cut), used=tuple(everything))
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What every answer needs: model, provenance, gates, and when it was asked [s]."""
+
+    model: Model
+    origin: dict
+    settings: Settings
+    began: float
 
 
 def _posed(
@@ -148,21 +167,23 @@ def _untold(candidate: Candidate, reason: str) -> dict:
     return {'name': candidate.effect.name, 'where': candidate.where, 'why': reason}
 
 
-def _nothing(
-    reason: str, untold: list[dict], model: Model, origin: dict, seconds: float
+def _without_search(
+    asked: _Asked, verdict: str, sentence: str, next_run: str, untold: list[dict]
 ) -> Explanation:
+    """An answer that needs no search: the data cannot test the model, or are not of the robot."""
     return Explanation(
-        verdict='untestable',
-        sentence=f'This data cannot test the model: {reason}.',
+        verdict=verdict,
+        sentence=sentence,
         effects=[],
         constants={},
         hypotheses=[],
         not_testable=untold,
-        next_run=reason.split(': ', 1)[-1],
+        next_run=next_run,
         errors={},
-        seconds=seconds,
-        provenance=origin,
-        model=model,
+        seconds=time.monotonic() - asked.began,
+        provenance=asked.origin,
+        settings=asked.settings.to_json(),
+        model=asked.model,
     )
 
 
@@ -180,13 +201,14 @@ def _told(
 
 
 def _answer(
-    context: rows.Context, origin: dict, began: float, unknown: Unknown | None
+    context: rows.Context, asked: _Asked, unknown: Unknown | None, cut: Cut
 ) -> Explanation:
     found = context.found
     after = context.predict(found.final)
     named = rows.named(context)
-    rest = verdict.rest_of(found.null, found.final, bool(found.problem.footing))
-    decision = verdict.decide(named, rest, unknown is not None)
+    rest = verdict.rest_of(found.null, found.final, bool(found.problem.footing), asked.settings)
+    doubts = rows.doubts(context)
+    decision = verdict.decide(named, rest, unknown is not None, doubts)
     words = unknown.words if unknown else None
     tables = rows.error_tables(context, after) | {
         'ladder': rows.ladder(context, after),
@@ -195,10 +217,11 @@ def _answer(
         'chi2_ratio': rest.ratio,
         'unexplained_share': rest.share,
     }
+    notes = [*doubts, *cut.notes, *filter(None, [_note(context)])]
     return Explanation(
         verdict=decision,
         sentence=verdict.sentence(
-            decision, named, _change(context, after), _note(context), words
+            decision, named, _change(context, after), notes, words, rows.left(context, rest)
         ),
         effects=rows.effect_rows(context),
         constants=rows.constant_rows(found),
@@ -206,8 +229,10 @@ def _answer(
         not_testable=rows.not_testable(found),
         next_run=_next_run(decision, context, unknown),
         errors=tables,
-        seconds=time.monotonic() - began,
-        provenance=origin,
+        seconds=time.monotonic() - asked.began,
+        provenance=asked.origin,
+        settings=asked.settings.to_json(),
+        stability=rows.stability(context),
         model=_repaired(context),
         search=found,
         unknown=unknown,
@@ -254,14 +279,16 @@ def _change(context: rows.Context, after: errors.Prediction) -> str:
 def _next_run(decision: str, context: rows.Context, unknown: Unknown | None) -> str | None:
     """What would settle an open answer, in the words of the effects concerned."""
     if decision == 'ambiguous':
+        catalogue = {c.effect.name: c.effect for s in context.found.sets for c in s.names}
         close = [
-            r.scored.candidate.effect
-            for step in context.found.members
-            for r in evidence.open_rivals(evidence.rivals(step, context.facts))
+            catalogue[r['name']]
+            for c in context.found.chosen.names
+            for r in rows.rivals(context, c)
+            if not r['same_thing'] and r['separable_nats'] < MARGIN_NATS
         ]
         return '; '.join([*dict.fromkeys(e.reveal for e in close), NEXT])
     if unknown:
         return f'repeat the run, and {unknown.reveal}'
-    if decision == 'unknown':
+    if decision in ('unknown', 'partly'):
         return 'repeat the run, then vary one thing at a time: speed, load, angle, supply'
     return None

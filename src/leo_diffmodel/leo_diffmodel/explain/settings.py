@@ -31,8 +31,8 @@ class Settings:
         left_out: share of the folds left out of each turn.
         stable: share of the turns that must choose an effect for it to be sure.
         sigmas: standard deviations a parameter must be away from no effect.
-        dominance: times an effect must change the prediction as much as what no effect explains,
-            so that this cannot stand for it.
+        dominance: share of what is left unexplained that an effect must save to be sure: what is
+            smaller may stand for something else.
         unexplained: times the noise that may be left where nothing is missing (mean square).
         share: of the error beyond noise that may be left where everything is explained.
         outside: share of the moving time moved from outside from which on no effect is named.
@@ -51,10 +51,10 @@ class Settings:
     pairs: int = 2
     most_effects: int = 8
     turns: int = 60
-    left_out: float = 1 / 3
+    left_out: float = 0.1
     stable: float = 0.9
     sigmas: float = 3.0
-    dominance: float = 1.0
+    dominance: float = 0.2
     unexplained: float = 1.6
     share: float = 0.25
     outside: float = 0.5

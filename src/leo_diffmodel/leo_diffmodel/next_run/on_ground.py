@@ -8,12 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from leo_diffmodel.explain.estimate.contact import converged
 from leo_diffmodel.explain.estimate.fit import Fit, fit
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.estimate.on_ground import converged
+from leo_diffmodel.explain.estimate.scan import scales_of
+from leo_diffmodel.explain.problem.candidates import uncertain
 from leo_diffmodel.explain.problem.pose import Posed, standing
-from leo_diffmodel.explain.select.engine import scales_of, uncertain
 
 MOST_WINDOWS = 80
 

@@ -16,11 +16,10 @@ from leo_diffmodel.compare import noise
 from leo_diffmodel.explain.decide.classes import Facts, why_same
 from leo_diffmodel.explain.estimate.fit import Fit, fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.estimate.scan import Scanner
-from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
+from leo_diffmodel.explain.estimate.scan import scales_of, Scanner
+from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.pose import pose, Posed
-from leo_diffmodel.explain.select.engine import scales_of, uncertain
-from leo_diffmodel.explain.select.scored import MARGIN_NATS
 from leo_diffmodel.next_run.on_ground import fit_in_turn, footed
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect

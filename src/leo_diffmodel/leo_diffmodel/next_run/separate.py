@@ -12,13 +12,13 @@ from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.fit import Fit
+from leo_diffmodel.explain.estimate.loss import WINDOW_NATS
 from leo_diffmodel.explain.problem.pose import (
     GROUND_SAMPLES,
     GROUND_SECONDS,
     LEAST_SAMPLES,
     SEARCH_SECONDS,
 )
-from leo_diffmodel.explain.select.ranking import WINDOW_NATS
 from leo_sim.model import Model
 
 Array = np.ndarray

@@ -13,8 +13,8 @@ from leo_diffmodel.check.amplitudes import needed
 from leo_diffmodel.check.traces import scan_all
 from leo_diffmodel.explain.estimate.fit import Problem
 from leo_diffmodel.explain.estimate.footing import settled
-from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.estimate.threshold import LEAST_NATS
+from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.next_run.separate import MOST_WINDOWS, windows_of
 from leo_sim.effects import Effect
 from leo_sim.model import Model

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.where import where as places_of
 from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.explain.tell.headline import Headline
@@ -58,7 +57,7 @@ def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list
     """The sections that a finished search fills."""
     found, errors = explanation.search, explanation.errors
     assert found is not None
-    recordings = thin(recordings)
+    recordings = list(explanation.used)
     curves = trace(recordings, found)
     worst = stretches(before_and_after(recordings, found))
     return [
@@ -71,7 +70,7 @@ def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list
             explanation.effects,
             explanation.hypotheses,
             explanation.constants,
-            found.rounds[0].threshold,
+            found.threshold,
             Headline(errors['statistic'], errors['ladder'][0]['seconds']).short,
         ),
         horizon.held_out(errors, bool(explanation.effects), _training(explanation, recordings)),

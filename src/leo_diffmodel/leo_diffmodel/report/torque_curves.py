@@ -14,7 +14,7 @@ from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.torque import estimate, MissingTorque, trusted, window_seconds
 from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain.estimate.fit import Fit
-from leo_diffmodel.explain.select.engine import Search
+from leo_diffmodel.explain.select.search import Search
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -72,12 +72,12 @@ def trace(recordings: Sequence[Recording], found: Search) -> Curves:
 
 
 def _leading(found: Search) -> list[tuple[str, Fit]]:
-    final, first = found.final, found.rounds[0]
+    final, empty = found.final, found.known(frozenset())
     leading = [(' + '.join(c.label for c in final.hypothesis.candidates), final)]
     leading += [
-        (s.candidate.label, s.fit)
-        for s in first.scored
-        if s.fit is not None and s.gain_train + s.gain_held_out > first.threshold
+        (next(iter(s.names)).label, s.fit)
+        for s in found.sets
+        if len(s.names) == 1 and empty and found.weight.ahead(s, empty) > found.threshold
     ]
     unique = {name: fitted for name, fitted in reversed(leading) if name}
     return [(name, unique[name]) for name in dict(leading) if name][:MOST_CURVES]

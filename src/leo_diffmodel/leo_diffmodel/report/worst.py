@@ -13,7 +13,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.errors import horizon_windows, predict_windows, Prediction
 
 if TYPE_CHECKING:
-    from leo_diffmodel.explain.select.engine import Search
+    from leo_diffmodel.explain.select.search import Search
 
 Array = np.ndarray
 SECONDS = 1.0

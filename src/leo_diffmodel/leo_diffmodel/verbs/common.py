@@ -29,7 +29,7 @@ from leo_sim.effects import Effect, get_effect, registered_effects
 from leo_sim.model import Model
 from leo_sim.model_file import load_model
 
-NEGATIVE = {'ambiguous', 'unknown', 'untestable'}
+NEGATIVE = {'partly', 'ambiguous', 'unknown', 'untestable'}
 
 
 def parser(verb: str, about: str, examples: Sequence[str]) -> Parser:
@@ -143,6 +143,6 @@ def progress(title: str, steps: int | None = None) -> Iterator[Callable[[str], N
 def search_steps(model: Model) -> int:
     """About how many candidates a search will try: two rounds, scans and fits."""
     from leo_diffmodel.explain.problem.candidates import candidates
-    from leo_diffmodel.explain.select.search import REFINED
+    from leo_diffmodel.explain.settings import SETTINGS
 
-    return 2 * (len(candidates(model)) + REFINED)
+    return 4 * (len(candidates(model)) + SETTINGS.singles + SETTINGS.pairs)

@@ -158,7 +158,7 @@ def _say_nothing(answer: dict[str, Any], console: Console) -> None:
 
 def _sentence(found: Proposal, best: Option, seconds: float) -> str:
     from leo_diffmodel.check.amplitudes import needed
-    from leo_diffmodel.explain.select.scored import MARGIN_NATS
+    from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
     from leo_diffmodel.next_run.show import is_shown
 
     if found.aim == 'show':

@@ -11,12 +11,9 @@ import numpy as np
 from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.fit import Fit
-from leo_diffmodel.explain.select.scored import dispersion, unexplained
+from leo_diffmodel.explain.estimate.loss import dispersion, unexplained
+from leo_diffmodel.explain.settings import SETTINGS, Settings
 
-LEAST_WINDOWS = 12
-LEAST_SIGMAS = 8.0
-UNEXPLAINED_RATIO = 1.6
-UNEXPLAINED_SHARE = 0.25
 CORRELATED_RATIO, CORRELATED = 1.3, 1.5
 FAR_RATIO = 4.0
 """More than that left on the ground is not all, however much was explained."""
@@ -35,12 +32,19 @@ class Named:
         text: parameters with units and intervals.
         together: labels of the same thing in the data.
         rivals: labels that this data cannot rule out.
+        doubt: why it is not sure; '' where it is.
     """
 
     label: str
     text: str
     together: tuple[str, ...] = ()
     rivals: tuple[str, ...] = ()
+    doubt: str = ''
+
+    @property
+    def sure(self) -> bool:
+        """Whether it can be named alone."""
+        return not (self.rivals or self.doubt)
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,7 @@ class Rest:
     share: float
     correlation: float = 1.0
     on_ground: bool = False
+    settings: Settings = SETTINGS
 
     @property
     def matters(self) -> bool:
@@ -67,12 +72,13 @@ class Rest:
         if self.on_ground and self.ratio > FAR_RATIO:
             return True
         correlated = self.ratio > CORRELATED_RATIO and self.correlation > CORRELATED
-        return self.share > UNEXPLAINED_SHARE and (self.ratio > UNEXPLAINED_RATIO or correlated)
+        much = self.ratio > self.settings.unexplained or correlated
+        return self.share > self.settings.share and much
 
 
 def untestable(windows: Windows, sigma: np.ndarray) -> str | None:
     """Why the data cannot say anything, and what to record instead; None where they can."""
-    if windows.count < LEAST_WINDOWS:
+    if windows.count < SETTINGS.fewest_windows:
         seconds = float(windows.dt.sum())
         return (
             f'only {seconds:.1f} s of data in {windows.count} windows: '
@@ -82,8 +88,8 @@ def untestable(windows: Windows, sigma: np.ndarray) -> str | None:
     noise = per_window(sigma, windows)[:, 0]
     swing = np.ptp(windows.q, axis=1) / noise[:, :joints]
     speed = np.ptp(windows.dq, axis=1) / noise[:, joints:]
-    moving = np.maximum(swing, speed).max(axis=-1) > LEAST_SIGMAS
-    if moving.sum() < LEAST_WINDOWS:
+    moving = np.maximum(swing, speed).max(axis=-1) > SETTINGS.least_motion
+    if moving.sum() < SETTINGS.fewest_windows:
         return (
             f'the robot hardly moves ({moving.sum()} of {windows.count} windows above the noise): '
             'record 20 s with an input that swings it, such as steps of random size'
@@ -101,7 +107,9 @@ def share_left(before: float, after: float) -> float:
     return float(np.clip((after - 1.0) / max(before - 1.0, 1e-9), 0.0, 1.0))
 
 
-def rest_of(null: Fit, final: Fit, on_ground: bool = False) -> Rest:
+def rest_of(
+    null: Fit, final: Fit, on_ground: bool = False, settings: Settings = SETTINGS
+) -> Rest:
     """What the effects of a fit leave of the error of the model without them.
 
     On the ground no law is looked for in what does not matter, so this must see one that acts at
@@ -111,35 +119,40 @@ def rest_of(null: Fit, final: Fit, on_ground: bool = False) -> Rest:
         null: the fit without the effects.
         final: the fit with them.
         on_ground: of a robot with contacts.
+        settings: the gates.
     """
     windows = len(final.residual)
     quantile = max(0.5, min(AT_TIMES, 1.0 - FEWEST / windows)) if on_ground else 0.5
     before, ratio = (unexplained(f, quantile) for f in (null, final))
     correlation = dispersion(final) / max(1.0, unexplained(final))
-    return Rest(ratio, share_left(before, ratio), correlation, on_ground)
+    return Rest(ratio, share_left(before, ratio), correlation, on_ground, settings)
 
 
-def decide(named: Sequence[Named], rest: Rest, outside: bool = False) -> str:
-    """fine, named, ambiguous or unknown.
+def decide(named: Sequence[Named], rest: Rest, unknown: bool, doubts: Sequence[str] = ()) -> str:
+    """fine, named, partly, ambiguous or unknown.
 
     Args:
         named: the supported effects.
         rest: what they leave.
-        outside: one variable explains more than the known effects do.
+        unknown: one law that is no known effect explains more, or somebody moved the robot.
+        doubts: what keeps the whole answer from being sure.
     """
-    if outside or rest.matters:
+    if unknown or (rest.matters and not any(n.sure for n in named)):
         return 'unknown'
     if not named:
         return 'fine'
-    return 'ambiguous' if any(n.rivals for n in named) else 'named'
+    if doubts or not all(n.sure for n in named):
+        return 'ambiguous'
+    return 'partly' if rest.matters else 'named'
 
 
 def sentence(
     verdict: str,
     named: Sequence[Named],
     change: str,
-    note: str | None = None,
+    notes: Sequence[str] = (),
     outside: str | None = None,
+    rest: str = '',
 ) -> str:
     """One or two plain sentences.
 
@@ -147,11 +160,12 @@ def sentence(
         verdict: of `decide`.
         named: the supported effects.
         change: how the held-out error changed, in words.
-        note: what the named effects could also be, in words.
-        outside: the law that is no known effect, in words.
+        notes: doubts, and what the named effects could also be, in words.
+        outside: the law that is no known effect, or who moved the robot, in words.
+        rest: how much is left and where, in words.
     """
-    if note:
-        change = f'{change} ({note})'
+    if notes:
+        change = f'{change} ({"; ".join(notes)})'
     listed = '; '.join(_describe(n) for n in named)
     if verdict == 'fine':
         return f'Nothing is missing that this data can show: {change}.'
@@ -159,6 +173,8 @@ def sentence(
         return _unknown(listed, change, outside)
     if verdict == 'ambiguous':
         return f'Something is missing that this data cannot pin down: {listed}; {change}.'
+    if verdict == 'partly':
+        return f'Missing for sure: {listed}; {change}. {rest}.'
     return f'Missing: {listed}; {change}.'
 
 
@@ -177,6 +193,8 @@ def _describe(named: Named) -> str:
         text += f', which is the same thing in this data as {_either(named.together)}'
     if named.rivals:
         text += f', or {_either(named.rivals)}'
+    if named.doubt:
+        text += f', {named.doubt}'
     return text
 
 

@@ -154,6 +154,13 @@ def fit(
     return _finish(problem, best)
 
 
+def read_at(problem: Problem, fitted: Fit) -> Fit:
+    """A fit as it is in another weighting of the residuals, its values and their errors kept."""
+    point = _evaluate(problem, fitted.hypothesis, fitted.theta, fitted.start)
+    read = _read_off(problem, point) if problem.footing else _finish(problem, point)
+    return replace(read, theta=fitted.theta, covariance=fitted.covariance)
+
+
 def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
     """The fit with the start states of another one in the windows where they suit it better.
 

@@ -23,8 +23,8 @@ from leo_diffmodel.explain.estimate.scan import (
     Scales,
     Scan,
     Scanner,
-    stretched,
     stretch_limits,
+    stretched,
 )
 from leo_sim.effects import Parameter
 

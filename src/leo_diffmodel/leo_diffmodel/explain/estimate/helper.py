@@ -102,7 +102,7 @@ def _submit(function: Callable[..., Any], *arguments: Any) -> Future:
 
 def _imported() -> None:
     """What takes longest to start: the modules that the trials need; and keep to one core."""
-    import leo_diffmodel.explain.select.engine  # noqa: F401
+    import leo_diffmodel.explain.select.search  # noqa: F401
 
     os.environ['OMP_NUM_THREADS'] = '1'
 

@@ -9,10 +9,13 @@ import itertools
 
 import numpy as np
 
+from leo_diffmodel.compare.sizes import inertia_scale, mass_scale, torque_scale
+from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.fit import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_sim.effects import Parameter
+from leo_sim.model import Model
 
 Array = np.ndarray
 FRACTIONS = (0.004, 0.02, 0.08, 0.3)
@@ -256,3 +259,15 @@ def amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
     """The first parameter, and those of its unit, scale an effect; the others shape it."""
     unit = parameters[0].unit
     return tuple(i for i, p in enumerate(parameters) if p.unit == unit)
+
+
+def scales_of(model: Model, windows: Windows) -> Scales:
+    """Sizes of this robot and this data, for choosing amplitudes."""
+    return Scales(
+        torque=torque_scale(model.robot),
+        rate=max(float(np.sqrt((windows.dq**2).mean())), 1e-3),
+        angle=max(float(np.abs(windows.q).max(initial=0.0)), 1.0),
+        inertia=inertia_scale(model.robot),
+        mass=mass_scale(model.robot),
+        input=max(float(np.abs(windows.inputs).max(initial=0.0)), 1e-9),
+    )

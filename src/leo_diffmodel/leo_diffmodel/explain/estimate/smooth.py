@@ -25,8 +25,8 @@ Array = np.ndarray
 Point = tuple[tuple[Candidate, ...], Array]
 WEIGHT_CHANGE, MOST_RENEWALS = 0.2, 4
 """Weights are read again until none changes by more than this (in logs); how often at most."""
-LISTENED = 3
-"""Fits that tell the noise."""
+ITERATIONS, QUICK_ITERATIONS, QUICK = 8, 4, 2
+"""Of a fit, and of those that only tell the weights; and how many single effects tell them."""
 WORTH = 0.3
 """Share of the threshold that a scan must promise to be fitted."""
 FEWEST = 4
@@ -54,15 +54,18 @@ class Smooth:
         The noise is the least that any of them leaves in short windows: a wrong model can only
         add to it. What the best of them is off by beyond that sets how much a recording counts.
         """
-        base = best = Estimate(self.posed, fit(self.posed.problem, hypothesis))
+        best = Estimate(self.posed, fit(self.posed.problem, hypothesis))
+        self._weighed(best)
+        best = self.refitted(best._replace(posed=self.posed), hypothesis, best.fit.theta)
         for _ in range(MOST_RENEWALS):
-            found = self._larger(best, pool, LISTENED, 1, lambda _: None)[0]
-            leading = sorted([best, *found], key=_loss)
-            if not self._weighed(best.problem, [at.fit for at in leading]):
+            larger = self._larger(best, pool, QUICK, 1, lambda _: None, QUICK_ITERATIONS)[0]
+            leading = min([best, *larger], key=_loss)
+            news = self._weighed(leading)
+            if leading is best or not news:
                 break
-            best = self.refitted(Estimate(self.posed, leading[0].fit),
-                                 leading[0].fit.hypothesis, leading[0].fit.theta)  # fmt: skip
-        return Estimate(self.posed, fit(self.posed.problem, hypothesis, base.fit.theta))
+            best = leading._replace(posed=self.posed)
+        self._calmed(leading)
+        return Estimate(self.posed, fit(self.posed.problem, hypothesis))
 
     def extended(self, base: Estimate, pool: Sequence[Candidate], told: Progress) -> Extension:
         """Scan all, and refit the best alone and in pairs; see `Estimator`."""
@@ -72,7 +75,8 @@ class Smooth:
         return Extension(base, tuple(larger), tuple(scans), limit)
 
     def _larger(
-        self, base: Estimate, pool: Sequence[Candidate], singles: int, pairs: int, told: Progress
+        self, base: Estimate, pool: Sequence[Candidate], singles: int, pairs: int,
+        told: Progress, iterations: int = ITERATIONS,
     ) -> tuple[list[Estimate], list[Scan], float]:
         """Fits with one and with two more effects, the scans they come from, and the threshold."""
         null, problem = base.fit, base.problem
@@ -84,7 +88,7 @@ class Smooth:
         worth = [s for s in scans[:singles] if s.gain > WORTH * limit] or scans[:1]
         points = [((s.candidate,), s.own) for s in worth]
         points += best_pairs(scans, scanner.residual, pairs, limit)
-        fits = helper.spread(partial(_joint, problem, null), points,
+        fits = helper.spread(partial(_joint, problem, null, iterations), points,
                              lambda p: told(' + '.join(c.label for c in p[0])))  # fmt: skip
         named = [_named(f, null, p[0]) for f, p in zip(fits, points, strict=True)]
         return [Estimate(base.posed, f) for f in named], scans, limit
@@ -102,16 +106,22 @@ class Smooth:
         """The fit as it is: it was brought to its best."""
         return at
 
-    def _weighed(self, problem: Problem, fits: Sequence[Fit]) -> bool:
-        """Read noise and weights from the best fits; whether they are news."""
-        models = [f.hypothesis.model(problem.base, f.theta) for f in fits[:LISTENED]]
-        left = [noise.estimate(m, self.short) for m in models]
-        sigma = np.minimum(np.min(left, axis=0), problem.sigma)
-        scale = np.maximum(leftover(problem, fits[0]) * problem.sigma / sigma, 1.0)
-        change = np.abs(np.log(sigma * scale / problem.weight)).max()
+    def _weighed(self, best: Estimate) -> bool:
+        """Read from a fit how much each recording counts; whether that is news."""
+        problem = self.posed.problem
+        scale = np.maximum(leftover(best.problem, best.fit), 1.0)
+        change = np.abs(np.log(problem.sigma * scale / problem.weight)).max()
+        self.posed = replace(self.posed, problem=replace(problem, scale=scale))
+        return bool(change > WEIGHT_CHANGE)
+
+    def _calmed(self, best: Estimate) -> None:
+        """Read the noise again, which a good model leaves less of, and keep the weights."""
+        model = best.fit.hypothesis.model(best.problem.base, best.fit.theta)
+        problem = self.posed.problem
+        sigma = np.minimum(noise.estimate(model, self.short), problem.sigma)
+        scale = np.maximum(problem.weight / sigma, 1.0)
         posed = quieter(self.posed, sigma)
         self.posed = replace(posed, problem=replace(posed.problem, scale=scale))
-        return bool(change > WEIGHT_CHANGE)
 
 
 def _loss(at: Estimate) -> float:
@@ -129,11 +139,11 @@ def leftover(problem: Problem, fitted: Fit) -> Array:
     return np.sqrt(np.array(typical) / free)
 
 
-def _joint(problem: Problem, null: Fit, point: Point) -> Fit:
+def _joint(problem: Problem, null: Fit, iterations: int, point: Point) -> Fit:
     """Fit from where a scan points; from neutral where that leads nowhere."""
     added, values = point
     hypothesis = _with(null.hypothesis, added)
-    fitted = fit(problem, hypothesis, _between(null, values), null.start)
+    fitted = fit(problem, hypothesis, _between(null, values), null.start, iterations)
     if fitted.loss[problem.train].sum() <= null.loss[problem.train].sum():
         return fitted
     neutral = np.array([p.neutral for c in added for p in c.parameters])

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_sim.effects import Effect, EFFECTS
 from leo_sim.model import Model
+from leo_sim.robot import Constant
 
 
 def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, ...]:
@@ -24,6 +26,15 @@ def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, .
         if effect.applies(model.robot)
         for where in _places(effect, model)
         if (effect.name, where) not in taken
+    )
+
+
+def uncertain(model: Model) -> tuple[Constant, ...]:
+    """The constants that are refitted with every hypothesis."""
+    return tuple(
+        replace(c, value=float(model.constants[path]))
+        for path, c in model.robot.constants.items()
+        if c.uncertain
     )
 
 

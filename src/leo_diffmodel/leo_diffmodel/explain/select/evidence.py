@@ -3,7 +3,7 @@
 
 The data are cut into folds (recordings, or long blocks of one). Each fold is predicted by the
 parameters that all others give: leave-one-group-out cross-validation, by one Newton step from the
-joint fit. Sums over folds are compared, and the spread of their differences is the standard error.
+joint fit. Sums over folds are compared; how far the folds disagree is the error of a comparison.
 docs/evidence.md has the equations and what they assume.
 """
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -22,23 +23,25 @@ from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray
 RIDGE = 1e-9
-NEARLY = 1.15
-"""Times the noise that a recording may be off by without anything being missing."""
 FARTHEST = 3.0
 """Standard deviations that leaving a fold out may move the parameters: the step is linear."""
+NEARLY = 1.15
+"""Times the noise that a recording may be off by without anything being missing."""
 
 
 @dataclass(frozen=True)
 class Scored:
-    """A hypothesis with what it leaves of the folds it was not fitted to.
+    """A hypothesis with what it leaves of the data it was not fitted to.
 
     Attributes:
         at: the hypothesis, fitted.
-        left: loss of each fold predicted from the others [nats], shape (F,).
+        left: loss of each training window, predicted from the other folds [nats], shape (W,).
+        fold: what was left out with each of them, shape (W,).
     """
 
     at: Estimate
     left: Array
+    fold: Array
 
     @property
     def fit(self) -> Fit:
@@ -57,68 +60,6 @@ class Scored:
 
 
 @dataclass(frozen=True)
-class Weight:
-    """What a nat counts where residuals are no white noise.
-
-    Attributes:
-        spread: times the residuals exceed white noise; nats count so much less.
-        samples: effective number of independent samples.
-        settings: the gates.
-    """
-
-    spread: float
-    samples: float
-    settings: Settings
-
-    @property
-    def price(self) -> float:
-        """Of a parameter [nats that count]."""
-        return self.settings.price * float(np.log(max(self.samples, 2.0)))
-
-    def score(self, scored: Scored, folds: Array | None = None) -> float:
-        """Loss of what was left out with the price of the parameters: less is better.
-
-        Args:
-            scored: the hypothesis.
-            folds: those that count, all by default.
-        """
-        left = scored.left if folds is None else scored.left[folds] * len(scored.left) / len(folds)
-        return float(left.sum()) / self.spread + self.price * scored.size
-
-    def supports(self, smaller: Scored, larger: Scored, limit: float) -> bool:
-        """Whether a set with more parameters predicts better than one with fewer, all counted.
-
-        What it saves must be beyond what noise gives, more than a trifle of what nothing explains,
-        and beyond how far the folds disagree about it.
-
-        Args:
-            smaller: a hypothesis; the larger need not hold its effects.
-            larger: a hypothesis with more parameters.
-            limit: gain that noise alone can give an effect [nats].
-        """
-        saved, more = compare(smaller, larger), max(len(larger.names) - len(smaller.names), 1)
-        trifle = self.settings.material * unexplained(larger)
-        least = more * max(limit * self.spread, trifle)
-        return saved.nats > max(least, self.settings.least_errors * saved.error)
-
-
-def unexplained(scored: Scored) -> float:
-    """Loss of what was left out that is beyond measurement noise [nats].
-
-    Residuals are weighed by what the best hypothesis is off by, so the share of a recording that
-    is noise follows from how many times the noise that is.
-    """
-    problem = scored.at.problem
-    if problem.scale is None:
-        return 0.0
-    assert problem.fold is not None
-    beyond = 1.0 - np.minimum(NEARLY / np.sqrt((problem.scale**2).mean(axis=-1)), 1.0) ** 2
-    fold, train = problem.fold[problem.train], beyond[problem.windows.source[problem.train]]
-    share = np.array([train[fold == f].mean() for f in np.unique(fold)])
-    return float((share * scored.left).sum())
-
-
-@dataclass(frozen=True)
 class Saved:
     """What a hypothesis saves of the loss of another in data that neither was fitted to.
 
@@ -132,60 +73,124 @@ class Saved:
     error: float
 
 
-def compare(without: Scored, scored: Scored) -> Saved:
-    """What a hypothesis saves in each fold, beside what it should save there."""
-    saved, promised = without.left - scored.left, _promised(without, scored)
-    kept = float(saved.sum()) / max(float(promised.sum()), 1e-12)
-    apart, count = saved - kept * promised, len(saved)
-    return Saved(float(saved.sum()), float(np.sqrt((apart**2).sum() * count / max(count - 1, 1))))
+@dataclass(frozen=True)
+class Weight:
+    """What a nat counts where residuals are no white noise.
 
-
-def _promised(without: Scored, scored: Scored) -> Array:
-    """Half the squared change of the prediction in each fold, shape (F,)."""
-    problem = scored.at.problem
-    train = np.flatnonzero(problem.train)
-    assert problem.fold is not None
-    fold = problem.fold[train]
-    change = (without.fit.residual - scored.fit.residual)[train]
-    weight = shooting.robust_weight(scored.fit.residual[train])
-    window = 0.5 * (weight * change**2).sum(axis=-1)
-    return np.array([window[fold == f].sum() for f in np.unique(fold)])
-
-
-def score(at: Estimate, most: float = np.inf) -> Scored:
-    """Predict each fold from the others.
-
-    Args:
-        at: a fitted hypothesis.
-        most: what a single window may say [nats].
+    Attributes:
+        spread: times the residuals exceed white noise; nats count so much less.
+        samples: effective number of independent samples.
+        most: what a single window may say, in residuals as white as noise [nats].
+        settings: the gates.
+        folds: the folds that count, shape (F,); None for all.
     """
+
+    spread: float
+    samples: float
+    most: float
+    settings: Settings
+    folds: Array | None = None
+
+    @property
+    def price(self) -> float:
+        """Of a parameter [nats that count]."""
+        return self.settings.price * float(np.log(max(self.samples, 2.0)))
+
+    def ahead(self, a: Scored, b: Scored) -> float:
+        """Nats that count by which `a` is better than `b`, the price of parameters included."""
+        return self._saved(b, a).sum() / self.spread + self.price * (b.size - a.size)
+
+    def ordered(self, sets: Sequence[Scored]) -> list[Scored]:
+        """The best first: by what each is behind the best of all."""
+        best = reduce(lambda a, b: a if self.ahead(a, b) >= 0 else b, sets)
+        return sorted(sets, key=lambda s: self.ahead(best, s))
+
+    def compare(self, smaller: Scored, larger: Scored) -> Saved:
+        """What one saves in each fold, beside what it should save there."""
+        saved = self._by_fold(self._saved(smaller, larger), larger)
+        promised = self._by_fold(_promised(smaller, larger), larger)
+        kept = float(saved.sum()) / max(float(promised.sum()), 1e-12)
+        apart, count = saved - kept * promised, len(saved)
+        error = np.sqrt((apart**2).sum() * count / max(count - 1, 1))
+        return Saved(float(saved.sum()), float(error))
+
+    def supports(self, smaller: Scored, larger: Scored, limit: float) -> bool:
+        """Whether a set with more parameters predicts better than one with fewer, all counted.
+
+        What it saves must be beyond what noise gives, more than a trifle of what nothing explains,
+        and beyond how far the folds disagree about it.
+
+        Args:
+            smaller: a hypothesis; the larger need not hold its effects.
+            larger: a hypothesis with more parameters.
+            limit: gain that noise alone can give an effect [nats].
+        """
+        if self.ahead(larger, smaller) <= 0:
+            return False
+        saved, more = self.compare(smaller, larger), max(len(larger.names) - len(smaller.names), 1)
+        trifle = self.settings.material * self.unexplained(larger)
+        least = more * max(limit * self.spread, trifle)
+        return saved.nats > max(least, self.settings.least_errors * saved.error)
+
+    def unexplained(self, scored: Scored) -> float:
+        """Loss that is left beyond measurement noise [nats].
+
+        Residuals are weighed by what the best hypothesis is off by, so the share of a recording
+        that is noise follows from how many times the noise that is.
+        """
+        problem = scored.at.problem
+        if problem.scale is None:
+            return 0.0
+        beyond = 1.0 - np.minimum(NEARLY / np.sqrt((problem.scale**2).mean(axis=-1)), 1.0) ** 2
+        share = beyond[problem.windows.source[problem.train]]
+        return float(self._by_fold(share * scored.left, scored).sum())
+
+    def _saved(self, smaller: Scored, larger: Scored) -> Array:
+        """What one hypothesis saves of another's loss in each window that counts, shape (W,)."""
+        most = self.most * self.spread
+        saved: Array = np.clip(smaller.left - larger.left, -most, most)
+        return saved if self.folds is None else saved * np.isin(larger.fold, self.folds)
+
+    def _by_fold(self, window: Array, scored: Scored) -> Array:
+        sums = np.bincount(scored.fold, window)
+        return sums[np.unique(scored.fold) if self.folds is None else self.folds]
+
+
+def score(at: Estimate) -> Scored:
+    """Predict each fold from the others."""
     problem, fitted = at.problem, at.fit
     train = np.flatnonzero(problem.train)
     assert problem.fold is not None
-    residual, columns = fitted.residual[train], fitted.columns[train]
-    left = np.zeros(int(problem.fold.max()) + 1)
-    moves = _moves(fitted, residual, columns, problem.fold[train])
-    for fold, move in moves.items():
-        inside = problem.fold[train] == fold
-        moved = residual[inside] + columns[inside] @ move
-        left[fold] = np.minimum(shooting.huber(moved), most).sum()
-    return Scored(at, left[np.unique(problem.fold[train])])
+    fold, moved = problem.fold[train], fitted.residual[train].copy()
+    columns = fitted.columns[train]
+    for number, move in _moves(fitted, moved, columns, fold).items():
+        inside = fold == number
+        moved[inside] += columns[inside] @ move
+    correction = shooting.huber(moved) - shooting.huber(fitted.residual[train])
+    return Scored(at, fitted.loss[train] + correction, fold)
+
+
+def _promised(smaller: Scored, larger: Scored) -> Array:
+    """Half the squared change of the prediction in each window, shape (W,)."""
+    train = np.flatnonzero(larger.at.problem.train)
+    change = (smaller.fit.residual - larger.fit.residual)[train]
+    weight = shooting.robust_weight(larger.fit.residual[train])
+    return np.asarray(0.5 * (weight * change**2).sum(axis=-1))
 
 
 def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[int, Array]:
     """How far leaving each fold out moves the parameters, by one Newton step."""
     weight = shooting.robust_weight(residual)[..., None]
-    grams = np.einsum('wnp,wnq->wpq', columns * weight, columns)
+    grams = np.einsum('wnp,wnq->wpq', columns * weight, columns, optimize=True)
     slopes = np.einsum('wnp,wn->wp', columns * weight, residual)
     free = (fitted.theta > fitted.hypothesis.low) & (fitted.theta < fitted.hypothesis.high)
     free &= np.diagonal(grams.sum(axis=0)) > 0
-    sigma = np.sqrt(np.diagonal(fitted.covariance))
+    bound = FARTHEST * np.sqrt(np.diagonal(fitted.covariance))[free]
     moves = {}
     for number in np.unique(fold):
         other, move = fold != number, np.zeros(len(fitted.theta))
-        if free.any():
+        if free.any() and other.any():
             step = _step(grams[other].sum(axis=0), slopes, other, free)
-            bound = FARTHEST * sigma[free]
             move[free] = np.clip(step, -bound, bound)
         moves[int(number)] = move
     return moves
@@ -197,14 +202,15 @@ def _step(gram: Array, slopes: Array, other: Array, free: Array) -> Array:
     scale = np.sqrt(np.maximum(np.diagonal(part), 1e-300))
     damped = part / np.outer(scale, scale) + RIDGE * np.eye(len(scale))
     inside = slopes[~other].sum(axis=0) - slopes.mean(axis=0) * (~other).sum()
-    return np.linalg.solve(damped, inside[free] / scale) / scale
+    return np.asarray(np.linalg.solve(damped, inside[free] / scale) / scale)
 
 
-def weigh(sets: Sequence[Scored], settings: Settings) -> Weight:
+def weigh(sets: Sequence[Scored], settings: Settings, most: float = np.inf) -> Weight:
     """What a nat counts: by the hypothesis whose residuals are nearest to white noise."""
+
     def spread(scored: Scored) -> float:
         train, fitted = scored.at.problem.train, scored.fit
         return shooting.dispersion(fitted.residual[train], fitted.start.shape[-1])
 
     least = min(spread(s) for s in sets)
-    return Weight(least, sets[0].fit.residual.size / least, settings)
+    return Weight(least, sets[0].fit.residual.size / least, most, settings)

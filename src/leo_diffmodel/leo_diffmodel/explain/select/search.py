@@ -1,145 +1,131 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One step of the search: every candidate on top of one hypothesis."""
+"""From a posed problem to the set of effects that is chosen, and how sure the choice is."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
-from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.fit import Fit, fit, Problem
-from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
+from leo_diffmodel.explain.estimate.contact import Contact
+from leo_diffmodel.explain.estimate.estimator import Estimator, Progress
+from leo_diffmodel.explain.estimate.fit import Fit, Problem, read_at
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.estimate.on_ground import converged, knock_out
-from leo_diffmodel.explain.estimate.scan import amplitude_indices, Scales, Scan, Scanner
-from leo_diffmodel.explain.problem.pose import Posed, quieter
-from leo_diffmodel.explain.select.ranking import gain, ranking, Round
-from leo_diffmodel.explain.select.scored import away, shows
-from leo_diffmodel.explain.estimate.threshold import threshold
+from leo_diffmodel.explain.estimate.scan import scales_of, Scan
+from leo_diffmodel.explain.estimate.smooth import Smooth
+from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.problem.limits import limited
+from leo_diffmodel.explain.problem.pose import Posed
+from leo_diffmodel.explain.select import sets as choice
+from leo_diffmodel.explain.select.evidence import Scored, Weight
+from leo_diffmodel.explain.select.sets import Names, Sets
+from leo_diffmodel.explain.settings import Settings
+from leo_sim.effects import Effect
+from leo_sim.model import Model
+
+if TYPE_CHECKING:
+    from leo_diffmodel.explain.unknown.find import Found
 
 Array = np.ndarray
-REFINED = 8
-LISTENED = 3
-WORTH_A_FIT = 1.5
 
 
-def explore(
+@dataclass(frozen=True)
+class Search:
+    """What was chosen, and from what.
+
+    Attributes:
+        null: the model as given, constants refitted, in units of the measurement noise.
+        final: the chosen hypothesis, in the same units.
+        posed: the problem in these units.
+        chosen: the chosen hypothesis as it was compared with the others.
+        sets: all hypotheses that were fitted, best first.
+        scans: what a scan promised of each candidate on the model as given, most first.
+        threshold: gain that noise alone can give an effect [nats].
+        weight: what a nat counts.
+        turns: what is chosen where folds are left out of the choice, one set for each draw.
+        complete: False where the time was over before the search was.
+        alone: the law that explains more than several effects, where that ended the search.
+    """
+
+    null: Fit
+    final: Fit
+    posed: Posed
+    chosen: Scored
+    sets: tuple[Scored, ...]
+    scans: tuple[Scan, ...]
+    threshold: float
+    weight: Weight
+    turns: tuple[Names, ...]
+    complete: bool = True
+    alone: Found | None = None
+
+    @property
+    def problem(self) -> Problem:
+        """The short windows, in units of the measurement noise."""
+        return self.posed.problem
+
+    def known(self, names: Names) -> Scored | None:
+        """A hypothesis by its effects, if it was fitted."""
+        return next((s for s in self.sets if s.names == names), None)
+
+    def share(self, alike: Callable[[Candidate], bool]) -> float:
+        """Share of the turns whose choice holds such an effect."""
+        return float(np.mean([any(alike(c) for c in names) for names in self.turns]))
+
+
+def estimator(
+    posed: Posed, model: Model, recordings: Sequence[Recording], settings: Settings
+) -> Estimator:
+    """The one for this robot: the only place where contact is asked for."""
+    scales = scales_of(model, posed.problem.windows)
+    if model.robot.contacts:
+        return Contact(posed, scales, settings)
+    return Smooth(posed, scales, noise.short_windows(recordings), settings)
+
+
+def search(
+    recordings: Sequence[Recording],
+    model: Model,
     posed: Posed,
-    null: Fit,
-    candidates: Sequence[Candidate],
-    scales: Scales,
-    short: Sequence[Windows],
-    progress: Callable[[str], None] = lambda _: None,
-    incumbent: Fit | None = None,
-) -> Round:
-    """Scan all candidates, refit the most promising, and settle the noise on the way.
-
-    The noise is the least that any of the leading hypotheses leaves in short windows: a wrong
-    model can only add to it.
+    settings: Settings,
+    extra: Sequence[Effect] = (),
+    told: Progress = lambda _: None,
+    until: float = np.inf,
+) -> Search:
+    """Choose the effects that the recordings support.
 
     Args:
-        posed: the problem.
-        null: the hypothesis to add to.
-        candidates: what to add.
-        scales: sizes of this robot and data.
-        short: the windows that noise is read from.
-        progress: told what is being tried.
-        incumbent: a fit of the hypothesis with one of the candidates; it is tried from there.
+        recordings: all of them, held-out ones last.
+        model: the model to explain; its uncertain constants are refitted in every hypothesis.
+        posed: the problem made of them.
+        settings: the gates.
+        extra: a user's own effects.
+        told: hears what is being tried.
+        until: when to stop with the best so far [s of `time.monotonic`].
     """
-    if posed.problem.footing:
-        posed, null, _ = converged(posed, null)
-    problem = posed.problem
-    scanner = (GroundScanner if problem.footing else Scanner)(problem, null, scales)
-    found = _scanned(scanner, candidates, lambda c: progress(c.label))
-    found = [replace(s, candidate=c) for s, c in zip(found, candidates, strict=True)]
-    scans = _ordered(found, null, incumbent)
-    if problem.footing:
-        scans[1:1] = scanned_anew(found, null, incumbent)
-        return knock_out(posed, null, scans, threshold(scans), candidates, progress)
-    leading = _refitted(problem, null, scans[:LISTENED], progress)
-    calmer = np.minimum(_least_noise(problem, leading, short), problem.sigma)
-    if np.any(calmer < 0.97 * problem.sigma):
-        calm = quieter(posed, calmer)
-        again = fit(calm.problem, null.hypothesis, null.theta, null.start)
-        return explore(calm, again, candidates, scales, short, progress, incumbent)
-    rest = [s for s in scans[LISTENED:REFINED] if s.gain > WORTH_A_FIT]
-    leading += _refitted(problem, null, rest, progress)
-    return ranking(posed, null, scans, leading, threshold(scans), candidates)
-
-
-def _scanned(
-    scanner: Scanner, candidates: Sequence[Candidate], told: Callable[[Candidate], None]
-) -> list[Scan]:
-    """All candidates scanned; the scanner on the ground keeps what takes long."""
-    if not isinstance(scanner, GroundScanner):
-        return helper.spread(scanner.scan, candidates, told)
-    scanner.trace(candidates, told)
-    return [scanner.scan(candidate) for candidate in candidates]
-
-
-def _ordered(scans: Sequence[Scan], null: Fit, incumbent: Fit | None) -> list[Scan]:
-    """The most promising first, the incumbent with its fitted values before all."""
-    ordered = sorted(scans, key=lambda s: -s.gain)
-    if incumbent is None:
-        return ordered
-    first = next(s for s in ordered if s.candidate in incumbent.hypothesis.candidates)
-    hypothesis = null.hypothesis.with_candidate(first.candidate)
-    theta = hypothesis.carried(incumbent.hypothesis, incumbent.theta)
-    return [replace(first, theta=theta), *(s for s in ordered if s is not first)]
-
-
-def scanned_anew(scans: Sequence[Scan], null: Fit, incumbent: Fit | None) -> list[Scan]:
-    """The scan of an incumbent with a parameter that does not show at its fitted values.
-
-    No fit finds the way back from there.
-    """
-    if incumbent is None:
-        return []
-    mine = [s for s in scans if s.candidate in incumbent.hypothesis.candidates]
-    return [_sized(s, null, incumbent) for s in mine if not shows(incumbent, s.candidate)]
-
-
-def _sized(scan: Scan, null: Fit, incumbent: Fit) -> Scan:
-    """A scan brought to the fitted size of its effect, if that shows."""
-    hypothesis = null.hypothesis.with_candidate(scan.candidate)
-    first, theta = hypothesis.offset(len(hypothesis.candidates) - 1), scan.theta.copy()
-    scaling = [first + i for i in amplitude_indices(scan.candidate.parameters)]
-    beyond = theta - hypothesis.neutral
-    fitted = hypothesis.carried(incumbent.hypothesis, incumbent.theta) - hypothesis.neutral
-    if beyond[first] and away(incumbent, scan.candidate)[0] >= 1:
-        theta[scaling] += beyond[scaling] * (fitted[first] / beyond[first] - 1)
-    return replace(scan, theta=theta)
-
-
-def _refitted(
-    problem: Problem, null: Fit, scans: Sequence[Scan], progress: Callable[[str], None]
-) -> list[Fit]:
-    points = [(s.candidate, s.theta) for s in scans]
-    fits = helper.spread(partial(_refit, problem, null), points, lambda p: progress(p[0].label))
-    return [
-        replace(f, hypothesis=null.hypothesis.with_candidate(s.candidate))
-        for f, s in zip(fits, scans, strict=True)
-    ]
-
-
-def _refit(problem: Problem, null: Fit, point: tuple[Candidate, Array]) -> Fit:
-    """Fit from where a scan points; from neutral where that leads nowhere."""
-    candidate, theta = point
-    hypothesis: Hypothesis = null.hypothesis.with_candidate(candidate)
-    fitted = fit(problem, hypothesis, theta, null.start)
-    if gain(null, fitted, problem.train) >= 0:
-        return fitted
-    split = null.hypothesis.size - len(null.hypothesis.constants)
-    neutral = [p.neutral for p in candidate.parameters]
-    theta = np.concatenate([null.theta[:split], neutral, null.theta[split:]])
-    return fit(problem, hypothesis, theta, null.start, iterations=3)
-
-
-def _least_noise(problem: Problem, leading: Sequence[Fit], short: Sequence[Windows]) -> Array:
-    models = [f.hypothesis.model(problem.base, f.theta) for f in leading]
-    return np.min([noise.estimate(m, short) for m in models], axis=0)
+    fits = estimator(posed, model, recordings, settings)
+    pool = [limited(c, model) for c in candidates(model, extra)]
+    found = Sets(fits, pool, settings, told, until)
+    best = choice.search(found, fits.first(Hypothesis(constants=uncertain(model)), pool))
+    best = choice.canonical(found, best)
+    turns = tuple(s.names for s in choice.turns(found))
+    empty = found.known[frozenset()]
+    told('the last fit')
+    final = fits.finished(best.at)
+    plain = replace(final.problem, scale=None)
+    return Search(
+        null=read_at(plain, empty.fit),
+        final=read_at(plain, final.fit),
+        posed=replace(final.posed, problem=plain),
+        chosen=best,
+        sets=tuple(found.ordered()),
+        scans=found.extensions[frozenset()].scans,
+        threshold=found.threshold,
+        weight=found.weight,
+        turns=turns,
+        complete=not found.late,
+    )

@@ -1,21 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choose a set of effects: a beam over sets, with swaps and removals until nothing changes."""
+"""Choose a set of effects: the smallest that no larger one beats, among all its neighbours."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import time
 
 import numpy as np
 
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, Progress
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.select.evidence import compare, score, Scored, weigh, Weight
+from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray
 Names = frozenset[Candidate]
+EQUAL_NATS = 0.01
+"""Sets no further apart than this are one thing by two names; one of them is extended."""
 
 
 @dataclass
@@ -43,7 +45,7 @@ class Sets:
     @property
     def weight(self) -> Weight:
         """What a nat counts, by the best set so far."""
-        return weigh(list(self.known.values()), self.settings)
+        return weigh(list(self.known.values()), self.settings, self.estimator.most_nats)
 
     @property
     def late(self) -> bool:
@@ -58,50 +60,44 @@ class Sets:
 
     def ordered(self) -> list[Scored]:
         """The best first."""
-        weight = self.weight
-        return sorted(self.known.values(), key=weight.score)
+        return self.weight.ordered(list(self.known.values()))
 
     def add(self, sets: Iterable[Estimate]) -> None:
         """Score fitted sets; of two fits of one set the better is kept."""
         for at in sets:
-            mine = score(at, self.estimator.most_nats)
-            other = self.known.get(at.names)
-            if other is None or self._better(mine, other):
+            mine, other = score(at), self.known.get(at.names)
+            if other is None or float(mine.left.sum()) < float(other.left.sum()):
                 self.known[at.names] = mine
 
-    def extend(self, names: Names) -> Extension:
-        """What one or two more effects do to a set; once for each."""
-        if names not in self.extensions:
-            pool = [c for c in self.pool if compatible(names, c)]
-            found = self.estimator.extended(self.known[names].at, pool, self.told)
-            self.extensions[names] = found
-            self.add([found.base, *found.larger])
-        return self.extensions[names]
+    def extend(self, names: Names) -> None:
+        """Find what one or two more effects do to a set; once for each."""
+        if names in self.extensions:
+            return
+        pool = [c for c in self.pool if compatible(names, c)]
+        found = self.estimator.extended(self.known[names].at, pool, self.told)
+        self.extensions[names] = found
+        self.add([found.base, *found.larger])
 
     def fitted(self, names: Names, near: Estimate) -> Scored:
         """A set, fitted from the values that it has in another one that holds all of it."""
         if names not in self.known:
             full = near.fit.hypothesis
-            kept = tuple(c for c in full.candidates if c in names)
-            part = Hypothesis(kept, full.constants)
+            part = Hypothesis(tuple(c for c in full.candidates if c in names), full.constants)
             theta = part.carried(full, near.fit.theta)
             self.add([self.estimator.refitted(near, part, theta)])
         return self.known[names]
-
-    def _better(self, mine: Scored, other: Scored) -> bool:
-        return float(mine.left.sum()) < float(other.left.sum())
 
 
 def compatible(names: Iterable[Candidate], other: Candidate) -> bool:
     """Whether an effect may stand beside others: not what one of them holds at its place."""
     mine = set(other.parameters)
     return not any(
-        overlap(c, other) and (mine <= set(c.parameters) or set(c.parameters) <= mine)
+        _overlap(c, other) and (mine <= set(c.parameters) or set(c.parameters) <= mine)
         for c in names
     )
 
 
-def overlap(a: Candidate, b: Candidate) -> bool:
+def _overlap(a: Candidate, b: Candidate) -> bool:
     """Whether two effects act at one place."""
     return a.where == b.where or (a.effect.hook == b.effect.hook and 'all' in (a.where, b.where))
 
@@ -110,48 +106,86 @@ def search(sets: Sets, first: Estimate) -> Scored:
     """The smallest set that no larger one beats, once the neighbours of the best are all known."""
     sets.add([first])
     while not sets.late:
-        best = chosen(sets)
-        front = [n for n in _front(sets, best) if n not in sets.extensions]
+        front = [n for n in _front(sets) if n not in sets.extensions]
         if not front:
             break
         sets.extend(front[0])
-    return chosen(sets)
+    return best_of(sets)
 
 
-def chosen(sets: Sets) -> Scored:
-    """The best of its size that no set with more parameters is supported over.
+def best_of(sets: Sets) -> Scored:
+    """The set that is chosen among all that are known."""
+    return chosen(list(sets.known.values()), sets.weight, sets.threshold)
+
+
+def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:
+    """From the model as given to the best of the next size that is supported, until none is.
 
     The one-standard-error rule (Breiman et al. 1984): of hypotheses that predict about equally
     well the simplest.
+
+    Args:
+        sets: what there is to choose from.
+        weight: what a nat counts, and in which folds.
+        limit: gain that noise alone can give an effect [nats].
     """
-    ordered, weight, limit = sets.ordered(), sets.weight, sets.threshold
-    for size in sorted({s.size for s in ordered}):
-        mine = next(s for s in ordered if s.size == size)
-        better = ordered[: ordered.index(mine)]
-        if not any(weight.supports(mine, s, limit) for s in better if s.size > size):
-            return mine
-    return ordered[0]
+    ordered = weight.ordered(sets)
+    best = min(sets, key=lambda s: s.size)
+    while larger := [s for s in ordered if s.size > best.size and weight.supports(best, s, limit)]:
+        best = min(larger, key=lambda s: s.size)
+    return best
 
 
-def _front(sets: Sets, best: Scored) -> list[Names]:
+def canonical(sets: Sets, best: Scored) -> Scored:
+    """The same answer by the names that come first in the catalogue, where others do no better."""
+    order, weight = {c: n for n, c in enumerate(sets.pool)}, sets.weight
+    alike = [s for s in sets.known.values() if s.size == best.size
+             and abs(weight.ahead(best, s)) <= EQUAL_NATS]  # fmt: skip
+    return min(alike, key=lambda s: sorted(order[c] for c in s.names), default=best)
+
+
+def turns(sets: Sets, seed: int = 0) -> list[Scored]:
+    """What is chosen when folds at random are left out of the choice, again and again.
+
+    Folds are left out, not windows: what two windows of one recording have in common would else
+    decide (delete-d jackknife, Shao and Wu 1989).
+    """
+    known, weight, settings = list(sets.known.values()), sets.weight, sets.settings
+    folds, rng = np.unique(known[0].fold), np.random.default_rng(seed)
+    kept = len(folds) - max(1, round(len(folds) * settings.left_out))
+    draws = [rng.permutation(folds)[:kept] for _ in range(settings.turns)]
+    limit = sets.threshold * kept / len(folds)
+    return [chosen(known, replace(weight, folds=np.sort(d)), limit) for d in draws]
+
+
+def _front(sets: Sets) -> list[Names]:
     """The sets whose extensions are to be known: the best, others of its size, its parts.
 
-    Where something is missing, the best sets with one effect more are tried, too: two effects may
-    be supported together that are not one by one.
+    The best sets with one effect more are tried, too: two effects may be supported together that
+    are not one by one.
     """
     if frozenset() not in sets.extensions:
         return [frozenset()]
-    count, weight = len(best.names), sets.weight
-    alike = [s for s in sets.ordered() if len(s.names) == count and s.names]
-    more = [s for s in sets.ordered() if len(s.names) == count + 1
-            and compare(best, s).nats > sets.threshold * weight.spread]  # fmt: skip
+    best, weight = best_of(sets), sets.weight
     for candidate in best.fit.hypothesis.candidates:
         sets.fitted(best.names - {candidate}, best.at)
         _split(sets, best, candidate)
-    parts = [best.names - {c} for c in best.fit.hypothesis.candidates]
+    count, ordered = len(best.names), _distinct(sets.ordered(), weight)
+    alike = [s for s in ordered if len(s.names) == count and s.names]
+    more = [s for s in ordered if len(s.names) == count + 1
+            and weight.compare(best, s).nats > sets.threshold * weight.spread]  # fmt: skip
     near = [s.names for s in (*alike[: sets.settings.width], *more[: sets.settings.ahead])]
-    room = [n for n in near if len(n) < sets.settings.most_effects]
-    return [*room, *parts]
+    parts = [best.names - {c} for c in best.fit.hypothesis.candidates]
+    return [n for n in (best.names, *near, *parts) if len(n) < sets.settings.most_effects]
+
+
+def _distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
+    """The sets less those that do the same as the one before, by other names."""
+    kept: list[Scored] = []
+    for scored in ordered:
+        if not kept or abs(weight.ahead(kept[-1], scored)) > EQUAL_NATS:
+            kept.append(scored)
+    return kept
 
 
 def _split(sets: Sets, best: Scored, candidate: Candidate) -> None:
@@ -162,12 +196,12 @@ def _split(sets: Sets, best: Scored, candidate: Candidate) -> None:
            and c not in best.names]  # fmt: skip
     if len(own) < 2 or best.names - {candidate} | set(own) in sets.known:
         return
-    index = best.fit.hypothesis.candidates.index(candidate)
-    values = list(best.fit.hypothesis.values(best.fit.theta, index).values())
-    kept = best.fit.hypothesis.without(index)
-    theta = kept.carried(best.fit.hypothesis, best.fit.theta)
-    split = len(theta) - len(kept.constants)
-    for one in own:
-        kept = kept.with_candidate(one)
+    hypothesis, theta = best.fit.hypothesis, best.fit.theta
+    index = hypothesis.candidates.index(candidate)
+    values = list(hypothesis.values(theta, index).values())
+    rest = hypothesis.without(index)
+    theta = rest.carried(hypothesis, theta)
+    split = len(theta) - len(rest.constants)
+    wider = replace(rest, candidates=(*rest.candidates, *own))
     theta = np.concatenate([theta[:split], *[values] * len(own), theta[split:]])
-    sets.add([sets.estimator.refitted(best.at, kept, theta)])
+    sets.add([sets.estimator.refitted(best.at, wider, theta)])

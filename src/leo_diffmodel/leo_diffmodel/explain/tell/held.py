@@ -12,7 +12,7 @@ from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.blocks import Blocks
 from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.select.engine import Search
+from leo_diffmodel.explain.select.search import Search
 from leo_sim.model import Model
 
 Array = np.ndarray

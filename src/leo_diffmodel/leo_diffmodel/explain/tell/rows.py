@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
 import math
 
@@ -12,18 +13,24 @@ from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.decide.classes import Facts
-from leo_diffmodel.explain.decide.verdict import Named
+from leo_diffmodel.explain.decide.classes import Facts, same_thing
+from leo_diffmodel.explain.decide.verdict import Named, Rest
+from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import Fit, fit
-from leo_diffmodel.explain.select import evidence
-from leo_diffmodel.explain.select.engine import Search
-from leo_diffmodel.explain.select.ranking import Round
-from leo_diffmodel.explain.select.scored import Scored
+from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
+from leo_diffmodel.explain.estimate.scan import amplitude_indices, Scan
+from leo_diffmodel.explain.problem.limits import at_limit
+from leo_diffmodel.explain.select.evidence import score, Scored
+from leo_diffmodel.explain.select.search import Search
+from leo_diffmodel.explain.settings import SETTINGS, Settings
 from leo_diffmodel.explain.tell.headline import Headline, headline
 from leo_diffmodel.explain.tell.held import undisturbed
 from leo_sim.model import Model
 
 MOST_DECIMALS = 8
+RIVAL_NATS = 15.0
+MOST_INSTEAD = 3
 
 Values = tuple[tuple[str, ...], bytes]
 
@@ -38,6 +45,7 @@ class Context:
         facts: what decides which effects are the same thing.
         held: windows no fit has seen, for the errors.
         step: one control period [s].
+        settings: the gates.
     """
 
     found: Search
@@ -45,6 +53,7 @@ class Context:
     facts: Facts
     held: Windows
     step: float
+    settings: Settings = SETTINGS
     _made: dict[Values, Prediction] = field(default_factory=dict, init=False, repr=False)
 
     def predict(self, fitted: Fit) -> Prediction:
@@ -55,6 +64,54 @@ class Context:
             sigma = self.found.problem.sigma
             self._made[values] = errors.predict_windows(model, self.held, sigma)
         return self._made[values]
+
+    def share(self, candidate: Candidate) -> float:
+        """Share of the turns that choose an effect, or the same thing by another name."""
+        return self.found.share(lambda c: self.alike(c, candidate))
+
+    def alike(self, a: Candidate, b: Candidate) -> bool:
+        """Whether two effects are one, or the same thing in the data."""
+        return a == b or same_thing(a, b, self.facts) is not None
+
+    def without(self, candidate: Candidate) -> Scored:
+        """The chosen hypothesis less one effect."""
+        chosen = self.found.chosen
+        if known := self.found.known(chosen.names - {candidate}):
+            return known
+        full = chosen.fit.hypothesis
+        part = full.without(full.candidates.index(candidate))
+        theta = part.carried(full, chosen.fit.theta)
+        fitted = fit(chosen.at.problem, part, theta, chosen.fit.start)
+        return score(Estimate(chosen.at.posed, fitted))
+
+    def instead(self, candidate: Candidate) -> list[str]:
+        """What is chosen in its place in too many of the turns for it to be sure."""
+        if self.share(candidate) >= self.settings.stable:
+            return []
+        chosen = self.found.chosen.names
+        others = [c for names in self.found.turns for c in names
+                  if not any(self.alike(c, d) for d in chosen)]  # fmt: skip
+        counts = Counter(c.label for c in others)
+        least = 0.5 * (1 - self.settings.stable) * len(self.found.turns)
+        return [label for label, n in counts.most_common(MOST_INSTEAD) if n > least]
+
+    def doubt(self, index: int, candidate: Candidate) -> str:
+        """Why an effect is not sure; '' where it is."""
+        found, fitted = self.found, self.found.final
+        first = fitted.hypothesis.offset(index)
+        rows = [(p, float(fitted.theta[first + i]), fitted.ci95(first + i))
+                for i, p in enumerate(candidate.parameters)]  # fmt: skip
+        sizes = [rows[i] for i in amplitude_indices(candidate.parameters)]
+        if not any(low > p.neutral or high < p.neutral for p, _, (low, high) in sizes):
+            return 'whose interval holds no effect'
+        if any(at_limit(p, v, 0.5 * (high - low)) for p, v, (low, high) in sizes):
+            return 'at the limit of what is plausible'
+        if (share := self.share(candidate)) < self.settings.stable:
+            return f'chosen in {share:.0%} of the held-out turns'
+        saved = found.weight.compare(self.without(candidate), found.chosen).nats
+        if saved < self.settings.dominance * found.weight.unexplained(found.chosen):
+            return 'small beside what nothing explains'
+        return ''
 
     def undisturbed(self, fitted: Fit) -> Context:
         """The same on the windows without a hand push."""
@@ -91,52 +148,123 @@ def effect_rows(context: Context) -> list[dict]:
     after = context.headline(final)
     rows = []
     for index, candidate in enumerate(final.hypothesis.candidates):
-        step = found.members[index]
-        mine = step.of(candidate)
-        row = _row(mine, final, index, context.headline(step.null), after)
-        row['inclusion_probability'] = evidence.inclusion(
-            step, context.facts, found.posed.blocks.index(step.posed.problem.windows), mine
-        )
-        row['confusable_with'] = _confusable(step, context.facts, mine)
+        without = context.without(candidate)
+        row = _row(candidate, final, index, without, found.chosen)
+        row |= {'error_before': context.headline(without.fit), 'error_after': after}
+        row['inclusion_probability'] = context.share(candidate)
+        row['confusable_with'] = rivals(context, candidate)
         rows.append(row)
     return rows
 
 
 def hypothesis_rows(context: Context) -> list[dict]:
-    """All candidates of the first round, best first; those ruled out by the scan have no fit."""
-    first = context.found.rounds[0]
-    before = context.headline(first.null)
-    blocks = context.found.posed.blocks.index(first.posed.problem.windows)
-    rows = []
-    for scored in first.scored:
-        if scored.fit is None:
-            rows.append(_ruled_out(scored, before))
-            continue
-        index = len(scored.fit.hypothesis.candidates) - 1
-        row = _row(scored, scored.fit, index, before, context.headline(scored.fit))
-        row['inclusion_probability'] = evidence.inclusion(first, context.facts, blocks, scored)
-        row['confusable_with'] = _confusable(first, context.facts, scored)
+    """All candidates on the model as given, best first; those never fitted have a scan only."""
+    found = context.found
+    empty = found.known(frozenset())
+    assert empty is not None
+    before, rows = context.headline(found.null), []
+    singles = [s for s in found.sets if len(s.names) == 1]
+    for single in singles:
+        (candidate,) = single.names
+        row = _row(candidate, single.fit, 0, empty, single)
+        row |= {'error_before': before, 'error_after': context.headline(single.fit)}
+        row['inclusion_probability'] = context.share(candidate)
+        row['confusable_with'] = rivals(context, candidate)
         rows.append(row)
-    return rows
+    fitted = {c for s in singles for c in s.names}
+    return rows + [_ruled_out(s, before) for s in found.scans if s.candidate not in fitted]
+
+
+def rivals(context: Context, candidate: Candidate) -> list[dict]:
+    """What else could stand in the place of an effect, nearest first.
+
+    An effect that was not chosen is compared alone, on the model as given.
+    """
+    found = context.found
+    names = found.chosen.names if candidate in found.chosen.names else frozenset({candidate})
+    mine = found.chosen if names == found.chosen.names else found.known(names)
+    assert mine is not None
+    near = []
+    for other in found.sets:
+        if len(other.names) != len(names) or not names - {candidate} < other.names:
+            continue
+        (rival,) = other.names - (names - {candidate})
+        behind = found.weight.ahead(mine, other)
+        why = same_thing(candidate, rival, context.facts) if behind < MARGIN_NATS else None
+        if rival != candidate and abs(behind) < RIVAL_NATS:
+            near.append({'name': rival.effect.name, 'where': rival.where,
+                         'separable_nats': behind, 'same_thing': why})  # fmt: skip
+    return near
+
+
+def doubts(context: Context) -> list[str]:
+    """What keeps the whole answer from being sure, in words."""
+    found, final = context.found, context.found.final
+    first = final.hypothesis.size - len(final.hypothesis.constants)
+    low, high = final.hypothesis.low, final.hypothesis.high
+    told = [
+        f'{c.path} runs onto its limit {final.theta[first + i]:.3g} {c.unit}'.rstrip()
+        for i, c in enumerate(final.hypothesis.constants)
+        if not low[first + i] < final.theta[first + i] < high[first + i]
+    ]
+    best = stability(context)[0]
+    if best['share'] < context.settings.stable:
+        told.append(f'this set is chosen in {best["share"]:.0%} of the held-out turns')
+    return told if found.complete else [*told, 'the time was over: the best answer so far']
+
+
+def stability(context: Context) -> list[dict]:
+    """In what share of the held-out turns which set is chosen, the chosen one first."""
+    found, chosen = context.found, context.found.chosen.names
+
+    def alike(names: frozenset[Candidate]) -> bool:
+        return len(names) == len(chosen) and all(
+            any(context.alike(a, b) for b in chosen) for a in names
+        )
+
+    counts = Counter('' if alike(n) else ' + '.join(sorted(c.label for c in n)) or 'nothing'
+                     for n in found.turns)  # fmt: skip
+    mine = counts.pop('', 0) / len(found.turns)
+    names = [c.label for c in found.final.hypothesis.candidates]
+    rows = [{'effects': names, 'share': mine}]
+    return rows + [
+        {
+            'effects': [] if label == 'nothing' else label.split(' + '),
+            'share': n / len(found.turns),
+        }
+        for label, n in counts.most_common()
+    ]
+
+
+def left(context: Context, rest: Rest) -> str:
+    """How much is left, and where most of it is, in words."""
+    found = context.found
+    names, robot = context.base.robot.joint_names, found.problem
+    e = found.final.residual[robot.train].reshape(int(robot.train.sum()), -1, 2, len(names))
+    worst = names[int(np.argmax(np.median((e**2).mean(axis=(1, 2)), axis=0)))]
+    share = f'{100 * rest.share:.0f} % of the mean squared error beyond noise is something else'
+    return share if len(names) == 1 else f'{share}, most of it at {worst}'
 
 
 def named(context: Context) -> list[Named]:
     """The supported effects as the verdict sentence says them."""
-    found, final = context.found, context.found.final
-    out = []
-    for index, candidate in enumerate(final.hypothesis.candidates):
-        step = found.members[index]
-        mine = step.of(candidate)
-        near = evidence.rivals(step, context.facts, mine)
-        out.append(
-            Named(
-                candidate.label,
-                _values_text(final, index),
-                tuple(r.scored.candidate.label for r in near if r.why),
-                tuple(r.scored.candidate.label for r in evidence.open_rivals(near)),
-            )
-        )
-    return out
+    final = context.found.final
+    return [_named(context, i, c) for i, c in enumerate(final.hypothesis.candidates)]
+
+
+def _named(context: Context, index: int, candidate: Candidate) -> Named:
+    near = rivals(context, candidate)
+    labels = {n: f'{r["name"]}:{r["where"]}' for n, r in enumerate(near)}
+    same = tuple(labels[n] for n, r in enumerate(near) if r['same_thing'])
+    close = [labels[n] for n, r in enumerate(near)
+             if not r['same_thing'] and r['separable_nats'] < MARGIN_NATS]  # fmt: skip
+    return Named(
+        candidate.label,
+        _values_text(context.found.final, index),
+        same,
+        tuple(dict.fromkeys([*close, *context.instead(candidate)])),
+        context.doubt(index, candidate),
+    )
 
 
 def error_tables(context: Context, after: Prediction) -> dict:
@@ -214,39 +342,37 @@ def constant_rows(found: Search) -> dict[str, dict]:
 
 def not_testable(found: Search) -> list[dict]:
     """Effects that even at their largest amplitude would not rise above the threshold."""
-    first = found.rounds[0]
     return [
         {
             'name': s.candidate.effect.name,
             'where': s.candidate.where,
             'why': f'its largest trace in this data is {s.evidence:.1f} nats, '
-            f'{first.threshold:.1f} are needed; {s.candidate.effect.reveal}',
+            f'{found.threshold:.1f} are needed; {s.candidate.effect.reveal}',
         }
-        for s in first.scored
-        if s.evidence < first.threshold
+        for s in found.scans
+        if s.evidence < found.threshold
     ]
 
 
-def _row(scored: Scored, fitted: Fit, index: int, before: float, after: float) -> dict:
-    candidate = fitted.hypothesis.candidates[index]
+def _row(candidate: Candidate, fitted: Fit, index: int, without: Scored, scored: Scored) -> dict:
+    train = scored.at.problem.train
+    saved = without.fit.loss - scored.fit.loss
     return {
         'name': candidate.effect.name,
         'where': candidate.where,
         **({'source': candidate.effect.source} if candidate.effect.source else {}),
         'parameters': _parameters(fitted, index),
-        'gain_train': scored.gain_train,
-        'gain_held_out': scored.gain_held_out,
-        'error_before': before,
-        'error_after': after,
+        'gain_train': float(saved[train].sum()),
+        'gain_held_out': float(saved[~train].sum()),
     }
 
 
-def _ruled_out(scored: Scored, before: float) -> dict:
+def _ruled_out(scan: Scan, before: float) -> dict:
     return {
-        'name': scored.candidate.effect.name,
-        'where': scored.candidate.where,
+        'name': scan.candidate.effect.name,
+        'where': scan.candidate.where,
         'parameters': {},
-        'gain_train': scored.gain_train,
+        'gain_train': scan.gain,
         'gain_held_out': None,
         'error_before': before,
         'error_after': None,
@@ -289,15 +415,3 @@ def _with_error(parameter: dict) -> str:
         figures = digits + 1 + math.floor(math.log10(max(abs(parameter['value']), half)))
         return f'{parameter["value"]:#.{figures}g} ± {half:#.2g}'
     return f'{parameter["value"]:.{digits}f} ± {half:.{digits}f}'
-
-
-def _confusable(step: Round, facts: Facts, of: Scored | None = None) -> list[dict]:
-    return [
-        {
-            'name': r.scored.candidate.effect.name,
-            'where': r.scored.candidate.where,
-            'separable_nats': r.separable_nats,
-            'same_thing': r.why,
-        }
-        for r in evidence.rivals(step, facts, of)
-    ]

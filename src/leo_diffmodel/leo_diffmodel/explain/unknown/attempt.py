@@ -12,8 +12,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.sizes import in_volts
 from leo_diffmodel.explain.estimate.fit import Fit, fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
-from leo_diffmodel.explain.select.ranking import gain
-from leo_diffmodel.explain.select.scored import dispersion
+from leo_diffmodel.explain.estimate.loss import dispersion, gain
 from leo_diffmodel.explain.unknown import effect_file
 from leo_diffmodel.explain.unknown.curves import again, carry, Curve
 from leo_diffmodel.explain.unknown.influence import Influence, influence

@@ -8,7 +8,7 @@ better, what takes several known effects to imitate.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -16,19 +16,21 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.decide.verdict import rest_of
 from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate.contact import converged
+from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import Fit, fit, Problem
-from leo_diffmodel.explain.estimate.on_ground import converged
-from leo_diffmodel.explain.problem.pose import Posed
-from leo_diffmodel.explain.select.engine import Search
-from leo_diffmodel.explain.select.ranking import gain
-from leo_diffmodel.explain.select.scored import (
+from leo_diffmodel.explain.estimate.loss import (
     AGREEMENT,
     dispersion,
+    gain,
     MARGIN_NATS,
     TELLING_NATS,
     unexplained,
     WHOLE,
 )
+from leo_diffmodel.explain.problem.pose import Posed
+from leo_diffmodel.explain.select.evidence import score
+from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, with_fit
 from leo_diffmodel.explain.unknown.curves import Curve, curves
 from leo_diffmodel.explain.unknown.influence import Influence, influence
@@ -101,6 +103,13 @@ def _beyond(
     for index in sorted(set(range(len(beside.hypothesis.candidates))) - set(kept), reverse=True):
         beside = _without(problem, beside, index)
     return Found(tried, kept, beside, left, blocks)
+
+
+def beside(found: Search, law: Found) -> Search:
+    """The search with the named effects that stay beside a law, fitted without it."""
+    names = frozenset(law.beside.hypothesis.candidates)
+    chosen = found.known(names) or score(Estimate(found.posed, law.beside))
+    return replace(found, final=law.beside, chosen=chosen)
 
 
 def find_alone(recordings: Sequence[Recording], found: Search) -> Found | None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.decide.verdict import UNEXPLAINED_RATIO
-from leo_diffmodel.explain.select.engine import Search
+from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.tell.whiteness import (
     by_condition,
     chi_squared,

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from leo_diffmodel.explain.select.scored import MARGIN_NATS
+from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import change, estimates, label, nats, number, percent
 

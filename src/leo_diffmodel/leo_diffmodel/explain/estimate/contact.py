@@ -1,23 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A round of the search on the ground: a knock-out, each contender on a footing of its own."""
+"""Estimator for robots with contact: a knock-out, each contender on contacts of its own."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.fit import Fit, looked_at, moved, settled_as, Step
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
+from leo_diffmodel.explain.estimate.fit import Fit, fit, looked_at, moved, settled_as, Step
+from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
+from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.estimate.imitation import imitations
-from leo_diffmodel.explain.estimate.scan import Scan
-from leo_diffmodel.explain.problem.pose import Posed, resettled
-from leo_diffmodel.explain.select.ranking import gain, gains, ranking, Round
-from leo_diffmodel.explain.select.scored import dispersion, MARGIN_NATS
+from leo_diffmodel.explain.estimate.loss import dispersion, gain, gains, MARGIN_NATS, WINDOW_NATS
+from leo_diffmodel.explain.estimate.scan import Scales, Scan
+from leo_diffmodel.explain.estimate.threshold import threshold
+from leo_diffmodel.explain.problem.pose import Posed, resettled, standing
+from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray
 MOST_CONTENDERS, WORTH, WORTH_ALL, WORTH_MORE = 10, 0.35, 0.8, 0.5
@@ -46,18 +49,49 @@ class Stand(NamedTuple):
     step: Step
 
 
-def knock_out(
-    posed: Posed,
-    null: Fit,
-    scans: Sequence[Scan],
-    limit: float,
-    candidates: Sequence[Candidate],
-    progress: Callable[[str], None] = lambda _: None,
-) -> Round:
-    """A round on the ground, where a fit is dear: a knock-out of what the scan promises most.
+@dataclass
+class Contact:
+    """Fits windows whose contacts are settled; see `Estimator`."""
 
-    Each has its own footing from the first step on; that of the model without it favours small
-    effects. Those ahead after a step in some windows go on; the last are fitted in all.
+    posed: Posed
+    scales: Scales
+    settings: Settings
+    most_nats: float = WINDOW_NATS
+
+    def first(self, hypothesis: Hypothesis, pool: Sequence[Candidate] = ()) -> Estimate:
+        """The model as given, its windows settled; see `Estimator`."""
+        posed = standing(self.posed)
+        return Estimate(posed, fit(posed.problem, hypothesis))
+
+    def extended(self, base: Estimate, pool: Sequence[Candidate], told: Progress) -> Extension:
+        """Scan all candidates; the most promising are knocked out one after the other."""
+        posed, null, _ = converged(base.posed, base.fit)
+        scanner = GroundScanner(posed.problem, null, self.scales)
+        scanner.trace(pool, lambda c: told(c.label))
+        scans = sorted((scanner.scan(c) for c in pool), key=lambda s: -s.gain)
+        limit = threshold(scans)
+        null, last = knock_out(posed, null, scans, limit, told)
+        larger = tuple(Estimate(at.posed, at.fit) for at in last)
+        return Extension(Estimate(posed, null), larger, tuple(scans), limit)
+
+    def refitted(self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
+                 ) -> Estimate:
+        """Another hypothesis on the same settled windows; see `Estimator`."""
+        return Estimate(at.posed, fit(at.problem, hypothesis, theta, at.fit.start))
+
+    def finished(self, at: Estimate) -> Estimate:
+        """The parameters brought to their best, all windows settled anew; see `Estimator`."""
+        return Estimate(*polished(at.posed, at.fit)) if at.fit.hypothesis.size else at
+
+
+def knock_out(
+    posed: Posed, null: Fit, scans: Sequence[Scan], limit: float, progress: Progress
+) -> tuple[Fit, list[Stand]]:
+    """The hypothesis and those with one effect more that a knock-out leaves.
+
+    A fit is dear here. Each contender has its own contacts from the first step on; those of the
+    model without it favour small effects. Those ahead after a step in some windows go on; the
+    last are fitted in all.
     """
     worth = [s for s in scans[:MOST_CONTENDERS] if s.gain > WORTH * limit] or scans[:1]
     train = np.flatnonzero(posed.problem.train)
@@ -72,17 +106,11 @@ def knock_out(
         near, others = _imitating(min(last, key=_loss), scans)
         first, last = [*first, *near], [*last, *others]
     null = _from_others(null, last)
-    fits = [_from_others(at.fit, last) for at in last]
-    tried = [s.candidate for s in first]
-    rest = [s for s in scans if s.candidate not in tried]
-    order = sorted(range(len(fits)), key=lambda i: float(fits[i].loss[posed.problem.train].sum()))
-    once = [i for n, i in enumerate(order) if tried[i] not in [tried[k] for k in order[:n]]]
-    first, fits = [first[i] for i in sorted(once)], [fits[i] for i in sorted(once)]
-    return ranking(last[order[0]].posed, null, [*first, *rest], fits, limit, candidates)
+    return null, [at._replace(fit=_from_others(at.fit, last)) for at in last]
 
 
 def _played(
-    posed: Posed, null: Fit, scans: Sequence[Scan], progress: Callable[[str], None]
+    posed: Posed, null: Fit, scans: Sequence[Scan], progress: Progress
 ) -> tuple[list[tuple[Scan, Stand]], float]:
     """The last contenders, best first, and what the best of them gains [nats]."""
     stands = _each(_footed, posed, [_with(null, s) for s in scans])
