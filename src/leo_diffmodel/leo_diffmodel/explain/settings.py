@@ -22,7 +22,7 @@ class Settings:
             well be part of that.
         price: of a parameter, in logs of the effective number of samples (0.5: Schwarz 1978).
         margin_nats: sets nearer than this to the best are rivals of it [nats] (5: odds of 150).
-        width: best sets that are extended by further effects.
+        width: best sets of a size that are extended by further effects.
         singles: effects fitted on top of a set, those that a linear scan finds best.
         ahead: sets with one effect more that are extended although they are not supported.
         pairs: pairs of effects fitted on top of a set at once, found in the same way.
@@ -31,8 +31,6 @@ class Settings:
         left_out: share of the folds left out of each turn.
         stable: share of the turns that must choose an effect for it to be sure.
         sigmas: standard deviations a parameter must be away from no effect.
-        dominance: share of what is left unexplained that an effect must save to be sure: what is
-            smaller may stand for something else.
         unexplained: times the noise that may be left where nothing is missing (mean square).
         share: of the error beyond noise that may be left where everything is explained.
         outside: share of the moving time moved from outside from which on no effect is named.
@@ -42,7 +40,7 @@ class Settings:
 
     least_nats: float = 8.0
     least_errors: float = 2.0
-    material: float = 0.1
+    material: float = 0.2
     price: float = 0.5
     margin_nats: float = 5.0
     width: int = 3
@@ -54,7 +52,6 @@ class Settings:
     left_out: float = 0.1
     stable: float = 0.9
     sigmas: float = 3.0
-    dominance: float = 0.2
     unexplained: float = 1.6
     share: float = 0.25
     outside: float = 0.5

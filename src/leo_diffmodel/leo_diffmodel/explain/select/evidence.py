@@ -25,6 +25,8 @@ Array = np.ndarray
 RIDGE = 1e-9
 FARTHEST = 3.0
 """Standard deviations that leaving a fold out may move the parameters: the step is linear."""
+OUT_OF_LINE = 2.0
+"""Times the median loss: what is left of a window beyond that is somebody else's."""
 NEARLY = 1.15
 """Times the noise that a recording may be off by without anything being missing."""
 
@@ -37,11 +39,13 @@ class Scored:
         at: the hypothesis, fitted.
         left: loss of each training window, predicted from the other folds [nats], shape (W,).
         fold: what was left out with each of them, shape (W,).
+        behind: nats that count by which longer windows put it behind the best of its rivals.
     """
 
     at: Estimate
     left: Array
     fold: Array
+    behind: float = 0.0
 
     @property
     def fit(self) -> Fit:
@@ -80,7 +84,8 @@ class Weight:
     Attributes:
         spread: times the residuals exceed white noise; nats count so much less.
         samples: effective number of independent samples.
-        most: what a single window may say, in residuals as white as noise [nats].
+        most: what a single window may say for or against a hypothesis [nats, raw]: no more than
+            one contact that flips may decide.
         settings: the gates.
         folds: the folds that count, shape (F,); None for all.
     """
@@ -98,7 +103,8 @@ class Weight:
 
     def ahead(self, a: Scored, b: Scored) -> float:
         """Nats that count by which `a` is better than `b`, the price of parameters included."""
-        return self._saved(b, a).sum() / self.spread + self.price * (b.size - a.size)
+        saved = float(self._saved(b, a).sum()) / self.spread
+        return saved + self.price * (b.size - a.size) + b.behind - a.behind
 
     def ordered(self, sets: Sequence[Scored]) -> list[Scored]:
         """The best first: by what each is behind the best of all."""
@@ -108,7 +114,7 @@ class Weight:
     def compare(self, smaller: Scored, larger: Scored) -> Saved:
         """What one saves in each fold, beside what it should save there."""
         saved = self._by_fold(self._saved(smaller, larger), larger)
-        promised = self._by_fold(_promised(smaller, larger), larger)
+        promised = self._by_fold(np.minimum(_promised(smaller, larger), self.most), larger)
         kept = float(saved.sum()) / max(float(promised.sum()), 1e-12)
         apart, count = saved - kept * promised, len(saved)
         error = np.sqrt((apart**2).sum() * count / max(count - 1, 1))
@@ -127,9 +133,9 @@ class Weight:
         """
         if self.ahead(larger, smaller) <= 0:
             return False
-        saved, more = self.compare(smaller, larger), max(len(larger.names) - len(smaller.names), 1)
-        trifle = self.settings.material * self.unexplained(larger)
-        least = more * max(limit * self.spread, trifle)
+        saved, more = self.compare(smaller, larger), len(larger.names) - len(smaller.names)
+        trifle = max(more, 1) * self.settings.material * self.unexplained(larger)
+        least = max(more * limit * self.spread, trifle)
         return saved.nats > max(least, self.settings.least_errors * saved.error)
 
     def unexplained(self, scored: Scored) -> float:
@@ -143,12 +149,12 @@ class Weight:
             return 0.0
         beyond = 1.0 - np.minimum(NEARLY / np.sqrt((problem.scale**2).mean(axis=-1)), 1.0) ** 2
         share = beyond[problem.windows.source[problem.train]]
-        return float(self._by_fold(share * scored.left, scored).sum())
+        told = np.minimum(scored.left, OUT_OF_LINE * np.median(scored.left))
+        return float(self._by_fold(share * told, scored).sum())
 
     def _saved(self, smaller: Scored, larger: Scored) -> Array:
         """What one hypothesis saves of another's loss in each window that counts, shape (W,)."""
-        most = self.most * self.spread
-        saved: Array = np.clip(smaller.left - larger.left, -most, most)
+        saved: Array = np.clip(smaller.left - larger.left, -self.most, self.most)
         return saved if self.folds is None else saved * np.isin(larger.fold, self.folds)
 
     def _by_fold(self, window: Array, scored: Scored) -> Array:
@@ -206,11 +212,19 @@ def _step(gram: Array, slopes: Array, other: Array, free: Array) -> Array:
 
 
 def weigh(sets: Sequence[Scored], settings: Settings, most: float = np.inf) -> Weight:
-    """What a nat counts: by the hypothesis whose residuals are nearest to white noise."""
+    """What a nat counts: by the hypothesis whose residuals are nearest to white noise.
+
+    Args:
+        sets: the hypotheses.
+        settings: the gates.
+        most: what a single window may say at most, in residuals as white as noise [nats].
+    """
 
     def spread(scored: Scored) -> float:
         train, fitted = scored.at.problem.train, scored.fit
         return shooting.dispersion(fitted.residual[train], fitted.start.shape[-1])
 
-    least = min(spread(s) for s in sets)
-    return Weight(least, sets[0].fit.residual.size / least, most, settings)
+    whitest = min(sets, key=spread)
+    least = spread(whitest)
+    samples = whitest.fit.residual.size / least
+    return Weight(least, samples, most * least, settings)

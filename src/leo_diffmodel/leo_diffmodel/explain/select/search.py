@@ -111,7 +111,7 @@ def search(
     pool = [limited(c, model) for c in candidates(model, extra)]
     found = Sets(fits, pool, settings, told, until)
     best = choice.search(found, fits.first(Hypothesis(constants=uncertain(model)), pool))
-    best = choice.canonical(found, best)
+    best = choice.canonical(found, choice.contested(found, best))
     turns = tuple(s.names for s in choice.turns(found))
     empty = found.known[frozenset()]
     told('the last fit')

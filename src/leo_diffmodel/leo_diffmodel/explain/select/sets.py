@@ -10,6 +10,7 @@ import time
 import numpy as np
 
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, Progress
+from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
@@ -114,26 +115,64 @@ def search(sets: Sets, first: Estimate) -> Scored:
 
 
 def best_of(sets: Sets) -> Scored:
-    """The set that is chosen among all that are known."""
-    return chosen(list(sets.known.values()), sets.weight, sets.threshold)
+    """The set that is chosen among all that are known, its parts and those of its betters fitted."""
+    best = chosen(list(sets.known.values()), sets.weight, sets.threshold)
+    for scored in sets.ordered()[: sets.settings.width]:
+        if scored is best or sets.late:
+            break
+        if not _parts(scored) <= sets.known.keys():
+            for names in _parts(scored):
+                sets.fitted(names, scored.at)
+            return best_of(sets)
+    return best
 
 
 def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:
-    """From the model as given to the best of the next size that is supported, until none is.
-
-    The one-standard-error rule (Breiman et al. 1984): of hypotheses that predict about equally
-    well the simplest.
+    """The best of the sets whose every part predicts worse, beyond what noise and chance give.
 
     Args:
-        sets: what there is to choose from.
+        sets: what there is to choose from; of a set that takes part, each less one effect too.
         weight: what a nat counts, and in which folds.
         limit: gain that noise alone can give an effect [nats].
     """
-    ordered = weight.ordered(sets)
-    best = min(sets, key=lambda s: s.size)
-    while larger := [s for s in ordered if s.size > best.size and weight.supports(best, s, limit)]:
-        best = min(larger, key=lambda s: s.size)
-    return best
+    known = {s.names for s in sets}
+    for scored in weight.ordered([s for s in sets if _parts(s) <= known]):
+        smaller = [s for s in sets if s.size < scored.size and _holds(scored, s)]
+        if all(weight.supports(s, scored, limit) for s in smaller):
+            return scored
+    return next(s for s in sets if not s.names)
+
+
+def _parts(scored: Scored) -> set[Names]:
+    """The set less one effect, for each of them."""
+    return {scored.names - {c} for c in scored.names}
+
+
+def _holds(larger: Scored, smaller: Scored) -> bool:
+    """Whether each effect of a set is in another one, itself or as part of a wider law there."""
+    return all(
+        any(c == d or (c.where == d.where and set(c.parameters) < set(d.parameters))
+            for d in larger.names)
+        for c in smaller.names
+    )  # fmt: skip
+
+
+def contested(sets: Sets, best: Scored) -> Scored:
+    """The best in windows as long as can be fitted, of the sets that short ones cannot part."""
+    longer, weight, margin = best.at.posed.longer, sets.weight, sets.settings.margin_nats
+    near = [s for s in sets.known.values() if len(s.names) == len(best.names)
+            and weight.ahead(best, s) < margin]  # fmt: skip
+    near = _distinct(weight.ordered(near), weight)[: sets.settings.singles]
+    if longer is None or len(near) < 2:
+        return best
+    posed = replace(best.at.posed, problem=longer)
+    again = [score(Estimate(posed, fit(longer, s.fit.hypothesis, s.fit.theta))) for s in near]
+    judge = weigh(again, sets.settings)
+    first = judge.ordered(again)[0]
+    for scored in again:
+        mine = sets.known[scored.names]
+        sets.known[scored.names] = replace(mine, behind=judge.ahead(first, scored))
+    return sets.known[first.names]
 
 
 def canonical(sets: Sets, best: Scored) -> Scored:

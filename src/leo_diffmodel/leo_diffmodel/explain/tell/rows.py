@@ -108,9 +108,6 @@ class Context:
             return 'at the limit of what is plausible'
         if (share := self.share(candidate)) < self.settings.stable:
             return f'chosen in {share:.0%} of the held-out turns'
-        saved = found.weight.compare(self.without(candidate), found.chosen).nats
-        if saved < self.settings.dominance * found.weight.unexplained(found.chosen):
-            return 'small beside what nothing explains'
         return ''
 
     def undisturbed(self, fitted: Fit) -> Context:
