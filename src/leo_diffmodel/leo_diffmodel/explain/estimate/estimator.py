@@ -7,11 +7,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+import numpy as np
+
 from leo_diffmodel.explain.estimate.fit import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.problem.pose import Posed
 
+Array = np.ndarray
 Progress = Callable[[str], None]
 
 
@@ -65,11 +68,9 @@ class Estimator(Protocol):
     def extended(self, base: Estimate, pool: Sequence[Candidate], told: Progress) -> Extension:
         """The most promising effects of a pool, each fitted jointly with what `base` holds."""
 
-    def refitted(self, at: Estimate, hypothesis: Hypothesis, theta: object = None) -> Estimate:
+    def refitted(self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
+                 ) -> Estimate:
         """Another hypothesis on the same windows, from values near those of `at`."""
-
-    def compared(self, sets: Sequence[Estimate]) -> list[Estimate]:
-        """The same hypotheses with the start states of one another where these fit better."""
 
     def finished(self, at: Estimate) -> Estimate:
         """The chosen hypothesis brought to its best."""

@@ -98,10 +98,6 @@ class Smooth:
         """Another hypothesis on the same windows; see `Estimator`."""
         return Estimate(at.posed, fit(at.problem, hypothesis, theta, at.fit.start))
 
-    def compared(self, sets: Sequence[Estimate]) -> list[Estimate]:
-        """All as they are: each was fitted from its own best start states."""
-        return list(sets)
-
     def finished(self, at: Estimate) -> Estimate:
         """The fit as it is: it was brought to its best."""
         return at

@@ -115,7 +115,7 @@ def search(sets: Sets, first: Estimate) -> Scored:
 
 
 def best_of(sets: Sets) -> Scored:
-    """The set that is chosen among all that are known, its parts and those of its betters fitted."""
+    """The set that is chosen, once its parts and those of what looks better are fitted."""
     best = chosen(list(sets.known.values()), sets.weight, sets.threshold)
     for scored in sets.ordered()[: sets.settings.width]:
         if scored is best or sets.late:

@@ -97,7 +97,7 @@ class Context:
 
     def doubt(self, index: int, candidate: Candidate) -> str:
         """Why an effect is not sure; '' where it is."""
-        found, fitted = self.found, self.found.final
+        fitted = self.found.final
         first = fitted.hypothesis.offset(index)
         rows = [(p, float(fitted.theta[first + i]), fitted.ci95(first + i))
                 for i, p in enumerate(candidate.parameters)]  # fmt: skip

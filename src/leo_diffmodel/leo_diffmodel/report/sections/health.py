@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.decide.verdict import UNEXPLAINED_RATIO
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.tell.whiteness import (
     by_condition,
@@ -43,7 +43,7 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
     values = {
         'ratio': number(errors['chi2_ratio']),
         'on_ground': bool(problem.footing),
-        'white': errors['chi2_ratio'] <= UNEXPLAINED_RATIO,
+        'white': errors['chi2_ratio'] <= SETTINGS.unexplained,
         'left': percent(errors['unexplained_share']),
         'repaired': repaired,
         'legend': _legend(repaired),
@@ -103,7 +103,7 @@ def _conditions(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             'windows': r['windows'],
             'before': number(r['before']),
             'after': number(r['after']),
-            'bad': r['after'] > UNEXPLAINED_RATIO,
+            'bad': r['after'] > SETTINGS.unexplained,
         }
         for r in rows
     ]
