@@ -59,6 +59,7 @@ def _parser() -> argparse.ArgumentParser:
     arguments.add_argument(
         '--effect', action='append', default=[], metavar='FILE.py', help='an effect of yours'
     )
+    common.add_span_arguments(arguments)
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write check.json here')
     arguments.add_argument('--json', action='store_true', help='print the result as JSON')
     return arguments
@@ -76,7 +77,7 @@ def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
     out = []
     for recording in recordings:
         try:
-            other = read_bag(recording.path, model.robot, turned)
+            (other,) = common.span(arguments, [read_bag(recording.path, model.robot, turned)])
         except UserError:
             other = None
         out.append(Bag(recording, other, as_read.hold))

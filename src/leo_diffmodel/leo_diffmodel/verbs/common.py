@@ -7,6 +7,7 @@ import argparse
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 import json
+import math
 import os
 from pathlib import Path
 import shlex
@@ -23,6 +24,7 @@ from rich.progress import (
 )
 
 from leo_diffmodel.bags.recording import read_bag, Recording
+from leo_diffmodel.bags.span import between
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects import Effect, get_effect, registered_effects
@@ -30,6 +32,7 @@ from leo_sim.model import Model
 from leo_sim.model_file import load_model
 
 NEGATIVE = {'partly', 'ambiguous', 'unknown', 'untestable'}
+UNITS = {'s': 1.0, 'min': 60.0}
 
 
 def parser(verb: str, about: str, examples: Sequence[str]) -> Parser:
@@ -46,6 +49,7 @@ def add_bag_arguments(arguments: argparse.ArgumentParser, hold_out: bool = True)
     arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
     arguments.add_argument('--step', type=float, help='length of one step [s]')
     arguments.add_argument('--json', action='store_true', help='print the result as JSON')
+    add_span_arguments(arguments)
     if hold_out:
         arguments.add_argument(
             '--hold-out', nargs='+', default=[], metavar='BAG', help='bags no fit may see'
@@ -53,6 +57,41 @@ def add_bag_arguments(arguments: argparse.ArgumentParser, hold_out: bool = True)
         arguments.add_argument(
             '--effect', action='append', default=[], metavar='FILE.py', help='an effect of yours'
         )
+
+
+def add_span_arguments(arguments: argparse.ArgumentParser) -> None:
+    """A part of each recording instead of all of it."""
+    for option, name, what in (('--from', 'begin', 'begin'), ('--to', 'end', 'end')):
+        arguments.add_argument(
+            option, dest=name, type=float, metavar='S',
+            help=f'{what} there, in seconds from the first state of each bag',
+        )  # fmt: skip
+
+
+def add_search_arguments(arguments: argparse.ArgumentParser) -> None:
+    """How long to search, and whether to use what was moved from outside."""
+    arguments.add_argument(
+        '--within', type=seconds, default=math.inf, metavar='60s',
+        help='answer within this time (s or min), with the best so far',
+    )  # fmt: skip
+    arguments.add_argument(
+        '--keep', action='store_true', help='use what looks moved from outside, too'
+    )
+
+
+def seconds(text: str) -> float:
+    """A time as 60, 60s or 2min [s]."""
+    number, unit = text.strip(), 's'
+    for name in UNITS:
+        if number.endswith(name):
+            number, unit = number.removesuffix(name), name
+    try:
+        value = float(number) * UNITS[unit]
+    except ValueError:
+        value = math.nan
+    if not value > 0:
+        raise argparse.ArgumentTypeError(f'{text!r} is no time; write 60s or 2min')
+    return value
 
 
 def read_bags(paths: Sequence[str], model: Model, topic_map: str | None) -> list[Recording]:
@@ -75,6 +114,7 @@ def read_all(
     recordings = read_bags(arguments.bags, model, arguments.topic_map)
     held = read_bags(arguments.hold_out, model, arguments.topic_map)
     seen: dict[str, Path] = {}
+    recordings, held = span(arguments, recordings), span(arguments, held)
     for recording in [*recordings, *held]:
         if recording.sha256 in seen:
             raise UserError(
@@ -83,6 +123,14 @@ def read_all(
             )
         seen[recording.sha256] = recording.path
     return recordings, held
+
+
+def span(arguments: argparse.Namespace, recordings: Sequence[Recording]) -> list[Recording]:
+    """The part of each recording that the command line asks for; all of it by default."""
+    begin, end = getattr(arguments, 'begin', None), getattr(arguments, 'end', None)
+    if begin is None and end is None:
+        return [*recordings]
+    return [between(r, begin, end) for r in recordings]
 
 
 def load(arguments: argparse.Namespace) -> Model:
@@ -116,7 +164,12 @@ def same_bags(verb: str, arguments: argparse.Namespace) -> str:
     """Another verb on the bags, model and topic map of a command line, to type as it is."""
     words = ['leo', verb, *arguments.bags, '--model', arguments.model]
     mapped = ['--topic-map', arguments.topic_map] if arguments.topic_map else []
-    return shlex.join([*words, *mapped])
+    return shlex.join([*words, *mapped, *_span_words(arguments)])
+
+
+def _span_words(arguments: argparse.Namespace) -> list[str]:
+    named = {'--from': getattr(arguments, 'begin', None), '--to': getattr(arguments, 'end', None)}
+    return [w for option, at in named.items() if at is not None for w in (option, f'{at:g}')]
 
 
 def write_json(folder: Path, name: str, data: dict) -> Path:

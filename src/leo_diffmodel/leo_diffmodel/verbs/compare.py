@@ -22,6 +22,7 @@ from leo_sim.model import Model
 EXAMPLES = (
     'leo compare bags/run1 --model pendulum',
     'leo compare bags/run1 bags/run2 --model repaired.yaml -o out/compare',
+    'leo compare bags/run1 --model pendulum --from 3 --to 12.5',
 )
 SHOWN = 10
 WINDOWS = 3
@@ -35,6 +36,7 @@ def main(argv: list[str]) -> int:
     folder = common.fresh_folder(arguments.output)
     model = common.load(arguments)
     recordings = common.read_bags(arguments.bags, model, arguments.topic_map)
+    recordings = common.span(arguments, recordings)
     with common.progress('comparing', STAGES + 1) as told:
         result = compare(recordings, model, arguments.step, told)
         if folder:

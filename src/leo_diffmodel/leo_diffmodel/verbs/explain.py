@@ -20,6 +20,7 @@ EXAMPLES = (
     'leo explain bags/run1 --hold-out bags/run2 --model pendulum --json',
     'leo explain bags/run1 --model pendulum --effect my_effect.py',
     'leo explain bags/run1 --model pendulum --write-effect found.py -o out/explain',
+    'leo explain bags/run1 --model pendulum --from 3 --to 12.5 --within 60s',
 )
 SHOWN = 8
 
@@ -33,7 +34,10 @@ def main(argv: list[str]) -> int:
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     with common.progress('explaining', common.search_steps(model)) as told:
-        result = explain(recordings, model, held, own, told, arguments.step)
+        result = explain(
+            recordings, model, held, own, told, arguments.step,
+            within=arguments.within, keep=arguments.keep,
+        )  # fmt: skip
     if target:
         result = _written(target, result)
     if folder:
@@ -73,6 +77,7 @@ def show(result: Explanation) -> None:
 def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('explain', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments)
+    common.add_search_arguments(arguments)
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write JSON and report here')
     arguments.add_argument(
         '--write-effect', metavar='FILE.py', help='make an effect of what is no known effect'

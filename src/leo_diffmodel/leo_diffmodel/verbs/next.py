@@ -74,6 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     arguments.add_argument(
         '--effect', action='append', default=[], metavar='FILE.py', help='an effect of yours'
     )
+    common.add_span_arguments(arguments)
     arguments.add_argument('--seconds', type=float, default=20.0, help='length of the run')
     arguments.add_argument(
         '-o', dest='output', default='next_run.csv', metavar='FILE.csv', help='the run to write'

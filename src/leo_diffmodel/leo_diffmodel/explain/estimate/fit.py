@@ -19,6 +19,8 @@ from leo_sim.model import Model
 Array = np.ndarray
 ENOUGH_NATS = 0.05
 FAR_NATS = 100.0
+ENOUGH_SHARE, FAR_SHARE = 1e-5, 0.02
+"""Of the loss: where no hypothesis comes near the noise, the last nats decide nothing."""
 FOOTED_NATS, FOOTED_SCALES = 0.5, (1.0, 0.3, 0.1)
 OUT_OF_LINE = 2.0
 """Times the median loss: a window on the ground that is worse does not move the parameters."""
@@ -138,7 +140,7 @@ def fit(
         return _finish(problem, _footed(problem, hypothesis, best, iterations))
     scale, last = 1.0, 0.0
     for number in range(PATIENCE * iterations):
-        if number >= iterations and last < FAR_NATS:
+        if number >= iterations and last < max(FAR_NATS, FAR_SHARE * best.merit):
             break
         step = _step(problem, best)
         moved, start = _along(hypothesis, theta, best.start, step, scale)
@@ -149,7 +151,7 @@ def fit(
             best = _evaluate(problem, hypothesis, theta, best.start + step.start)
             continue
         best, theta, scale, last = trial, moved, min(1.0, 3 * scale), gained
-        if gained < ENOUGH_NATS:
+        if gained < max(ENOUGH_NATS, ENOUGH_SHARE * best.merit):
             break
     return _finish(problem, best)
 

@@ -86,7 +86,7 @@ class Smooth:
         scans.sort(key=lambda s: -s.gain)
         limit = threshold(scans)
         worth = [s for s in scans[:singles] if s.gain > WORTH * limit] or scans[:1]
-        points = [((s.candidate,), s.own) for s in worth]
+        points: list[Point] = [((s.candidate,), s.own) for s in worth]
         points += best_pairs(scans, scanner.residual, pairs, limit)
         fits = helper.spread(partial(_joint, problem, null, iterations), points,
                              lambda p: told(' + '.join(c.label for c in p[0])))  # fmt: skip

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A search on recordings in memory, without the sentence and the tables of an answer."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.select.search import Search, search
+from leo_diffmodel.explain.settings import SETTINGS, Settings
+from leo_sim.model import Model
+
+FIRST = replace(SETTINGS, most_effects=1, pairs=0)
+"""Single effects against the model as given, and nothing on top of them."""
+
+
+def searched(data: Sequence[Recording], model: Model, settings: Settings = SETTINGS) -> Search:
+    """What is chosen from all effects of the catalogue."""
+    return search(data, model, pose(data, [], model), settings)
