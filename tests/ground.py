@@ -11,8 +11,8 @@ from leo_diffmodel.explain.estimate.fit import fit, Problem
 from leo_diffmodel.explain.estimate.footing import settled
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.estimate.scan import scales_of
+from leo_diffmodel.explain.problem.candidates import candidates
 from leo_sim.model import Model
 from leo_sim.robot import load_robot
 

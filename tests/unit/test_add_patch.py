@@ -116,3 +116,40 @@ def test_history_is_plain_yaml(tmp_path):
     assert set(content) == {'robot', 'constants', 'effects', 'history'}
     assert content['constants'] == {CONSTANT: {'value': 9.1, 'unit': 'ohm'}}
     assert content['effects'][0]['parameters']['c']['unit'] == 'N m'
+
+
+def test_several_effects_each_with_its_parameters():
+    words = 'coulomb_friction:pivot c=0.002 torque_ripple a=0.001 n=2 command_delay delay=0.01'
+    model, entries = from_words(Model(PENDULUM), words.split())
+    assert [p.effect.name for p in model.effects] == [
+        'coulomb_friction', 'torque_ripple', 'command_delay',
+    ]  # fmt: skip
+    ripple = model.effects[1].parameters
+    assert (ripple['a'], ripple['n']) == (0.001, 2.0)
+    assert [e['added'] for e in entries] == [
+        'coulomb_friction:pivot', 'torque_ripple', 'command_delay',
+    ]  # fmt: skip
+
+
+def test_an_explanation_moves_to_a_sibling(tmp_path, capsys):
+    new = tmp_path / 'new.yaml'
+    source = ['--from', str(explanation(tmp_path))]
+    assert main(['add', *source, '--robot', 'torque_pendulum', '-o', str(new)]) == 0
+    model = load_model(new)
+    assert [p.effect.name for p in model.effects] == ['coulomb_friction']
+    assert CONSTANT not in model.constants
+    assert model.history[0]['moved_from'] == 'pendulum'
+    capsys.readouterr()
+    other = ['--robot', 'double_pendulum', '-o', str(tmp_path / 'other.yaml')]
+    assert main(['add', *source, *other]) == 2
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 1 and "cannot act at 'pivot' of double_pendulum" in told[0]
+
+
+@pytest.mark.parametrize('argv', [
+    ['pendulum', '--from', 'x.json', '--robot', 'pendulum'], ['--from', 'x.json'],
+    ['pendulum', 'armature', 'J=1e-6', '--robot', 'pendulum'],
+])  # fmt: skip
+def test_one_robot_is_given(argv, tmp_path, capsys):
+    assert main(['add', *argv, '-o', str(tmp_path / 'new.yaml')]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1

@@ -45,6 +45,18 @@ NEED_ROS = (
 )
 """What cannot be imported without ROS; everything else can."""
 MAX_FUNCTION_LINES = 60
+EXPLAIN = 'leo_diffmodel.explain'
+ANSWER = ('unknown', 'decide', 'tell', 'explanation')
+LATER_ROOMS = {
+    'problem': ('select', *ANSWER),
+    'estimate': ('select', *ANSWER),
+    'select': ANSWER,
+    'unknown': ('tell', 'explanation'),
+    'decide': ('select', 'unknown', 'tell', 'explanation'),
+    'tell': ('unknown', 'explanation'),
+}
+"""What each part of explain must not load: the answer comes after the search. The files of problem
+and estimate lie between each other, in no circle."""
 
 
 def imports(source: str, module: str, top_level_only: bool = False) -> Iterator[str]:
@@ -175,6 +187,33 @@ def test_compare_never_fits() -> None:
 
 def test_a_fit_is_noticed_where_it_is_loaded() -> None:
     assert 'leo_diffmodel.explain.estimate.fit' in reached_from('leo_diffmodel.report.explained')
+
+
+def loaded_directly(module: str) -> set[str]:
+    """Name the modules of explain that one of them loads, packages left out."""
+    return {
+        name
+        for name in loaded_by(module)
+        if within(name, EXPLAIN) and name != module and name in MODULES
+        and MODULES[name].name != '__init__.py'
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize('room', LATER_ROOMS)
+def test_a_room_of_explain_loads_nothing_of_a_later_one(room: str) -> None:
+    files = [m for m in MODULES if within(m, f'{EXPLAIN}.{room}')]
+    later = LATER_ROOMS[room]
+    assert files and all(any(within(m, f'{EXPLAIN}.{r}') for m in MODULES) for r in later)
+    assert {(m, n) for m in files for n in loaded_directly(m)
+            if any(within(n, f'{EXPLAIN}.{r}') for r in later)} == set()  # fmt: skip
+
+
+def test_no_files_of_explain_load_each_other_in_a_circle() -> None:
+    """Take away what loads nothing that is left, until nothing is left."""
+    left = {m: loaded_directly(m) for m in MODULES if within(m, EXPLAIN)}
+    while free := {m for m, loads in left.items() if not loads & left.keys()}:
+        left = {m: loads for m, loads in left.items() if m not in free}
+    assert left == {}
 
 
 def test_torch_is_noticed_where_it_is_loaded() -> None:

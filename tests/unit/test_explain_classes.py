@@ -11,11 +11,10 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.decide.classes import CLASSES, Facts, pair_note, why_same
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.estimate.scan import Scanner
+from leo_diffmodel.explain.estimate.scan import scales_of, Scanner
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.problem.pose import pose
-from leo_diffmodel.explain.estimate.scan import scales_of
 from leo_diffmodel.explain.problem.candidates import uncertain
+from leo_diffmodel.explain.problem.pose import pose
 from leo_sim.batch import rollout
 from leo_sim.effects import EFFECTS, place
 from leo_sim.model import Model

@@ -6,8 +6,7 @@ from tests.simulate import record, TORQUE
 
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.problem.candidates import candidates
-from leo_diffmodel.explain.problem.candidates import uncertain
+from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_sim.effects import place
 from leo_sim.model import Model
 

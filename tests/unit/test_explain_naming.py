@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every effect of the catalogue, hidden in either pendulum, is named with its size."""
 
+from dataclasses import replace
+
 from joblib import delayed, Parallel
 import numpy as np
 import pytest
-from tests.first_round import first_search
+from tests.searched import FIRST, searched
 from tests.simulate import DT, NOISE, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.explain.decide.classes import Facts, same_thing
-from leo_diffmodel.explain.estimate.loss import Round
+from leo_diffmodel.explain.select.search import Search
 from leo_sim.batch import rollout
 from leo_sim.drawing import of_size
 from leo_sim.effects import EFFECTS, place, Placed
@@ -67,32 +69,32 @@ def hidden(robot: Robot, name: str, number: int) -> Placed:
     return found
 
 
-def explain_once(robot_name: str, name: str, number: int) -> tuple[Placed, Round, Facts]:
-    """One round of the search on a bag with the effect; every third from another integrator."""
+def explain_once(robot_name: str, name: str, number: int) -> tuple[Placed, Search, Facts]:
+    """Single effects on a bag with the effect; every third from another integrator."""
     robot = ROBOTS[robot_name]
     truth = hidden(robot, name, number)
     other = {'engine': 'rk4', 'integration_step': 0.0019} if number % 3 == 0 else {}
     data = [record(robot, truth, seconds=SECONDS, seed=number, **other)]
-    (found,) = first_search(data, Model(robot)).rounds
-    return truth, found, Facts(robot, ever_free=False)
+    found = searched(data, Model(robot), FIRST)
+    return truth, replace(found, scans=()), Facts(robot, ever_free=False)
 
 
 @pytest.fixture(scope='module')
-def answers() -> dict[tuple[str, str], tuple[Placed, Round, Facts]]:
-    rounds = Parallel(n_jobs=2)(delayed(explain_once)(*case) for case in CASES)
-    return {(robot, name): r for (robot, name, _), r in zip(CASES, rounds, strict=True)}
+def answers() -> dict[tuple[str, str], tuple[Placed, Search, Facts]]:
+    found = Parallel(n_jobs=2)(delayed(explain_once)(*case) for case in CASES)
+    return {(robot, name): r for (robot, name, _), r in zip(CASES, found, strict=True)}
 
 
 @pytest.mark.parametrize(('robot', 'name', 'number'), CASES)
 def test_it_is_named(robot, name, number, answers):
     truth, found, facts = answers[robot, name]
-    assert found.best is not None
-    top = found.best.candidate
-    right = next(s for s in found.scored if s.candidate.effect.name == name)
-    assert top.effect.name == name or same_thing(top, right.candidate, facts)
-    assert right.fit is not None
+    (top,) = found.chosen.names
+    if top.effect.name != name:
+        right = next(c for s in found.sets for c in s.names if c.effect.name == name)
+        assert same_thing(top, right, facts)
+        return
     for index, (parameter, value) in enumerate(truth.parameters.items()):
-        low, high = right.fit.ci95(index)
-        found_value = right.fit.theta[index]
+        low, high = found.final.ci95(index)
+        found_value = found.final.theta[index]
         margin = max(1.5 * (high - low), 0.1 * abs(value))
         assert abs(found_value - value) <= margin, (parameter, value, found_value)

@@ -6,7 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from tests.simulate import bag, DT, NOISE, PENDULUM, record, steps, TORQUE
+from tests.hand import led, SECONDS, shove, spoilt
+from tests.simulate import bag, NOISE, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.cut import cut_bag
 from leo_diffmodel.bags.recording import Episode, read_bag, Recording
@@ -22,7 +23,6 @@ from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.robot import load_robot, Robot
 
-SECONDS = 20.0
 SERVO = load_robot('servo_pendulum')
 WRONG = {
     'nothing': lambda r, g: (),
@@ -39,33 +39,6 @@ WRONG = {
 
 def wrong(robot: Robot, what: str) -> tuple:
     return WRONG[what](robot, gravity_scale(robot))
-
-
-def shove(robot: Robot, *begins: float, size: float = 0.8) -> np.ndarray:
-    """Half-sines of 0.15 s at the joint [N m], shape (N, 1)."""
-    t = DT * np.arange(round(SECONDS / DT))
-    waves = [np.where((t >= b) & (t < b + 0.15), np.sin(np.pi * (t - b) / 0.15), 0)
-             for b in begins]  # fmt: skip
-    return size * gravity_scale(robot) * np.sum(waves, axis=0)[:, None]
-
-
-def led(robot: Robot, seed: int, held: bool = False) -> Recording:
-    """A joint that a hand leads along a smooth path; the motor is off, or holds against it."""
-    rng, t = np.random.default_rng(seed), DT * np.arange(round(SECONDS / DT))
-    waves = [rng.normal() * np.sin(2 * np.pi * rng.uniform(0.1, 0.5) * t + rng.uniform(0, 6))
-             for _ in range(6)]  # fmt: skip
-    way = 0.4 * np.sum(waves, axis=0)[:, None]
-    q = Model(robot).start('nominal').q + way
-    dq = np.gradient(q, DT, axis=0)
-    inputs = np.clip(-0.5 * way, -1, 1) * robot.limits * held
-    noisy = [x + rng.normal(0, n, x.shape) for x, n in zip((q, dq), NOISE, strict=True)]
-    return spoilt(record(robot, seconds=SECONDS), q=noisy[0], dq=noisy[1], inputs=inputs,
-                  enabled=np.full(q.shape, held))  # fmt: skip
-
-
-def spoilt(recording: Recording, **changes: np.ndarray) -> Recording:
-    (episode,) = recording.episodes
-    return replace(recording, episodes=(replace(episode, **changes),))
 
 
 def found(recording: Recording, robot: Robot) -> list[tuple[str, float, float]]:

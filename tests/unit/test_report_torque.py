@@ -72,7 +72,7 @@ def test_the_whole_page(verdict, recording, explanation, tmp_path):
     assert places == sorted(places)
     for name in ('viscous_friction', 'back_emf_scale', 'N m s/rad', 'nats', 'held-out',
                  'repaired, training', 'noise floor', 'worst predicted windows', 'of stall',
-                 'Autocorrelation of what is left', 'of bootstraps', 'runtime'):  # fmt: skip
+                 'Autocorrelation of what is left', 'of held-out turns', 'runtime'):  # fmt: skip
         assert name in text, name
     links, _ = read(path)
     assert links.urls == []

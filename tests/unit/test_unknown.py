@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.first_round import first_search
+from tests.searched import searched
 from tests.simulate import PENDULUM, record, TORQUE
 
 from leo_diffmodel.blind import kinds, outside
@@ -32,7 +32,7 @@ VARIABLES = {**outside.VARIABLES, 'hysteresis': 'path', 'winding_drift': 'time'}
 def unknown(robot: Robot, *effects, **run) -> Unknown | None:
     """What a search finds beyond the known effects."""
     data = [record(robot, *effects, seconds=SECONDS, **run)]
-    found = find(data, first_search(data, Model(robot)))
+    found = find(data, searched(data, Model(robot)))
     return found and tell(data, found)
 
 
@@ -74,7 +74,7 @@ def test_a_sine_in_time_is_never_read_at_knots(monkeypatch):
 
 @pytest.mark.parametrize('rate', [1e6, np.nan])
 def test_a_prediction_beyond_all_measured_rates_runs_away(rate):
-    found = first_search([record(TORQUE, seconds=SECONDS)], Model(TORQUE))
+    found = searched([record(TORQUE, seconds=SECONDS)], Model(TORQUE))
     left = influence(found.problem, found.final)
     assert not left.runs_away
     assert replace(left, dq=np.where(left.dq == left.dq.max(), rate, left.dq)).runs_away

@@ -23,6 +23,8 @@ def index_of(places: tuple[int, ...], count: int) -> Index:
     """A slice where possible: it costs no copy."""
     if places == tuple(range(count)):
         return slice(None)
+    if not places:
+        return slice(0, 0)
     if places == tuple(range(places[0], places[0] + len(places))):
         return slice(places[0], places[0] + len(places))
     return list(places)

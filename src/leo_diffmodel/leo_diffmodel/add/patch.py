@@ -15,18 +15,30 @@ from leo_sim.effects import check_bounds, get_effect, place, Placed
 from leo_sim.model import Model
 
 
-def from_explanation(model: Model, source: str | Path) -> tuple[Model, list[dict]]:
+def from_explanation(
+    model: Model, source: str | Path, sibling: bool = False
+) -> tuple[Model, list[dict]]:
     """The model with the effects and refitted constants of an explain.json, and its history.
 
     Where an effect file was written of what is no known effect, that is added too.
 
+    Args:
+        model: to add to.
+        source: the explain.json.
+        sibling: the model may be of another robot that has the same places; constants that it
+            does not have are left out.
+
     Raises:
-        UserError: no such file, not an explain.json, another robot, or nothing named in it.
+        UserError: no such file, not an explain.json, another robot, a place or a unit that this
+            robot does not have, or nothing named in it.
     """
     data = read_explanation(Path(source))
     robot = data['provenance']['robot']
-    if robot != model.robot.name:
-        raise UserError(f'{source} explains {robot!r}, the model is of {model.robot.name!r}')
+    if robot != model.robot.name and not sibling:
+        raise UserError(
+            f'{source} explains {robot!r}, the model is of {model.robot.name!r}; '
+            '--robot in place of MODEL moves it there'
+        )
     whole = (data.get('unknown') or {}).get('model', data)
     if not whole['effects']:
         hint = '; leo explain … --write-effect FILE.py makes one' if data.get('unknown') else ''
@@ -34,17 +46,36 @@ def from_explanation(model: Model, source: str | Path) -> tuple[Model, list[dict
             f'{source} names no effect (verdict {data["verdict"]}): nothing to add{hint}'
         )
     placed = [_placed(model, row) for row in whole['effects']]
-    constants = {path: c['value'] for path, c in whole['constants'].items()}
-    return changed(model, placed, constants), history(data)
+    constants = {path: c['value'] for path, c in whole['constants'].items()
+                 if path in model.constants or not sibling}  # fmt: skip
+    moved = {'moved_from': robot} if robot != model.robot.name else {}
+    return changed(model, placed, constants), [entry | moved for entry in history(data)]
 
 
 def from_words(model: Model, words: Sequence[str]) -> tuple[Model, list[dict]]:
-    """The model with one effect given as EFFECT[:WHERE] PARAM=VALUE ….
+    """The model with effects given as EFFECT[:WHERE] PARAM=VALUE …, one after the other.
 
     Raises:
         UserError: unknown effect, place or parameter, no value, one that is no number, or one
             outside the parameter's physical bounds.
     """
+    placed = [_by_hand(model, each) for each in _each(words)]
+    entries = [{'added': each[0], 'by': 'hand', 'date': _today()} for each in _each(words)]
+    return changed(model, placed, {}), entries
+
+
+def _each(words: Sequence[str]) -> list[list[str]]:
+    """The words of each effect: itself and the parameters that follow it."""
+    out: list[list[str]] = []
+    for word in words:
+        if out and '=' in word:
+            out[-1].append(word)
+        else:
+            out.append([word])
+    return out
+
+
+def _by_hand(model: Model, words: Sequence[str]) -> Placed:
     name, _, where = words[0].partition(':')
     effect = get_effect(name)
     values = dict(_assignment(word) for word in words[1:])
@@ -55,8 +86,7 @@ def from_words(model: Model, words: Sequence[str]) -> tuple[Model, list[dict]]:
         wanted = ' '.join(f'{p}=VALUE [{u}]' for p, u in placed.units.items())
         raise UserError(f'{words[0]} without a value changes nothing; say {wanted}')
     check_bounds(model.robot, placed)
-    entry = {'added': words[0], 'by': 'hand', 'date': _today()}
-    return changed(model, [placed], {}), [entry]
+    return placed
 
 
 def changed(model: Model, placed: Sequence[Placed], constants: dict[str, float]) -> Model:
@@ -88,6 +118,12 @@ def history(explanation: dict) -> list[dict]:
 def _placed(model: Model, row: dict[str, Any]) -> Placed:
     values = {name: p['value'] for name, p in row['parameters'].items()}
     placed = place(model.robot, row.get('source') or row['name'], row['where'], **values)
+    for name, p in row['parameters'].items():
+        if (unit := p.get('unit', placed.units[name])) != placed.units[name]:
+            label = f'{row["name"]}:{row["where"]}'
+            raise UserError(
+                f'{label} has {name} in {unit}, here it is in {placed.units[name]}; it cannot move'
+            )
     check_bounds(model.robot, placed)
     return replace(placed, ci95={name: tuple(p['ci95']) for name, p in row['parameters'].items()})
 

@@ -64,7 +64,8 @@ class Blocks:
         if len(sources) >= MANY_RECORDINGS:
             return windows.source
         _, number = np.unique(self.index(windows), return_inverse=True)
-        return number * min(MOST_FOLDS, int(number.max()) + 1) // (int(number.max()) + 1)
+        count = int(number.max(initial=0)) + 1
+        return number * min(MOST_FOLDS, count) // count
 
     def train(self, windows: Windows) -> Array:
         """Which windows share no time with held-out data, shape (W,)."""

@@ -24,7 +24,6 @@ class Settings:
         margin_nats: sets nearer than this to the best are rivals of it [nats] (5: odds of 150).
         width: best sets of a size that are extended by further effects.
         singles: effects fitted on top of a set, those that a linear scan finds best.
-        ahead: sets with one effect more that are extended although they are not supported.
         pairs: pairs of effects fitted on top of a set at once, found in the same way.
         most_effects: at most so many names beside each other.
         turns: draws of left-out folds in which the choice is made again.
@@ -43,9 +42,8 @@ class Settings:
     material: float = 0.2
     price: float = 0.5
     margin_nats: float = 5.0
-    width: int = 3
+    width: int = 2
     singles: int = 6
-    ahead: int = 2
     pairs: int = 2
     most_effects: int = 8
     turns: int = 60

@@ -19,6 +19,7 @@ from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.estimate.scan import scales_of, Scanner
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose, Posed
 from leo_diffmodel.next_run.on_ground import fit_in_turn, footed
 from leo_msgs_py.errors import UserError
@@ -66,11 +67,27 @@ def questions(answer: dict[str, Any], facts: Facts) -> list[Question]:
     are never free is one where there is no other.
     """
     close = [[c for c in row['confusable_with'] if c['separable_nats'] < MARGIN_NATS]
-             for row in answer['effects']]  # fmt: skip
+             + _in_its_place(row, answer) for row in answer['effects']]  # fmt: skip
     truly = [[c for c in rivals if not c['same_thing']] for rivals in close]
     if any(truly):
         return _asked(answer['effects'], truly, facts)
     return _asked(answer['effects'], close, replace(facts, ever_free=True))
+
+
+def _in_its_place(row: dict, answer: dict[str, Any]) -> list[dict]:
+    """What too many of the held-out turns choose without an effect, and instead of it."""
+    turns, gates = answer.get('stability', []), answer.get('settings', {})
+    if row.get('inclusion_probability', 1.0) >= gates.get('stable', 0.0):
+        return []
+    mine = {_label(r) for r in answer['effects']}
+    known = {_label(c) for c in row['confusable_with']}
+    others = [e for turn in turns if _label(row) not in turn['effects']
+              and turn['share'] > 0.5 * (1.0 - gates['stable'])
+              for e in turn['effects'] if e not in mine | known]  # fmt: skip
+    return [
+        {'name': name, 'where': where, 'separable_nats': 0.0, 'same_thing': None}
+        for name, _, where in (e.rpartition(':') for e in dict.fromkeys(others))
+    ]
 
 
 def _asked(rows: list[dict], close: list[list[dict]], facts: Facts) -> list[Question]:
@@ -105,7 +122,7 @@ def fit_all(
     fitted = partial(fit_labels, problem)
     if problem.base.robot.contacts:
         fitted = partial(_fit_on_ground, *footed(posed))
-    known = {c.label: c for c in candidates(model, extra)}
+    known = {c.label: limited(c, model) for c in candidates(model, extra)}
     out = []
     for question in wanted:
         fits = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+import re
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.where import where as places_of
@@ -15,12 +16,15 @@ from leo_diffmodel.report import page
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.sections import (
     budget,
+    gates,
     health,
     horizon,
     hypotheses,
     missing,
     moving,
     origin,
+    outside,
+    stability,
     unknown,
     untested,
     verdict,
@@ -28,6 +32,9 @@ from leo_diffmodel.report.sections import (
 )
 from leo_diffmodel.report.torque_curves import trace
 from leo_diffmodel.report.worst import before_and_after, stretches
+from leo_sim.model import Model
+
+OUTSIDE = re.compile(r'moved from outside', re.IGNORECASE)
 
 
 def write_explanation(
@@ -37,7 +44,8 @@ def write_explanation(
 
     Args:
         path: the HTML file; replaced whole or not at all.
-        explanation: the result; without a search (untestable) the page has no figures.
+        explanation: the result; without a search (untestable, or moved from outside) the page
+            has no figures.
         recordings: what it was computed from, held-out bags included.
     """
     sections = [verdict.answer(explanation)]
@@ -45,12 +53,20 @@ def write_explanation(
         sections += _evidence(explanation, recordings)
     if explanation.unknown is not None:
         sections.insert(1, unknown.section(explanation.unknown))
-    sections += [
-        untested.section(explanation.not_testable),
-        origin.section(explanation.provenance, recordings, explanation.seconds),
-    ]
+    if cut := OUTSIDE.search(explanation.sentence):
+        sections.append(outside.section(recordings, _given(explanation)))
+    if explanation.search is not None or not cut:
+        sections.append(untested.section(explanation.not_testable))
+    if explanation.settings:
+        sections.append(gates.section(explanation.settings, explanation.search))
+    sections.append(origin.section(explanation.provenance, recordings, explanation.seconds))
     title = f'{explanation.model.robot.name}: what the model lacks'
     page.write(path, page.render(title, page.source(recordings), sections))
+
+
+def _given(explanation: Explanation) -> Model:
+    """The model without what was found."""
+    return explanation.search.problem.base if explanation.search else explanation.model
 
 
 def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list[Section]:
@@ -73,6 +89,7 @@ def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list
             found.threshold,
             Headline(errors['statistic'], errors['ladder'][0]['seconds']).short,
         ),
+        stability.section(explanation.stability, explanation.effects, explanation.settings),
         horizon.held_out(errors, bool(explanation.effects), _training(explanation, recordings)),
         health.section(found, errors),
     ]

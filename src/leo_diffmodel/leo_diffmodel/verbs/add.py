@@ -9,22 +9,25 @@ import json
 from leo_diffmodel.add.patch import from_explanation, from_words
 from leo_diffmodel.verbs import common
 from leo_msgs_py.errors import UserError
-from leo_sim.model_file import save_model
+from leo_sim.model_file import load_model, save_model
 
 EXAMPLES = (
     'leo add pendulum --from out/explain/explain.json -o repaired.yaml',
     'leo add pendulum coulomb_friction:pivot c=0.002 -o rough.yaml',
+    'leo add pendulum coulomb_friction c=0.002 command_delay delay=0.01 -o rough.yaml',
+    'leo add --from out/explain/explain.json --robot my_pendulum -o sibling.yaml',
 )
 
 
 def main(argv: list[str]) -> int:
     """Run `leo add`; exit status 0."""
     arguments = _parser().parse_intermixed_args(argv)
-    model = common.load(arguments)
+    model = load_model(_model(arguments))
     if bool(arguments.source) == bool(arguments.words):
         raise UserError('give either --from explain.json, or EFFECT[:WHERE] PARAM=VALUE …')
     if arguments.source:
-        model, entries = from_explanation(model, arguments.source)
+        sibling = arguments.robot is not None
+        model, entries = from_explanation(model, arguments.source, sibling)
     else:
         model, entries = from_words(model, arguments.words)
     save_model(arguments.output, model, [*model.history, *entries])
@@ -36,11 +39,32 @@ def main(argv: list[str]) -> int:
     return 0
 
 
+def _model(arguments: argparse.Namespace) -> str:
+    """What to add to: the positional one, or with --robot the one that it names.
+
+    Raises:
+        UserError: both, or neither.
+    """
+    if arguments.robot is not None and not arguments.source:
+        raise UserError('--robot goes with --from explain.json: it moves one to another robot')
+    if (arguments.model is None) == (arguments.robot is None):
+        raise UserError('give MODEL, or with --from explain.json --robot OTHER, and not both')
+    return str(arguments.model or arguments.robot)
+
+
 def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('add', __doc__ or '', EXAMPLES)
-    arguments.add_argument('model', help='a model file, a robot name or a robot folder')
-    arguments.add_argument('words', nargs='*', default=[], metavar='EFFECT[:WHERE] PARAM=VALUE')
+    arguments.add_argument(
+        'model', nargs='?', help='a model file, a robot name or a robot folder'
+    )
+    arguments.add_argument(
+        'words', nargs='*', default=[], metavar='EFFECT[:WHERE] PARAM=VALUE',
+        help='effects, each with its parameters after it',
+    )  # fmt: skip
     arguments.add_argument('--from', dest='source', metavar='explain.json')
+    arguments.add_argument(
+        '--robot', metavar='OTHER', help='move it to this robot or model with the same places'
+    )
     arguments.add_argument('-o', dest='output', required=True, metavar='NEW.yaml')
     arguments.add_argument('--json', action='store_true', help='print the result as JSON')
     return arguments

@@ -9,10 +9,12 @@ import json
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.verbs import common
+from leo_diffmodel.verbs.explain_text import told
 from leo_msgs_py.errors import UserError
 
 EXAMPLES = (
@@ -33,9 +35,9 @@ def main(argv: list[str]) -> int:
     model = common.load(arguments)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
-    with common.progress('explaining', common.search_steps(model)) as told:
+    with common.progress('explaining', common.search_steps(model)) as heard:
         result = explain(
-            recordings, model, held, own, told, arguments.step,
+            recordings, model, held, own, heard, arguments.step,
             within=arguments.within, keep=arguments.keep,
         )  # fmt: skip
     if target:
@@ -54,15 +56,23 @@ def main(argv: list[str]) -> int:
 def write(folder: Path, result: Explanation, recordings: list) -> None:
     """Write explain.json and report.html."""
     common.write_json(folder, 'explain.json', result.to_json())
+    report(folder / 'report.html', result, recordings)
+
+
+def report(path: Path, result: Explanation, recordings: list) -> None:
+    """Write the page of one explanation."""
     from leo_diffmodel.report.explained import write_explanation
 
-    write_explanation(folder / 'report.html', result, recordings)
+    write_explanation(path, result, recordings)
 
 
 def show(result: Explanation) -> None:
     """Print the verdict and the leading hypotheses."""
     console = Console()
-    console.print(f'[bold]{result.verdict}[/bold]: {result.sentence}', highlight=False)
+    headline, *lines = told(result.verdict, result.sentence)
+    console.print(f'[bold]{result.verdict}[/bold]: {escape(headline)}', highlight=False)
+    for line in lines:
+        console.print(escape(line), highlight=False)
     if result.hypotheses:
         table = Table(title='hypotheses, best first')
         for column in ('effect', 'parameters', 'gain train / held out [nats]'):

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from leo_diffmodel.bags.recording import Recording
@@ -128,7 +129,8 @@ def _check(path: Path, answer: Any, recordings: list[Recording]) -> None:
 
 def _show(found: Proposal, answer: dict[str, Any], seconds: float) -> None:
     console = Console()
-    console.print(f'[bold]{answer["verdict"]}[/bold]: {answer["sentence"]}', highlight=False)
+    console.print(f'[bold]{answer["verdict"]}[/bold]: {escape(answer["sentence"])}',
+                  highlight=False)
     if found.aim == 'nothing':
         return _say_nothing(answer, console)
     about = {'separate': 'nothing here tells these apart', 'show': 'these could not be tested'}
@@ -150,7 +152,10 @@ def _point_on(file: Path | None, play: str | None) -> None:
 
 
 def _say_nothing(answer: dict[str, Any], console: Console) -> None:
-    if answer['verdict'] == 'unknown':
+    if answer['verdict'] in common.NEGATIVE and not answer.get('unknown'):
+        told = answer.get('next_run') or 'vary one thing at a time: speed, load, angle, supply'
+        console.print(f'No run of the menu settles what is open: {escape(told)}')
+    elif answer['verdict'] == 'unknown':
         console.print('What is missing is no known effect, so no two of them are left to part; '
                       'leo explain --write-effect makes an effect of it.')  # fmt: skip
     else:

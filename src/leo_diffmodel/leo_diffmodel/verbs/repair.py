@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 import json
 from pathlib import Path
 from typing import Any
@@ -13,10 +14,11 @@ from rich.table import Table
 
 from leo_diffmodel.add.ladder import ladder
 from leo_diffmodel.add.patch import history
+from leo_diffmodel.add.rounds import merged, rounds
 from leo_diffmodel.compare.comparison import compare
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs.explain import show, write
+from leo_diffmodel.verbs.explain import report, show
 from leo_msgs_py.errors import UserError
 from leo_sim.model_file import save_model
 
@@ -24,6 +26,7 @@ MOST_ACROSS = 6
 """States that a table shows side by side."""
 EXAMPLES = (
     'leo repair bags/run1 --model pendulum -o out/repair',
+    'leo repair bags/run1 --model pendulum --within 2min --from 3 -o out/repair',
     'leo repair bags/run1 bags/run2 --hold-out bags/run3 --model pendulum -o out/repair',
 )
 
@@ -41,10 +44,16 @@ def main(argv: list[str]) -> int:
     own = common.own_effects(arguments)
     with common.progress('repairing', common.search_steps(model)) as told:
         before = compare(recordings, model, arguments.step)
-        result = explain(recordings, model, held, own, told, arguments.step)
+        ask = partial(explain, recordings, hold_out=held, extra=own, progress=told,
+                      step=arguments.step, keep=arguments.keep)  # fmt: skip
+        found = rounds(lambda m, left: ask(m, within=left), model, arguments.within)
+    result = merged(found)
     rows = ladder(result)
     common.write_json(folder, 'compare.json', before.data)
-    write(folder, result, [*recordings, *held])
+    common.write_json(folder, 'explain.json', result.to_json())
+    for number, each in enumerate(found, start=1):
+        name = 'report.html' if number == 1 else f'report_{number}.html'
+        report(folder / name, each, [*recordings, *held])
     save_model(target, result.model, [*model.history, *history(result.to_json())])
     if arguments.json:
         print(json.dumps(result.to_json() | {'ladder': rows, 'model': str(target)}))
@@ -56,6 +65,7 @@ def main(argv: list[str]) -> int:
 def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('repair', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments)
+    common.add_search_arguments(arguments)
     arguments.add_argument('-o', dest='output', required=True, metavar='DIR')
     return arguments
 

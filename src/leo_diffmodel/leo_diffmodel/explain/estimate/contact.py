@@ -63,7 +63,9 @@ class Contact:
         posed = standing(self.posed)
         return Estimate(posed, fit(posed.problem, hypothesis))
 
-    def extended(self, base: Estimate, pool: Sequence[Candidate], told: Progress) -> Extension:
+    def extended(
+        self, base: Estimate, pool: Sequence[Candidate], told: Progress, few: bool = False
+    ) -> Extension:
         """Scan all candidates; the most promising are knocked out one after the other."""
         posed, null, _ = converged(base.posed, base.fit)
         scanner = GroundScanner(posed.problem, null, self.scales)

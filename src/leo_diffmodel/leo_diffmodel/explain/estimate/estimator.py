@@ -65,8 +65,17 @@ class Estimator(Protocol):
     def first(self, hypothesis: Hypothesis, pool: Sequence[Candidate] = ()) -> Estimate:
         """The model as given, with what is uncertain refitted."""
 
-    def extended(self, base: Estimate, pool: Sequence[Candidate], told: Progress) -> Extension:
-        """The most promising effects of a pool, each fitted jointly with what `base` holds."""
+    def extended(
+        self, base: Estimate, pool: Sequence[Candidate], told: Progress, few: bool = False
+    ) -> Extension:
+        """The most promising effects of a pool, each fitted jointly with what `base` holds.
+
+        Args:
+            base: the hypothesis.
+            pool: the effects.
+            told: hears what is being tried.
+            few: only the very best, one by one, where fits are many.
+        """
 
     def refitted(self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
                  ) -> Estimate:

@@ -8,6 +8,7 @@ a delay is not longer than what a window remembers. A value on its limit is no a
 from __future__ import annotations
 
 from dataclasses import replace
+from math import isfinite
 
 from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.sizes import (
@@ -47,7 +48,7 @@ def limited(candidate: Candidate, model: Model) -> Candidate:
 
 def at_limit(parameter: Parameter, value: float, half: float) -> bool:
     """Whether a value with its confidence interval reaches a limit that is not `no effect`."""
-    ends = [e for e in (parameter.low, parameter.high) if e != parameter.neutral]
+    ends = [e for e in (parameter.low, parameter.high) if e != parameter.neutral and isfinite(e)]
     return any(abs(value - e) <= max(half, 1e-6 * abs(e)) for e in ends)
 
 

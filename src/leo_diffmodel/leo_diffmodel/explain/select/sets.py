@@ -70,12 +70,12 @@ class Sets:
             if other is None or float(mine.left.sum()) < float(other.left.sum()):
                 self.known[at.names] = mine
 
-    def extend(self, names: Names) -> None:
+    def extend(self, names: Names, few: bool = False) -> None:
         """Find what one or two more effects do to a set; once for each."""
         if names in self.extensions:
             return
         pool = [c for c in self.pool if compatible(names, c)]
-        found = self.estimator.extended(self.known[names].at, pool, self.told)
+        found = self.estimator.extended(self.known[names].at, pool, self.told, few)
         self.extensions[names] = found
         self.add([found.base, *found.larger])
 
@@ -110,7 +110,7 @@ def search(sets: Sets, first: Estimate) -> Scored:
         front = [n for n in _front(sets) if n not in sets.extensions]
         if not front:
             break
-        sets.extend(front[0])
+        sets.extend(front[0], few=front[0] < best_of(sets).names and bool(front[0]))
     return best_of(sets)
 
 
@@ -198,22 +198,16 @@ def turns(sets: Sets, seed: int = 0) -> list[Scored]:
 
 
 def _front(sets: Sets) -> list[Names]:
-    """The sets whose extensions are to be known: the best, others of its size, its parts.
-
-    The best sets with one effect more are tried, too: two effects may be supported together that
-    are not one by one.
-    """
+    """The sets whose extensions are to be known: the best, others of its size, its parts."""
     if frozenset() not in sets.extensions:
         return [frozenset()]
-    best, weight = best_of(sets), sets.weight
+    best = best_of(sets)
     for candidate in best.fit.hypothesis.candidates:
         sets.fitted(best.names - {candidate}, best.at)
         _split(sets, best, candidate)
-    count, ordered = len(best.names), _distinct(sets.ordered(), weight)
-    alike = [s for s in ordered if len(s.names) == count and s.names]
-    more = [s for s in ordered if len(s.names) == count + 1
-            and weight.compare(best, s).nats > sets.threshold * weight.spread]  # fmt: skip
-    near = [s.names for s in (*alike[: sets.settings.width], *more[: sets.settings.ahead])]
+    ordered = _distinct(sets.ordered(), sets.weight)
+    alike = [s for s in ordered if len(s.names) == len(best.names) and s.names]
+    near = [s.names for s in alike[: sets.settings.width]]
     parts = [best.names - {c} for c in best.fit.hypothesis.candidates]
     return [n for n in (best.names, *near, *parts) if len(n) < sets.settings.most_effects]
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.explain.select.search import Search
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.explain.tell.whiteness import (
     by_condition,
     chi_squared,

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import change, estimates, label, nats, number, percent
 
@@ -77,6 +78,8 @@ def _supported(effect: Row) -> str:
     ]
     if rivals:
         return 'supported, but not told apart from its rivals'
+    if effect['inclusion_probability'] < SETTINGS.stable:
+        return 'supported, but not in enough of the held-out turns'
     return 'supported by training and held-out data'
 
 

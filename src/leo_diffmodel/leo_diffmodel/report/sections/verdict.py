@@ -16,10 +16,12 @@ from leo_sim.model import Model
 MEANING = {
     'fine': 'nothing is missing that this data can show',
     'named': 'the missing effect has a name',
+    'partly': 'these effects are missing for sure, and something else besides',
     'ambiguous': 'several effects explain the data equally well',
     'unknown': 'something is missing that no known effect explains',
     'untestable': 'this data cannot tell',
 }
+OUTSIDE = 'most of the motion is not the robot’s own'
 MOST_STATES = 3
 
 
@@ -29,7 +31,7 @@ def answer(explanation: Any) -> Section:
     values = {
         'badge': explanation.verdict,
         'kind': explanation.verdict,
-        'meaning': MEANING[explanation.verdict],
+        'meaning': _meaning(explanation),
         'sentence': explanation.sentence,
         'effects': [_effect(e, explanation.model) for e in explanation.effects],
         'figures': _figures(explanation.errors) if explanation.effects else [],
@@ -61,6 +63,13 @@ def score(data: Mapping[str, Any]) -> Section:
         'next_run': None,
     }
     return Section('verdict.html', values)
+
+
+def _meaning(explanation: Any) -> str:
+    """The verdict in other words; without a search nothing is known to be missing."""
+    if explanation.verdict == 'unknown' and explanation.search is None and explanation.settings:
+        return OUTSIDE
+    return MEANING[explanation.verdict]
 
 
 def _as_list(sentences: str | None) -> str | None:

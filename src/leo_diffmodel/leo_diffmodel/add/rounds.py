@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Explain and add, again where something was left, until nothing new is supported."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+import time
+
+from leo_diffmodel.add.ladder import ladder
+from leo_diffmodel.explain.explanation import Explanation
+from leo_sim.model import Model
+
+MOST_ROUNDS = 4
+LEAST_SECONDS = 1.0
+SURE = ('named', 'partly')
+"""Verdicts of which every effect is sure."""
+Ask = Callable[[Model, float], Explanation]
+
+
+def rounds(ask: Ask, model: Model, within: float) -> list[Explanation]:
+    """One explanation, and another of the repaired model as long as sure effects leave a rest.
+
+    Args:
+        ask: explains a model within a time [s].
+        model: as given.
+        within: time for all of them [s].
+    """
+    until = time.monotonic() + within
+    found = [ask(model, within)]
+    while found[-1].verdict == 'partly' and len(found) < MOST_ROUNDS:
+        left = until - time.monotonic()
+        if left < LEAST_SECONDS:
+            break
+        again = ask(found[-1].model, left)
+        if again.verdict not in SURE:
+            break
+        found.append(again)
+    return found
+
+
+def merged(found: Sequence[Explanation]) -> Explanation:
+    """All rounds as one answer: the figures before of the first, those after of the last."""
+    first, last = found[0], found[-1]
+    if first is last:
+        return first
+    return replace(
+        first,
+        verdict=last.verdict,
+        sentence=' Then: '.join(each.sentence for each in found),
+        effects=[row for each in found for row in each.effects],
+        constants={path: c for each in found for path, c in each.constants.items()},
+        next_run=last.next_run,
+        errors=_errors(found),
+        seconds=sum(each.seconds for each in found),
+        model=last.model,
+    )
+
+
+def _errors(found: Sequence[Explanation]) -> dict:
+    first, last = found[0].errors, found[-1].errors
+    mean = {**last['one_step']['mean'], 'before': first['one_step']['mean']['before']}
+    horizon = [
+        {**b, 'before': a['before'], 'mean': {**b['mean'], 'before': a['mean']['before']}}
+        for a, b in zip(first['horizon'], last['horizon'], strict=True)
+    ]
+    later = [row for each in found[1:] for row in ladder(each)[1:-1]]
+    steps = [*ladder(found[0])[:-1], *later, ladder(found[-1])[-1]]
+    one = {**last['one_step'], 'before': first['one_step']['before'], 'mean': mean}
+    return {**last, 'one_step': one, 'horizon': horizon, 'ladder': steps}

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What decided: every gate with its value, and how far the named parameters may go."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+import inspect
+import math
+import re
+from typing import Any
+
+from leo_diffmodel.explain.select.search import Search
+from leo_diffmodel.explain.settings import Settings
+from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.text import number, quantity, unit
+
+GATE = re.compile(r'^ {4}(\w+): (.*?)(?=^ {4}\w+: |\Z)', re.MULTILINE | re.DOTALL)
+
+
+def section(settings: Mapping[str, float], found: Search | None) -> Section:
+    """All gates by name, and the plausible range of each parameter of the supported effects.
+
+    Args:
+        settings: of explain.json.
+        found: the finished search; None where there was none.
+    """
+    said = descriptions()
+    gates = [
+        {'name': name, 'value': f'{value:g}', 'said': said.get(name, '')}
+        for name, value in settings.items()
+    ]
+    return Section('gates.html', {'gates': gates, 'limits': _limits(found) if found else []})
+
+
+def descriptions() -> dict[str, str]:
+    """What each gate decides, from the settings themselves."""
+    listed = inspect.cleandoc(Settings.__doc__ or '').partition('Attributes:\n')[2]
+    return {name: ' '.join(text.split()) for name, text in GATE.findall(listed)}
+
+
+def _limits(found: Search) -> list[dict[str, Any]]:
+    final, rows = found.final, []
+    for index, candidate in enumerate(final.hypothesis.candidates):
+        first = final.hypothesis.offset(index)
+        for i, p in enumerate(candidate.parameters):
+            value = quantity(float(final.theta[first + i]), p.unit)
+            ends = f'{_end(p.low)} … {_end(p.high)} {unit(p.unit)}'.rstrip()
+            rows.append({'effect': candidate.label, 'name': p.name, 'value': value, 'range': ends})
+    return rows
+
+
+def _end(value: float) -> str:
+    if math.isfinite(value):
+        return number(value)
+    return '∞' if value > 0 else '−∞'

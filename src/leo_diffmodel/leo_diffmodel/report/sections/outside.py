@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What was left out because something else than the robot moved it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.check.outside import FORCES, moved_from_outside, share_outside, Stretch
+from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.sections.origin import numbered
+from leo_diffmodel.report.text import percent
+from leo_sim.model import Model
+
+
+def section(recordings: Sequence[Recording], model: Model) -> Section:
+    """Every stretch with its bag, times and reason.
+
+    Args:
+        recordings: all of them as given.
+        model: as given.
+    """
+    found = [s for s in moved_from_outside(recordings, model) if s.kind in FORCES]
+    numbers = numbered(recordings)
+    values = {
+        'share': percent(share_outside(recordings, found)),
+        'rows': [_row(s, numbers[s.source]) for s in found],
+        'several': len(recordings) > 1,
+    }
+    return Section('outside.html', values)
+
+
+def _row(stretch: Stretch, bag: str) -> dict[str, str]:
+    time = f'{max(0.0, stretch.begin):.1f} … {stretch.end:.1f}\u00a0s'
+    return {'bag': bag, 'time': time, 'kind': stretch.kind, 'why': stretch.why}

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The sentence of an explanation on a terminal: a headline, and lines for what does not fit."""
+
+from __future__ import annotations
+
+import re
+
+WIDTH, LINES = 100, 2
+CHANGE = re.compile(r'[;:] (?=(?:median )?held-out error )')
+NOTES = re.compile(r'(?:\(noise [^()]*\)|\d more states) \(')
+REST = re.compile(r'\. (?=\d+ % of |The rest )')
+
+
+def told(verdict: str, sentence: str) -> list[str]:
+    """The headline first; where all of it is too long, what else is said, a line each.
+
+    Args:
+        verdict: one word.
+        sentence: of an Explanation.
+    """
+    if len(verdict) + 2 + len(sentence) <= WIDTH * LINES:
+        return [sentence]
+    sentence, notes = _without_notes(sentence)
+    if len(verdict) + 2 + len(sentence) <= WIDTH * LINES:
+        return [sentence, *notes]
+    head, *rest = [part for half in REST.split(sentence) for part in CHANGE.split(half)]
+    return [_stopped(line) for line in (head, *rest)] + notes
+
+
+def _without_notes(sentence: str) -> tuple[str, list[str]]:
+    """The sentence less the bracket of notes that follows the errors, and the notes."""
+    found = NOTES.search(sentence)
+    if found is None:
+        return sentence, []
+    begin, depth, cuts = found.end(), 1, [found.end()]
+    for at in range(begin, len(sentence)):
+        depth += {'(': 1, ')': -1}.get(sentence[at], 0)
+        if depth == 0:
+            break
+        if depth == 1 and sentence.startswith('; ', at):
+            cuts.append(at + 2)
+    ends = [*(cut - 2 for cut in cuts[1:]), at]
+    notes = [sentence[a:b] for a, b in zip(cuts, ends, strict=True)]
+    return sentence[: begin - 2] + sentence[at + 1 :], notes
+
+
+def _stopped(line: str) -> str:
+    return line if line.endswith('.') else f'{line}.'

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Intervals of parameters hold where what is left is no white noise."""
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.explain.estimate import shooting
+from leo_diffmodel.explain.estimate.fit import covariance
+
+RUNS, BLOCKS, PER_BLOCK, SAMPLES, CHANNELS = 150, 12, 4, 15, 2
+
+
+def follow(rng: np.random.Generator, by: float, count: int, channels: int) -> np.ndarray:
+    """Noise of unit variance in which neighbours in time are alike, shape (count, channels)."""
+    e = rng.standard_normal((count, channels))
+    for k in range(1, count):
+        e[k] = by * e[k - 1] + np.sqrt(1 - by**2) * e[k]
+    return e
+
+
+def interval(seed: int, by: float, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Error and 95 % half width of two parameters of a regression."""
+    rng = np.random.default_rng(seed)
+    windows, count = BLOCKS * PER_BLOCK, BLOCKS * PER_BLOCK * SAMPLES
+    shape = windows, SAMPLES * CHANNELS
+    columns = np.stack([follow(rng, 0.8, count, CHANNELS).reshape(shape) for _ in range(2)], -1)
+    noise = size * follow(rng, by, count, CHANNELS).reshape(shape)
+    flat = columns.reshape(-1, 2)
+    wrong = np.linalg.lstsq(flat, noise.ravel(), rcond=None)[0]
+    residual = noise - columns @ wrong
+    block = np.repeat(np.arange(BLOCKS), PER_BLOCK)
+    spread = shooting.dispersion(residual, CHANNELS)
+    found = covariance(-columns, residual, block, np.ones(2, dtype=bool), spread)
+    return wrong, 1.96 * np.sqrt(np.diagonal(found))
+
+
+@pytest.mark.parametrize(('by', 'size'), [(0.0, 1.0), (0.6, 1.0), (0.8, 3.0)],
+                         ids=['white', 'correlated', 'wrong model'])  # fmt: skip
+def test_19_of_20_intervals_hold_the_truth(by, size):
+    runs = [interval(seed, by, size) for seed in range(RUNS)]
+    inside = [abs(wrong) < half for wrong, half in runs]
+    assert 0.90 <= np.mean(inside) <= 0.98
+
+
+def test_a_parameter_on_its_bound_has_no_variance_and_one_that_does_not_show_a_huge_one():
+    rng = np.random.default_rng(0)
+    columns, residual = rng.standard_normal((48, 30, 3)), rng.standard_normal((48, 30))
+    columns[..., 2] = 0.0
+    free = np.array([True, False, True])
+    found = covariance(columns, residual, np.arange(48), free, 1.0)
+    assert found[1, 1] == 0.0 and found[2, 2] > 1e6
+    assert found[0, 0] == pytest.approx(1 / 1440, rel=0.5)
+
+
+def test_few_blocks_make_wider_intervals():
+    rng = np.random.default_rng(0)
+    columns, residual = rng.standard_normal((48, 30, 1)), rng.standard_normal((48, 30))
+    free, half = np.ones(1, dtype=bool), []
+    for blocks in (48, 3):
+        block = np.arange(48) * blocks // 48
+        drawn = [covariance(columns, rng.permutation(residual.ravel()).reshape(48, 30), block,
+                            free, 1.0)[0, 0] for _ in range(40)]  # fmt: skip
+        half.append(np.sqrt(np.mean(drawn)))
+    assert half[1] > 1.5 * half[0]

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Evidence from folds that a hypothesis was not fitted to."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.linear import free, posed, scored, solved
+from tests.simulate import record, TORQUE
+
+from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.estimate.smooth import leftover
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.select.evidence import score, weigh, Weight
+from leo_diffmodel.explain.settings import SETTINGS
+from leo_sim.effects import place
+from leo_sim.model import Model
+
+PLAIN = Weight(spread=1.0, samples=1000.0, most=np.inf, settings=SETTINGS)
+FOLD = np.repeat(np.arange(8), 5)
+
+
+def test_the_left_out_loss_is_that_of_a_refit_where_all_is_straight():
+    rng, names = np.random.default_rng(0), ['armature', 'bias_torque']
+    columns = {n: 0.1 * rng.standard_normal((40, 20)) for n in names}
+    data = sum(columns.values()) + 0.3 * rng.standard_normal((40, 20))
+    found = score(solved(posed(FOLD), free(names), data, columns))
+    for fold in range(8):
+        out = fold == FOLD
+        rest = {n: c[~out] for n, c in columns.items()}
+        theta = solved(posed(FOLD[~out]), free(names), data[~out], rest).fit.theta
+        left = data[out] - sum(t * columns[n][out] for t, n in zip(theta, names, strict=True))
+        assert found.left[out].sum() == pytest.approx(0.5 * (left**2).sum(), rel=1e-6)
+    assert found.left.sum() > found.fit.loss.sum()
+
+
+@pytest.fixture(scope='module')
+def misfit():
+    """A robot with friction of another kind than the one that is fitted, and a delay."""
+    effects = [place(TORQUE, 'coulomb_friction', 'pivot', c=0.1),
+               place(TORQUE, 'command_delay', 'pivot', delay=0.005)]  # fmt: skip
+    problem = pose([record(TORQUE, *effects, seconds=12)], [], Model(TORQUE))
+    names = ('viscous_friction', 'torque_scale')
+    held = tuple(c for n in names for c in candidates(Model(TORQUE)) if c.effect.name == n)
+    fitted = fit(problem.problem, Hypothesis(held))
+    scale = np.maximum(leftover(problem.problem, fitted), 1.0)
+    problem = replace(problem, problem=replace(problem.problem, scale=scale))
+    return Estimate(problem, fit(problem.problem, Hypothesis(held)))
+
+
+def test_the_left_out_loss_is_nearly_that_of_a_refit_of_a_robot(misfit):
+    problem, joint, found = misfit.problem, misfit.fit, score(misfit)
+    train = np.flatnonzero(problem.train)
+    np.testing.assert_array_equal(found.fold, problem.fold[train])
+    refitted = np.zeros(len(train))
+    for fold in np.unique(found.fold):
+        less = replace(problem, train=problem.train & (problem.fold != fold))
+        again = fit(less, joint.hypothesis, joint.theta, joint.start)
+        refitted[found.fold == fold] = again.loss[train][found.fold == fold]
+    assert found.left.sum() == pytest.approx(refitted.sum(), rel=0.03)
+    more, truth = (x - joint.loss[train] for x in (found.left, refitted))
+    assert truth.sum() > 50.0 and more.sum() == pytest.approx(truth.sum(), rel=0.1)
+    weight = weigh([found], SETTINGS)
+    assert weight.spread > 1.0 and weight.samples < joint.residual.size
+
+
+def test_a_parameter_on_its_bound_is_not_moved_by_a_fold():
+    rng = np.random.default_rng(1)
+    columns = {'armature': 0.1 * rng.standard_normal((40, 20))}
+    data = columns['armature'] + 0.3 * rng.standard_normal((40, 20))
+    at = solved(posed(FOLD), free(['armature']), data, columns)
+    (wide,) = at.fit.hypothesis.candidates
+    bound = tuple(replace(p, high=float(at.fit.theta[0])) for p in wide.parameters)
+    narrow = Hypothesis((replace(wide, parameters=bound),))
+    found = score(Estimate(at.posed, replace(at.fit, hypothesis=narrow)))
+    np.testing.assert_array_equal(found.left, at.fit.loss)
+
+
+def test_folds_that_agree_make_a_small_error_and_folds_that_do_not_a_large_one():
+    empty = scored([], np.full(40, 20.0), FOLD)
+    steady = scored(['armature'], np.full(40, 18.0), FOLD)
+    apart = scored(['armature'], 18.0 + 6.0 * np.where(FOLD % 2, 1.0, -1.0), FOLD)
+    sure, unsure = PLAIN.compare(empty, steady), PLAIN.compare(empty, apart)
+    assert sure.nats == unsure.nats == pytest.approx(80.0)
+    assert sure.error < 1e-6 and unsure.error > 60.0
+    assert PLAIN.supports(empty, steady, 8.0)
+    assert not PLAIN.supports(empty, apart, 8.0)
+
+
+def test_a_fold_that_cannot_show_an_effect_does_not_disagree():
+    before = np.full(40, 20.0)
+    saved = np.where(FOLD < 4, 4.0, 0.0)
+    found = PLAIN.compare(scored([], before, FOLD), scored(['armature'], before - saved, FOLD))
+    assert found.nats == pytest.approx(80.0) and found.error < 1e-6
+
+
+def test_a_gain_below_what_noise_gives_does_not_count():
+    empty = scored([], np.full(40, 20.0), FOLD)
+    larger = scored(['armature'], np.full(40, 19.5), FOLD)
+    assert PLAIN.compare(empty, larger).nats == pytest.approx(20.0)
+    assert PLAIN.supports(empty, larger, 15.0) and not PLAIN.supports(empty, larger, 25.0)
+    half = replace(PLAIN, folds=np.arange(4))
+    assert half.compare(empty, larger).nats == pytest.approx(10.0)
+
+
+def test_a_single_window_may_not_decide():
+    flipped = np.full(40, 20.0)
+    flipped[7] = 500.0
+    empty, larger = scored([], flipped, FOLD), scored(['armature'], np.full(40, 20.0), FOLD)
+    limited = replace(PLAIN, most=6.0)
+    assert PLAIN.ahead(larger, empty) > 400 and limited.ahead(larger, empty) < 6.0
+    assert not limited.supports(empty, larger, 8.0)
+
+
+@pytest.mark.parametrize(('scale', 'share'), [(None, 0.0), (1.0, 0.0), (1.1, 0.0), (3.0, 0.853)])
+def test_nothing_is_unexplained_where_the_residual_is_noise(scale, share):
+    scale = None if scale is None else np.full((1, 2), scale)
+    left = scored([], np.full(40, 20.0), FOLD, scale)
+    assert PLAIN.unexplained(left) == pytest.approx(share * 800.0, rel=1e-3)
+
+
+def test_what_saves_a_trifle_of_what_nothing_explains_is_not_supported():
+    loud = np.full((1, 2), 3.0)
+    empty = scored([], np.full(40, 20.0), FOLD, loud)
+    larger = scored(['armature'], np.full(40, 18.0), FOLD, loud)
+    trifle = SETTINGS.material * PLAIN.unexplained(larger)
+    assert trifle > 80.0 and not PLAIN.supports(empty, larger, 8.0)
+    best = scored(['armature'], np.full(40, 12.0), FOLD, loud)
+    assert PLAIN.supports(empty, best, 8.0)

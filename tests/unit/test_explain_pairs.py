@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Two effects that explain together what neither does alone."""
+
+import numpy as np
+import pytest
+from tests.linear import POOL
+
+from leo_diffmodel.explain.estimate.pairs import best_pairs
+from leo_diffmodel.explain.estimate.scan import Scan
+
+SAMPLES = 400
+RNG = np.random.default_rng(0)
+ROWS = np.linalg.qr(RNG.standard_normal((SAMPLES, 4)))[0].T
+NAMES = ('coulomb_friction', 'viscous_friction', 'armature', 'bias_torque')
+
+
+def scan(name: str, row: np.ndarray, residual: np.ndarray, size: float = 10.0) -> Scan:
+    """Of an effect whose unit amplitude, either sign where it has one, changes this."""
+    candidate = POOL[name]
+    (parameter,) = candidate.parameters
+    signs = [1.0] if parameter.low >= parameter.neutral else [1.0, -1.0]
+    unit = row / np.linalg.norm(row)
+    signatures = np.array([s * unit for s in signs])
+    gain = 0.5 * max(0.0, *(signatures @ residual)) ** 2
+    nats = np.full(len(signs), 0.5 * size**2)
+    return Scan(candidate, np.zeros(1), gain, signatures, float(nats[0]),
+                np.array([[s] for s in signs]), nats)  # fmt: skip
+
+
+def named(pair) -> set:
+    return {c.effect.name for c in pair[0]}
+
+
+def test_the_best_pair_comes_with_the_sizes_that_explain_the_residual():
+    residual = 20.0 * ROWS[0] + 15.0 * ROWS[1] + 1.0 * ROWS[2]
+    scans = [scan(n, r, residual) for n, r in zip(NAMES, ROWS, strict=True)]
+    (best,) = best_pairs(scans, residual, 1, 8.0)
+    assert named(best) == {'coulomb_friction', 'viscous_friction'}
+    sizes = {c.effect.name: v for c, v in zip(*best, strict=True)}
+    assert sizes['coulomb_friction'] == pytest.approx(2.0)
+    assert sizes['viscous_friction'] == pytest.approx(1.5)
+
+
+def test_two_that_hide_each_other_are_seen_together():
+    """Alone neither saves much: they do nearly the opposite."""
+    other = -ROWS[0] + 0.4 * ROWS[1]
+    residual = 20.0 * ROWS[0] + 20.0 * other / np.linalg.norm(other)
+    scans = [scan('coulomb_friction', ROWS[0], residual), scan('armature', other, residual),
+             scan('bias_torque', ROWS[3], residual)]  # fmt: skip
+    assert max(s.gain for s in scans) < 5.0
+    (best,) = best_pairs(scans, residual, 2, 8.0)
+    assert named(best) == {'coulomb_friction', 'armature'}
+    np.testing.assert_allclose(best[1], 2.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize('residual', [20.0 * ROWS[0] + 1.0 * ROWS[1], 0.1 * ROWS[3]],
+                         ids=['one is enough', 'nothing'])  # fmt: skip
+def test_no_pair_where_the_second_saves_less_than_it_must(residual):
+    scans = [scan(n, r, residual) for n, r in zip(NAMES, ROWS, strict=True)]
+    assert best_pairs(scans, residual, 3, 8.0) == []
+
+
+def test_two_that_do_the_same_thing_are_no_pair():
+    same = ROWS[0] + 0.05 * ROWS[1]
+    residual = 20.0 * ROWS[0] + 20.0 * ROWS[1]
+    scans = [scan('coulomb_friction', ROWS[0], residual), scan('armature', same, residual)]
+    assert best_pairs(scans, residual, 3, 8.0) == []
+
+
+def test_no_pair_needs_a_sign_that_an_effect_cannot_have():
+    """Friction only brakes, so it does not take off what another effect adds too much."""
+    residual = 20.0 * ROWS[1] - 15.0 * ROWS[0]
+    scans = [scan('coulomb_friction', ROWS[0], residual), scan('bias_torque', ROWS[1], residual)]
+    assert best_pairs(scans, residual, 3, 8.0) == []
+    both = [scan('torque_scale', ROWS[0], residual), scans[1]]
+    (best,) = best_pairs(both, residual, 3, 8.0)
+    assert named(best) == {'torque_scale', 'bias_torque'}
+
+
+def test_as_many_pairs_as_asked_for_and_none_twice():
+    residual = 20.0 * ROWS[0] + 15.0 * ROWS[1] + 14.0 * ROWS[2] + 13.0 * ROWS[3]
+    scans = [scan(n, r, residual) for n, r in zip(NAMES, ROWS, strict=True)]
+    found = best_pairs(scans, residual, 3, 8.0)
+    assert [named(p) for p in found] == [{NAMES[0], n} for n in NAMES[1:]]
+    assert best_pairs(scans[:1], residual, 3, 8.0) == []
+    assert best_pairs([], residual, 3, 8.0) == []

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""leo repair goes on while sure effects leave a rest; what the verbs share: times, headlines."""
+
+import argparse
+import math
+
+import pytest
+
+from leo_diffmodel.add.rounds import merged, rounds
+from leo_diffmodel.explain.explanation import Explanation
+from leo_diffmodel.verbs.common import seconds
+from leo_diffmodel.verbs.explain_text import told
+from leo_sim.effects import place
+from leo_sim.model import Model
+
+PENDULUM = Model('pendulum')
+FOUND = ('coulomb_friction', 'viscous_friction', 'armature')
+
+
+def round_of(number: int, verdict: str) -> Explanation:
+    """The answer to a model with `number` effects: one more, and errors ten times smaller."""
+    placed = [place(PENDULUM.robot, name, 'pivot') for name in FOUND[: number + 1]]
+    before, after = 10.0**-number, 10.0 ** -(number + 1)
+    one = {'before': [before], 'after': [after], 'noise_floor': [1e-9],
+           'mean': {'before': before, 'after': after, 'noise_floor': 1e-9}}  # fmt: skip
+    steps = ('as given', before), (f'+ {FOUND[number]}', after), ('noise floor', 1e-9)
+    return Explanation(
+        verdict=verdict, sentence=f'Sentence {number}.',
+        effects=[{'name': FOUND[number], 'where': 'pivot'}],
+        constants={}, hypotheses=[], not_testable=[], next_run=None,
+        errors={'one_step': one, 'horizon': [one], 'ladder': [
+            {'model': name, 'rmse': [error]} for name, error in steps
+        ]},
+        seconds=1.0, provenance={}, model=PENDULUM.changed(effects=tuple(placed)),
+        search=object(),  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def ask(*verdicts: str):
+    return lambda model, left: round_of(len(model.effects), verdicts[len(model.effects)])
+
+
+@pytest.mark.parametrize(('verdicts', 'count'), [
+    (('named',), 1), (('ambiguous',), 1), (('unknown',), 1), (('partly', 'named'), 2),
+    (('partly', 'unknown'), 1), (('partly', 'ambiguous'), 1), (('partly', 'partly', 'named'), 3),
+])  # fmt: skip
+def test_sure_effects_are_added_as_long_as_there_are_any(verdicts, count):
+    assert len(rounds(ask(*verdicts), PENDULUM, math.inf)) == count
+
+
+def test_no_round_begins_after_the_time():
+    assert len(rounds(ask('partly', 'named'), PENDULUM, 0.5)) == 1
+
+
+def test_rounds_are_one_answer():
+    answer = merged(rounds(ask('partly', 'partly', 'named'), PENDULUM, math.inf))
+    assert answer.verdict == 'named' and answer.seconds == 3.0
+    assert [row['name'] for row in answer.effects] == list(FOUND)
+    assert [p.effect.name for p in answer.model.effects] == list(FOUND)
+    ladder = [row['model'] for row in answer.errors['ladder']]
+    assert ladder == ['as given', *(f'+ {name}' for name in FOUND), 'noise floor']
+    for table in (answer.errors['one_step'], answer.errors['horizon'][0]):
+        assert table['mean'] == {'before': 1.0, 'after': pytest.approx(1e-3), 'noise_floor': 1e-9}
+
+
+@pytest.mark.parametrize(('text', 'expected'), [
+    ('60', 60.0), ('60s', 60.0), ('2min', 120.0), ('0.5 min', 30.0),
+])  # fmt: skip
+def test_times(text, expected):
+    assert seconds(text) == expected
+
+
+@pytest.mark.parametrize('text', ['', 's', '-3', '0', 'nan', '2h'])
+def test_no_times(text):
+    with pytest.raises(argparse.ArgumentTypeError, match='write 60s or 2min'):
+        seconds(text)
+
+
+def test_a_short_sentence_is_one_line():
+    assert told('fine', 'Nothing: held-out error 0.5 s ahead: a 1 -> 1 rad (noise 1) (b).') == [
+        'Nothing: held-out error 0.5 s ahead: a 1 -> 1 rad (noise 1) (b).'
+    ]
+
+
+def test_a_long_sentence_is_a_headline_and_lines():
+    listed = '; '.join(f'link_mass:{name} (m = 1 ± 0.1 kg)' for name in 'abcdefgh')
+    error = 'median held-out error 0.3 s ahead: a 2 -> 1 rad (noise 1) and 9 more states'
+    notes = 'left out, --keep uses it: 1.0 to 2.0 s (a: pushed; hard (here)); the time was over'
+    rest = '40 % of the mean squared error beyond noise is something else, most of it at a'
+    assert told('partly', f'Missing for sure: {listed}; {error} ({notes}). {rest}.') == [
+        f'Missing for sure: {listed}.', f'{error}.', f'{rest}.',
+        'left out, --keep uses it: 1.0 to 2.0 s (a: pushed; hard (here))', 'the time was over',
+    ]  # fmt: skip
