@@ -147,7 +147,7 @@ CASES = [
     *((['repair', bag, *P, '-o', 'out'], BAGS[bag]) for bag in ('nowhere', 'empty', 'damaged')),
     *((['compare', 'good', '--model', model], said) for model, said in MODELS.items()),
     *((['repair', 'good', '--model', m, '-o', 'out'], MODELS[m]) for m in ('bad_unit.yaml',)),
-    *((['explain', 'good', *P, '--effect', name], said) for name, said in EFFECTS.items()),
+    *((['explain', 'good', *P, '--keep', '--effect', n], said) for n, said in EFFECTS.items()),
     *((['import', log, '--map', map_, '-o', 'new'], said) for (log, map_), said in LOGS.items()),
     *OTHERS,
 ]

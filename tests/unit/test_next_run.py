@@ -55,6 +55,19 @@ def test_open_are_close_rivals_that_are_not_the_same_thing():
     assert questions(answer(near('torque_scale', 0.0, 'no back-EMF')), torque) == []
 
 
+def test_what_too_many_turns_choose_instead_is_a_question():
+    said = answer(near('armature', 9.0))
+    said['effects'][0]['inclusion_probability'] = 0.7
+    said['settings'] = {'stable': 0.9}
+    said['stability'] = [{'effects': ['voltage_scale:pivot'], 'share': 0.7},
+                         {'effects': ['voltage_deadband:pivot'], 'share': 0.28},
+                         {'effects': ['torque_scale:pivot'], 'share': 0.02}]  # fmt: skip
+    (found,) = questions(said, Facts(PENDULUM, ever_free=False))
+    assert found.choices == ('voltage_scale:pivot', 'voltage_deadband:pivot')
+    said['effects'][0]['inclusion_probability'] = 0.95
+    assert questions(said, Facts(PENDULUM, ever_free=False)) == []
+
+
 def test_what_is_the_same_only_while_motors_are_on_is_a_question():
     row = {'name': 'viscous_friction', 'where': 'pivot',
            'confusable_with': [near('back_emf_scale', 0.0, 'both brake')]}  # fmt: skip

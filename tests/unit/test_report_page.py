@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page from hand-made results: five verdicts, escapes, no network, whole or not at all."""
+"""The page from hand-made results: six verdicts, escapes, no network, whole or not at all."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -15,13 +15,15 @@ from leo_diffmodel.compare.torque import MissingTorque
 from leo_diffmodel.compare.where import where
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.explanation import Explanation
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.report import page
 from leo_diffmodel.report.compared import write_comparison
 from leo_diffmodel.report.explained import write_explanation
-from leo_diffmodel.report.sections import budget, horizon, hypotheses, untested
+from leo_diffmodel.report.sections import budget, horizon, hypotheses, stability, untested
 from leo_diffmodel.report.sections import missing as missing_section
 from leo_diffmodel.report.sections import verdict as verdict_section
 from leo_diffmodel.report.sections import where as where_section
+from leo_diffmodel.report.sections.gates import descriptions
 from leo_sim.model import Model
 from leo_sim.robot import load_robot
 
@@ -113,7 +115,10 @@ def comparison(missing: MissingTorque, model: Model, factor: float) -> Compariso
     return Comparison(data, missing, where(missing, model), prediction)
 
 
-@pytest.mark.parametrize('verdict', ['fine', 'named', 'ambiguous', 'unknown', 'untestable'])
+VERDICTS = ['fine', 'named', 'partly', 'ambiguous', 'unknown', 'untestable']
+
+
+@pytest.mark.parametrize('verdict', VERDICTS)
 def test_every_verdict_makes_a_page(verdict, model, recording, tmp_path):
     path = tmp_path / 'report.html'
     write_explanation(path, explanation(verdict, model), [recording])
@@ -125,6 +130,32 @@ def test_every_verdict_makes_a_page(verdict, model, recording, tmp_path):
     assert 'What this data could not test' in text
     for origin in ('f00d', 'beef', PROVENANCE['date'], 'runtime0.10 s', 'leo_sim 0.1.0'):
         assert origin in text, origin
+
+
+def test_the_page_of_recordings_that_were_moved_from_outside(model, recording, tmp_path):
+    sentence = 'Moved from outside in 60% of the moving time: 1.0 to 2.0 s (pivot: a push).'
+    answer = replace(explanation('unknown', model, sentence), not_testable=[],
+                     settings=SETTINGS.to_json())  # fmt: skip
+    path = tmp_path / 'report.html'
+    write_explanation(path, answer, [recording, replace(recording, path=Path('bags/other'))])
+    _, text = read(path)
+    assert 'not the robot’s own' in text and '--keep' in text
+    assert 'least_nats' in text and 'whatever the draws of noise say' in text
+    assert 'Every effect of the catalogue' not in text
+
+
+def test_every_gate_says_what_it_decides():
+    assert descriptions().keys() == SETTINGS.to_json().keys()
+    assert all(descriptions().values())
+
+
+def test_an_answer_is_a_bar_beside_the_other_sets():
+    rows = [{'effects': [f'armature:{n}'] if n else [], 'share': 0.1} for n in range(10)]
+    values = stability.section(rows, [], SETTINGS.to_json()).values
+    assert [s['mine'] for s in values['sets']] == [True] + 6 * [False]
+    assert values['sets'][0]['name'] == 'nothing is missing'
+    assert values['sets'][-1] == {'name': '4 other sets', 'share': '40 %', 'mine': False,
+                                  'width': pytest.approx(40.0)}  # fmt: skip
 
 
 def test_what_came_from_outside_is_escaped(model, recording, tmp_path):

@@ -59,20 +59,22 @@ def test_the_leading_candidate_runs_through_the_measured_means(recording, explan
     assert 1 <= len(curves.candidates) <= 4
 
 
-@pytest.mark.parametrize('verdict', ['fine', 'named', 'ambiguous', 'unknown'])
+@pytest.mark.parametrize('verdict', ['fine', 'named', 'partly', 'ambiguous', 'unknown'])
 def test_the_whole_page(verdict, recording, explanation, tmp_path):
     path = tmp_path / 'out' / 'report.html'
     write_explanation(path, replace(explanation, verdict=verdict), [recording])
     text = path.read_text()
     assert f'>{verdict}<' in text
     titles = ('Where the error goes', 'Where it fails', 'Torque the model lacks', 'Hypotheses',
-              'Error against prediction horizon', 'Is what is left only noise?',
-              'What this data could not test', 'Where this comes from')  # fmt: skip
+              'How stable is the answer', 'Error against prediction horizon',
+              'Is what is left only noise?', 'What this data could not test', 'What decided',
+              'Where this comes from')  # fmt: skip
     places = [text.index(f'<h2>{title}</h2>') for title in titles]
     assert places == sorted(places)
     for name in ('viscous_friction', 'back_emf_scale', 'N m s/rad', 'nats', 'held-out',
                  'repaired, training', 'noise floor', 'worst predicted windows', 'of stall',
-                 'Autocorrelation of what is left', 'of held-out turns', 'runtime'):  # fmt: skip
+                 'Autocorrelation of what is left', 'of held-out turns',
+                 'margin_nats', 'Plausible range', 'runtime'):  # fmt: skip
         assert name in text, name
     links, _ = read(path)
     assert links.urls == []

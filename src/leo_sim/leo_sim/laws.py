@@ -275,5 +275,7 @@ def _squeezed(value: Any) -> Any:
 
 def _stack(figures: Sequence[Any]) -> Any:
     """Floats or arrays (S, 1, 1) side by side along the last axis."""
+    if not figures:
+        return np.zeros(0)
     return np.concatenate(np.broadcast_arrays(
         *(np.asarray(f, dtype=float).reshape(np.shape(f) or (1,)) for f in figures)), axis=-1)

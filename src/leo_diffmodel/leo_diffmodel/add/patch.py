@@ -11,7 +11,14 @@ from typing import Any
 
 from leo_diffmodel.add.explanation_file import read_explanation
 from leo_msgs_py.errors import UserError
-from leo_sim.effects import check_bounds, get_effect, place, Placed
+from leo_sim.effects import (
+    check_bounds,
+    EFFECTS,
+    get_effect,
+    place,
+    Placed,
+    registered_effects,
+)
 from leo_sim.model import Model
 
 
@@ -68,11 +75,19 @@ def _each(words: Sequence[str]) -> list[list[str]]:
     """The words of each effect: itself and the parameters that follow it."""
     out: list[list[str]] = []
     for word in words:
-        if out and '=' in word:
+        if out and not _names_effect(word):
             out[-1].append(word)
         else:
             out.append([word])
     return out
+
+
+def _names_effect(word: str) -> bool:
+    """Whether a word is an effect, with its place or without, and no parameter."""
+    if '=' in word or ':' in word or word.endswith('.py'):
+        return '=' not in word
+    known = {*EFFECTS, *(effect.name for effect in registered_effects())}
+    return word in known
 
 
 def _by_hand(model: Model, words: Sequence[str]) -> Placed:
@@ -133,7 +148,9 @@ def _assignment(word: str) -> tuple[str, float]:
     try:
         return name, float(value)
     except ValueError:
-        raise UserError(f'{word!r}: write PARAM=VALUE with a number, e.g. c=0.002') from None
+        other = '' if '=' in word else f'; and no effect is named {name!r}'
+        told = f'{word!r}: write PARAM=VALUE with a number, e.g. c=0.002{other}'
+        raise UserError(told) from None
 
 
 def _today() -> str:

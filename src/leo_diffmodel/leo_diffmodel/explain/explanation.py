@@ -35,6 +35,7 @@ NEXT = (
     'leo next with the same bags and model simulates a menu of safe runs with every answer that '
     'is still open, picks the one that tells them apart best, and writes it for leo play'
 )
+BY_HAND = 'swing it by hand from other angles'
 
 
 @dataclass(frozen=True)
@@ -286,7 +287,8 @@ def _next_run(decision: str, context: rows.Context, unknown: Unknown | None) -> 
             for r in rows.rivals(context, c)
             if not r['same_thing'] and r['separable_nats'] < MARGIN_NATS
         ]
-        return '; '.join([*dict.fromkeys(e.reveal for e in close), NEXT])
+        driven = any(a.strongest > 0 for a in context.base.robot.actuators)
+        return '; '.join([*dict.fromkeys(e.reveal for e in close), NEXT if driven else BY_HAND])
     if unknown:
         return f'repeat the run, and {unknown.reveal}'
     if decision in ('unknown', 'partly'):

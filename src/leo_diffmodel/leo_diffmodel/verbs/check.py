@@ -45,7 +45,7 @@ def main(argv: list[str]) -> int:
         print(json.dumps(result.to_json()))
     else:
         show(result, Console())
-        _point_on(arguments, folder, result)
+        _point_on(arguments, folder, result, model)
     return 0 if result.is_good else 1
 
 
@@ -84,11 +84,17 @@ def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
     return out
 
 
-def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Check) -> None:
+def _point_on(
+    arguments: argparse.Namespace, folder: Path | None, result: Check, model: Model
+) -> None:
     if folder:
         print(f'wrote {folder}/check.json')
     if any(f.severity == 'error' for f in result.findings):
         print('next: mend what is marked error, then check again')
+        return
+    driven = any(a.strongest > 0 for a in model.robot.actuators)
+    if not (result.is_good or driven):
+        print('next: swing it by hand from other angles, then check again')
         return
     verb = 'explain' if result.is_good else 'next'
     print(f'next: {common.same_bags(verb, arguments)}')

@@ -153,5 +153,10 @@ def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explan
         print(f'wrote {folder}/explain.json and report.html')
     if folder and (result.effects or (result.unknown and result.unknown.source)):
         print(f'next: leo add {arguments.model} --from {folder}/explain.json -o repaired.yaml')
-    elif folder and result.verdict == 'fine' and result.not_testable:
+    elif folder and result.verdict == 'fine' and result.not_testable and _driven(result):
         print(f'next: {common.same_bags("next", arguments)} --explain {folder}')
+
+
+def _driven(result: Explanation) -> bool:
+    """Whether a run can be sent to the robot."""
+    return any(a.strongest > 0 for a in result.model.robot.actuators)

@@ -42,7 +42,7 @@ def main(argv: list[str]) -> int:
     arguments = _parser().parse_args(argv)
     target = _target(arguments)
     model = common.load(arguments)
-    if not model.robot.actuators:
+    if not any(a.strongest > 0 for a in model.robot.actuators):
         why = 'has no motors, so there is no run to send; swing it by hand from other angles'
         raise UserError(f'{model.robot.name} {why}')
     recordings, _ = common.read_all(arguments, model)

@@ -52,6 +52,6 @@ class CommandDelay(Effect):
     @staticmethod
     def _forget(memory: Any, longest: float) -> Any:
         """The memory without the entries that no delay up to `longest` reaches any more."""
-        ages = memory[0].reshape(memory.shape[1], -1).min(axis=1)
+        ages = memory[0].reshape(memory.shape[1], -1).min(axis=1, initial=np.inf)
         spent = int(np.sum(ages[1:] >= longest))
         return memory[:, spent:]

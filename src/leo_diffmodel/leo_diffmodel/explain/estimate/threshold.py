@@ -24,6 +24,8 @@ def threshold(scans: Sequence[Scan], seed: int = 0) -> float:
     cost one matrix product. The quantile over runs of the best gain of all candidates is
     raised by a safety factor for noise that is known only roughly.
     """
+    if not scans:
+        return LEAST_NATS
     columns = np.concatenate([s.signatures for s in scans])
     rng, best = np.random.default_rng(seed), []
     for _ in range(DRAWS // AT_ONCE):

@@ -73,6 +73,6 @@ class Cut:
 
     @property
     def _listed(self) -> str:
-        words = [f'{s.begin:.1f} to {s.end:.1f} s ({s.why})' for s in self.stretches]
+        words = [f'{max(0.0, s.begin):.1f} to {s.end:.1f} s ({s.why})' for s in self.stretches]
         more = len(words) - MOST_LISTED
         return ', '.join(words[:MOST_LISTED]) + (f' and {more} more' if more > 0 else '')

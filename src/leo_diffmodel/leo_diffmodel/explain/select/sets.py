@@ -106,7 +106,7 @@ def _overlap(a: Candidate, b: Candidate) -> bool:
 def search(sets: Sets, first: Estimate) -> Scored:
     """The smallest set that no larger one beats, once the neighbours of the best are all known."""
     sets.add([first])
-    while not sets.late:
+    while not (sets.late and sets.extensions):
         front = [n for n in _front(sets) if n not in sets.extensions]
         if not front:
             break
