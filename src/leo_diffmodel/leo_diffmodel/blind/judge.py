@@ -18,6 +18,9 @@ NEVER_FAR = ('hysteresis', 'winding_drift')
 """Laws whose nearest relatives in the catalogue may be named, as long as it stays open."""
 
 
+NAMING = ('named', 'partly', 'ambiguous')
+
+
 def judge(truth: dict, answer: dict, robot: Robot) -> dict:
     """One line of the results file.
 
@@ -54,7 +57,7 @@ def _single(truth: dict, answer: dict, facts: Facts) -> dict:
     """
     hidden, rows = truth['effects'][0], answer['effects']
     first = rows[0] if rows else None
-    if first is None or answer['verdict'] not in ('named', 'ambiguous'):
+    if first is None or answer['verdict'] not in NAMING:
         return {'right': False, 'family': False}
     return {
         'right': found(facts, hidden, first),
@@ -66,7 +69,7 @@ def _single(truth: dict, answer: dict, facts: Facts) -> dict:
 def _several(truth: dict, answer: dict, facts: Facts) -> dict:
     """Right: each of them is found in a row of its own; exact: and there is no other row."""
     hidden = truth['effects']
-    rows = answer['effects'] if answer['verdict'] in ('named', 'ambiguous') else []
+    rows = answer['effects'] if answer['verdict'] in NAMING else []
     right = any(
         all(found(facts, one, row) for one, row in zip(hidden, some, strict=True))
         for some in permutations(rows, len(hidden))
@@ -84,7 +87,8 @@ def _outside(truth: dict, answer: dict, facts: Facts) -> dict:
     right = verdict == 'unknown' and variable == outside.VARIABLES.get(name, variable)
     if name in NEVER_FAR and verdict == 'ambiguous':
         right = distinct(facts, left_open(rows[0])) <= LARGEST_SET
-    lone = verdict == 'named' and len(rows) == 1 and rows[0]['inclusion_probability'] > SURE
+    sure = verdict in ('named', 'partly') and len(rows) == 1
+    lone = sure and rows[0]['inclusion_probability'] > SURE
     return {'right': right, 'variable': variable, 'lone': lone}
 
 

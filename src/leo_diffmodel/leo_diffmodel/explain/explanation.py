@@ -111,7 +111,8 @@ def explain(
             period of the data.
         settings: the gates.
         within: time for the search [s]; the best answer so far is given after it, and says so.
-        keep: use what looks moved from outside, too.
+        keep: use what looks moved from outside, too; so is done where effects are of the user's
+            own, which may do what a hand does.
 
     Raises:
         UserError: a step that cannot be scored.
@@ -120,7 +121,8 @@ def explain(
     asked = _Asked(model, provenance([*recordings, *hold_out], model), settings, began)
     own = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
     helper.prepare(not own)
-    cut = Cut.of(recordings, hold_out, model) if not keep else Cut(recordings, hold_out)
+    as_given = keep or own  # what a user's own law does cannot be told from a hand
+    cut = Cut(recordings, hold_out) if as_given else Cut.of(recordings, hold_out, model)
     if cut.share > settings.outside:
         return _without_search(asked, 'unknown', *cut.answer, [])
     recordings, hold_out = cut.thinned

@@ -18,8 +18,8 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 ENOUGH_NATS = 0.05
-FAR_NATS = 100.0
-ENOUGH_SHARE, FAR_SHARE = 1e-5, 0.02
+FAR_NATS = 5.0
+ENOUGH_SHARE, FAR_SHARE = 1e-5, 1e-3
 """Of the loss: where no hypothesis comes near the noise, the last nats decide nothing."""
 FOOTED_NATS, FOOTED_SCALES = 0.5, (1.0, 0.3, 0.1)
 OUT_OF_LINE = 2.0
