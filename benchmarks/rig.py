@@ -15,9 +15,8 @@ from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.pose import pose
-from leo_diffmodel.explain.problem.candidates import uncertain
 from leo_sim.batch import rollout
 from leo_sim.model import Model
 

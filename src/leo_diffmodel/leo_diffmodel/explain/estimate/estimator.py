@@ -74,7 +74,7 @@ class Estimator(Protocol):
             base: the hypothesis.
             pool: the effects.
             told: hears what is being tried.
-            few: only the very best, one by one, where fits are many.
+            few: no pairs of effects.
         """
 
     def refitted(self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None

@@ -27,8 +27,6 @@ WEIGHT_CHANGE, MOST_RENEWALS = 0.2, 4
 """Weights are read again until none changes by more than this (in logs); how often at most."""
 ITERATIONS, QUICK_ITERATIONS, QUICK = 5, 3, 2
 """Of a fit, and of those that only tell the weights; and how many single effects tell them."""
-FEW = 3
-"""Single effects that are fitted in the place of another one."""
 WORTH = 0.3
 """Share of the threshold that a scan must promise to be fitted."""
 FEWEST = 4
@@ -73,8 +71,8 @@ class Smooth:
         self, base: Estimate, pool: Sequence[Candidate], told: Progress, few: bool = False
     ) -> Extension:
         """Scan all, and refit the best alone and in pairs; see `Estimator`."""
-        singles, pairs = (FEW, 0) if few else (self.settings.singles, self.settings.pairs)
-        larger, scans, limit = self._larger(base, pool, singles, pairs, told)
+        pairs = 0 if few else self.settings.pairs
+        larger, scans, limit = self._larger(base, pool, self.settings.singles, pairs, told)
         return Extension(base, tuple(larger), tuple(scans), limit)
 
     def _larger(
