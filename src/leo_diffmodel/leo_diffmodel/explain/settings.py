@@ -29,7 +29,6 @@ class Settings:
         turns: draws of left-out folds in which the choice is made again.
         left_out: share of the folds left out of each turn.
         stable: share of the turns that must choose an effect for it to be sure.
-        sigmas: standard deviations a parameter must be away from no effect.
         unexplained: times the noise that may be left where nothing is missing (mean square).
         share: of the error beyond noise that may be left where everything is explained.
         outside: share of the moving time moved from outside from which on no effect is named.
@@ -49,7 +48,6 @@ class Settings:
     turns: int = 60
     left_out: float = 0.1
     stable: float = 0.9
-    sigmas: float = 3.0
     unexplained: float = 1.6
     share: float = 0.25
     outside: float = 0.5

@@ -9,6 +9,7 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.fit import Fit
+from leo_diffmodel.explain.settings import SETTINGS
 
 Array = np.ndarray
 WINDOW_NATS = 6.0
@@ -17,7 +18,7 @@ AGREEMENT = 0.1
 TELLING_NATS = 2.0
 WHOLE = 1.3
 """Most that is left, in units of noise, where nothing more is missing."""
-MARGIN_NATS = 5.0
+MARGIN_NATS = SETTINGS.margin_nats
 """Nats by which the best must be ahead to be named alone: odds of 150 to 1."""
 
 

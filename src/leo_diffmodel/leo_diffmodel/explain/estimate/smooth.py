@@ -43,16 +43,11 @@ class Smooth:
     settings: Settings
     most_nats: float = np.inf
 
-    @property
-    def width(self) -> int:
-        """Sets of each size that are worth extending."""
-        return self.settings.width
-
     def first(self, hypothesis: Hypothesis, pool: Sequence[Candidate] = ()) -> Estimate:
         """The model as given, in weights read from what the leading effects leave.
 
-        The noise is the least that any of them leaves in short windows: a wrong model can only
-        add to it. What the best of them is off by beyond that sets how much a recording counts.
+        The noise is what the best of them leaves in short windows, where that is less: a wrong
+        model can only add to it. What it is off by beyond that sets how much a recording counts.
         """
         best = Estimate(self.posed, fit(self.posed.problem, hypothesis))
         self._weighed(best)

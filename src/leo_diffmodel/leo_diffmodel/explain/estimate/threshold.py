@@ -8,12 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from leo_diffmodel.explain.estimate.scan import Scan
+from leo_diffmodel.explain.settings import SETTINGS
 
 DRAWS = 1000
 AT_ONCE = 100
 QUANTILE = 0.999
 SAFETY = 1.5
-LEAST_NATS = 8.0
+LEAST_NATS = SETTINGS.least_nats
 
 
 def threshold(scans: Sequence[Scan], seed: int = 0) -> float:

@@ -2,7 +2,7 @@
 """Plausible range of every parameter, from the robot itself: what no fit may leave.
 
 A friction stronger than the motor stalls it, a link does not weigh twenty times what was drawn,
-a delay is not longer than what a window remembers. A value on its limit is no answer.
+a measurement is no later than what a window remembers. A value on its limit is no answer.
 """
 
 from __future__ import annotations

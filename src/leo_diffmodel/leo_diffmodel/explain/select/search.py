@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,9 +26,6 @@ from leo_diffmodel.explain.settings import Settings
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
-if TYPE_CHECKING:
-    from leo_diffmodel.explain.unknown.find import Found
-
 Array = np.ndarray
 
 
@@ -48,7 +44,6 @@ class Search:
         weight: what a nat counts.
         turns: what is chosen where folds are left out of the choice, one set for each draw.
         complete: False where the time was over before the search was.
-        alone: the law that explains more than several effects, where that ended the search.
     """
 
     null: Fit
@@ -61,7 +56,6 @@ class Search:
     weight: Weight
     turns: tuple[Names, ...]
     complete: bool = True
-    alone: Found | None = None
 
     @property
     def problem(self) -> Problem:

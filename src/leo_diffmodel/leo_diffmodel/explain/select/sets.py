@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choose a set of effects: the smallest that no larger one beats, among all its neighbours."""
+"""Choose a set of effects: the best whose every part predicts worse, among its neighbours."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def _overlap(a: Candidate, b: Candidate) -> bool:
 
 
 def search(sets: Sets, first: Estimate) -> Scored:
-    """The smallest set that no larger one beats, once the neighbours of the best are all known."""
+    """The set that is chosen once all its neighbours are known, or the time is over."""
     sets.add([first])
     while not (sets.late and sets.extensions):
         front = [n for n in _front(sets) if n not in sets.extensions]

@@ -76,8 +76,6 @@ def find(recordings: Sequence[Recording], found: Search) -> Found | None:
         recordings: what the search was made in, held-out ones last.
         found: the search; its final hypothesis is what is known.
     """
-    if found.alone:
-        return found.alone
     problem = found.problem
     blocks = found.posed.blocks.index(problem.windows)
     alone = find_alone(recordings, found)
