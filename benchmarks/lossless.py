@@ -54,8 +54,9 @@ def run(folder: Path, seed: int, policy: Path, transitions: int) -> dict[str, in
     """One rollout."""
     with Processes(folder / 'logs') as processes:
         processes.node('robot', 'leo_sim', 'robot', robot='pendulum', realtime_factor=0, seed=seed,
-                       start='random', hidden_seed=seed, sealed=folder / 'sealed')  # fmt: skip
-        processes.node('diffmodel', 'leo_diffmodel', 'diffmodel', bag=folder / 'rollout')
+                       start='random', hidden_seed=seed,
+                       sealed=str(folder / 'sealed'))  # fmt: skip
+        processes.node('diffmodel', 'leo_diffmodel', 'diffmodel', bag=str(folder / 'rollout'))
         processes.wait_for(folder / 'rollout', 'diffmodel')
         processes.ask('play', str(policy), '--collect', str(transitions))
         processes.stop('diffmodel')

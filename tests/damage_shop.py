@@ -56,6 +56,13 @@ EXPLANATION = {
     'constants': {'actuators.pivot.resistance': {'value': 9.0, 'unit': 'ohm'}},
     'provenance': {'robot': 'pendulum', 'bags': [{'path': 'a', 'sha256': 'b'}], 'date': 'today'},
 }
+LAW = EXPLANATION | {
+    'verdict': 'unknown', 'effects': [],
+    'unknown': {
+        'joint': 'pivot', 'source': 'found.py', 'error_before': 0.1, 'error_after': 0.01,
+        'model': {key: EXPLANATION[key] for key in ('effects', 'constants')},
+    },
+}
 
 
 def fill(root: Path) -> Path:
@@ -67,6 +74,7 @@ def fill(root: Path) -> Path:
     (root / 'model.yaml').write_text(MODEL)
     (root / 'columns.yaml').write_text(COLUMNS)
     (root / 'explain.json').write_text(json.dumps(EXPLANATION))
+    (root / 'law.json').write_text(json.dumps(LAW))
     rows = [f'{10 * k},{k % 90},{k % 7},{0.1 * (k % 5)},1' for k in range(200)]
     (root / 'log.csv').write_text('t,angle,speed,duty,on\n' + '\n'.join(rows) + '\n')
     shutil.copytree(PENDULUM.folder, root / 'robot')

@@ -5,7 +5,7 @@ from glob import glob
 from setuptools import find_packages, setup
 
 PACKAGE = 'leo_sim'
-NODES = {'robot': 'leo_sim.nodes.robot:main'}
+NODES = {'robot': 'leo_sim.nodes.robot:main', 'servo_bus': 'leo_sim.nodes.servo_bus:main'}
 
 setup(
     name=PACKAGE,
@@ -15,7 +15,7 @@ setup(
     license='Apache-2.0',
     python_requires='>=3.11',
     packages=find_packages(),
-    package_data={PACKAGE: ['py.typed', 'robots/*/*']},
+    package_data={PACKAGE: ['py.typed', 'robots/*/*', 'servos/*.yaml', 'servos/models/*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
@@ -24,6 +24,7 @@ setup(
         (f'share/{PACKAGE}/config', glob('config/*.yaml')),
     ],
     install_requires=[
+        'dynamixel-sdk>=4.1',
         'leo_msgs_py',
         'mcap>=1.2',
         'numba>=0.60',
@@ -36,7 +37,11 @@ setup(
     extras_require={'mujoco': ['mujoco>=3.3,<4'], 'test': ['pytest', 'hypothesis', 'mujoco<4']},
     entry_points={
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
-        'leo.verbs': ['reveal = leo_sim.reveal:main', 'robot = leo_sim.verbs.robot:main'],
+        'leo.verbs': [
+            'check-driver = leo_sim.verbs.check_driver:main',
+            'reveal = leo_sim.reveal:main',
+            'robot = leo_sim.verbs.robot:main',
+        ],
         'leo.robots': [
             'pendulum = leo_sim.robots:PENDULUM',
             'torque_pendulum = leo_sim.robots:TORQUE_PENDULUM',
@@ -47,6 +52,7 @@ setup(
         ],
         'leo.drivers': [
             'simulated = leo_sim.drivers.simulated:SimulatedDriver',
+            'dynamixel = leo_sim.drivers.dynamixel:DynamixelDriver',
             'replay = leo_sim.drivers.replay:ReplayDriver',
         ],
         'leo.effects': [],

@@ -4,7 +4,9 @@
 import io
 import json
 import os
+from pathlib import Path
 
+import numpy as np
 import pytest
 from rich.console import Console
 
@@ -12,6 +14,9 @@ from leo_learner.experiments.closing import closing
 from leo_learner.experiments.main_job import MainJob, Plan
 from leo_learner.experiments.processes import Processes
 from leo_msgs_py.errors import UserError
+from leo_sim.drawing import draw
+from leo_sim.reveal import read_sealed
+from leo_sim.robot import load_robot
 
 pytestmark = [pytest.mark.graph, pytest.mark.slow]
 
@@ -55,3 +60,21 @@ def play_nothing(processes, folder) -> None:
         processes.node('robot', 'leo_sim', 'robot', robot='pendulum', realtime_factor=0)
         (folder / 'pid').write_text(str(processes._running['robot'].pid))
         processes.ask('play', str(folder / 'no_policy'))
+
+
+def test_the_secret_is_not_in_the_list_of_processes(tmp_path):
+    secret = 4711
+    with Processes(tmp_path / 'logs') as processes:
+        processes.node('robot', 'leo_sim', 'robot', robot='pendulum', realtime_factor=0, seed=3,
+                       hidden_seed=secret, sealed=str(tmp_path / 'sealed'))  # fmt: skip
+        processes.wait_for(tmp_path / 'sealed', 'robot')
+        reset = 'service', 'call', '/robot/reset', 'std_srvs/srv/Trigger', '--timeout', '60'
+        processes.ask(*reset)
+        pid = processes._running['robot'].pid
+        seen = [Path(f'/proc/{pid}/{name}').read_bytes() for name in ('cmdline', 'environ')]
+    assert not any(b'hidden' in text or str(secret).encode() in text for text in seen)
+    left = [path for path in tmp_path.rglob('*') if path.is_file() and path.name != 'sealed']
+    assert not any(str(secret) in path.read_text() for path in left)
+    (effect,) = read_sealed(tmp_path / 'sealed')['effects']
+    robot = load_robot('pendulum')
+    assert effect['name'] == draw(robot, np.random.default_rng(secret)).effect.name

@@ -30,7 +30,8 @@ def test_an_own_effect_is_named_and_added(tmp_path, monkeypatch, capsys):
     assert (row['name'], row['source']) == ('wind', str(tmp_path / 'wind.py'))
     (tmp_path / 'elsewhere').mkdir()
     monkeypatch.chdir(tmp_path / 'elsewhere')
-    assert main(['add', 'torque_pendulum', '--from', '../out/explain.json', '-o', 'new.yaml']) == 0
+    words = ['add', 'torque_pendulum', '--from', '../out/explain.json', '-o', 'new.yaml']
+    assert main([*words, '--effect', '../wind.py']) == 0
     (placed,) = load_model('new.yaml').effects
     assert placed.effect.name == 'wind'
     assert placed.parameters['w'] == pytest.approx(0.05, rel=0.02)

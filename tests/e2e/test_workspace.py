@@ -14,7 +14,12 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ('leo_msgs_py', 'leo_sim', 'leo_diffmodel', 'leo_learner')
-EXECUTABLES = {'leo_sim': 'robot', 'leo_diffmodel': 'diffmodel', 'leo_learner': 'learner'}
+EXECUTABLES = (
+    ('leo_sim', 'robot'),
+    ('leo_sim', 'servo_bus'),
+    ('leo_diffmodel', 'diffmodel'),
+    ('leo_learner', 'learner'),
+)
 
 
 @pytest.fixture(scope='session')
@@ -44,7 +49,7 @@ def sourced(install: Path, command: str, folder: Path) -> subprocess.Popen[str]:
     )
 
 
-@pytest.mark.parametrize(('package', 'executable'), EXECUTABLES.items())
+@pytest.mark.parametrize(('package', 'executable'), EXECUTABLES)
 def test_colcon_puts_nodes_where_ros2_run_looks(
     colcon_install: Path, package: str, executable: str
 ) -> None:
@@ -62,7 +67,7 @@ def test_colcon_puts_leo_on_the_path(colcon_install: Path, tmp_path: Path) -> No
 
 @pytest.mark.graph
 @pytest.mark.usefixtures('domain')
-@pytest.mark.parametrize(('package', 'executable'), EXECUTABLES.items())
+@pytest.mark.parametrize(('package', 'executable'), EXECUTABLES)
 def test_installed_node_starts_and_stops(
     colcon_install: Path, tmp_path: Path, package: str, executable: str
 ) -> None:
@@ -121,8 +126,8 @@ def test_pip_installs_what_ros_reads_and_nodes_where_ros2_run_looks(
     for files in ('launch/*.launch.py', 'config/*.yaml'):
         installed = {p.name for p in (share / package).glob(files)}
         assert installed == {p.name for p in (ROOT / 'src' / package).glob(files)}
-    nodes = [p.name for p in (prefix / 'lib' / package).glob('*') if os.access(p, os.X_OK)]
-    assert nodes == [EXECUTABLES[package]] if package in EXECUTABLES else not nodes
+    nodes = {p.name for p in (prefix / 'lib' / package).glob('*') if os.access(p, os.X_OK)}
+    assert nodes == {node for owner, node in EXECUTABLES if owner == package}
     scripts = {p.name for p in (prefix / 'bin').glob('*')}
     assert scripts == ({'leo'} if package == 'leo_msgs_py' else set())
 
@@ -130,12 +135,12 @@ def test_pip_installs_what_ros_reads_and_nodes_where_ros2_run_looks(
 def test_pip_installs_leo_and_no_node_into_bin() -> None:
     scripts = {p.name for p in Path(sys.executable).parent.iterdir()}
     assert 'leo' in scripts
-    assert scripts.isdisjoint(EXECUTABLES.values())
+    assert scripts.isdisjoint(node for _, node in EXECUTABLES)
 
 
 def test_every_node_is_known_to_leo_run() -> None:
     known = {e.name for e in entry_points(group='leo.executables')}
-    assert {f'{package}.{node}' for package, node in EXECUTABLES.items()} <= known
+    assert {f'{package}.{node}' for package, node in EXECUTABLES} <= known
 
 
 @pytest.mark.parametrize(

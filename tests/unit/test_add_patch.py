@@ -153,3 +153,12 @@ def test_an_explanation_moves_to_a_sibling(tmp_path, capsys):
 def test_one_robot_is_given(argv, tmp_path, capsys):
     assert main(['add', *argv, '-o', str(tmp_path / 'new.yaml')]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(('changed', 'said'), [
+    ({'value': 0.0}, 'must be above 0 ohm'), ({'unit': 'V'}, "the unit is 'ohm', found 'V'"),
+])  # fmt: skip
+def test_a_constant_that_cannot_be_is_refused(changed, said, tmp_path):
+    constants = {CONSTANT: EXPLANATION['constants'][CONSTANT] | changed}
+    with pytest.raises(UserError, match=said):
+        from_explanation(Model(PENDULUM), explanation(tmp_path, constants=constants))

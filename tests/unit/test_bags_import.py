@@ -97,6 +97,16 @@ def test_matlab_cells_are_episodes(tmp_path):
     assert second.q[:, 0].tolist() == [7.0, 8.0] and np.diff(second.t).tolist() == [0.5]
 
 
+def test_blank_lines_are_none_and_lines_keep_their_numbers(tmp_path):
+    column_map = write(tmp_path, 'map.yaml', SIMPLE)
+    log = write(tmp_path, 'log.csv', '\n\nt,q\n\n0,0.1\n   \n0.1,0.2\n\n')
+    bag = import_logs([log], column_map, tmp_path / 'bag')
+    assert read_bag(bag, PENDULUM).episodes[0].q[:, 0].tolist() == [0.1, 0.2]
+    wrong = write(tmp_path, 'wrong.csv', '\n\nt,q\n\n0,0.1\n\n0.1,x\n')
+    with pytest.raises(UserError, match="line 7, q: 'x' is not a number"):
+        import_logs([wrong], column_map, tmp_path / 'other')
+
+
 SIMPLE = 'time: t\njoints: {pivot: {position: q}}\n'
 
 
@@ -109,6 +119,14 @@ SIMPLE = 'time: t\njoints: {pivot: {position: q}}\n'
         ('t,q\n0,1\n1,one\n', SIMPLE, "line 3, q: 'one' is not a number"),
         ('t,q\n0,1\n1,1,1\n', SIMPLE, 'line 3: 3 values, 2 columns'),
         ('t,q\n', SIMPLE, 'is empty'),
+        ('t,q\n0,1\n1e300,1\n', SIMPLE, 'time runs from 0 to 1e+300 s; which unit is it in?'),
+        ('t,q\n0,1\n' + '1' * 10**6 + ',1\n', SIMPLE, 'line 3: field larger than field limit'),
+        ('t,q\n0,1\n1,1\n', SIMPLE + "delimiter: ';;'\n",
+         'delimiter: String should have at most 1'),
+        ('t,q\n0,1\n1,1\n', SIMPLE + 'columns: {x: where(q)}\n',
+         'where takes 3 arguments, found 1'),
+        ('t,q\n0,1\n1,1\n', SIMPLE + 'columns: {x: ' + '+'.join(['q'] * 20_000) + '}\n',
+         'is too long; build it up in several columns'),
         ('', SIMPLE, 'is empty'),
         ('t,q\n0,1\n', SIMPLE, '1 samples with a time; at least 2 are needed'),
         ('t,q\n0,1\n1,1\n', 'time: t\njoints: {pivot: {position: {column: q, unit: V}}}\n',
@@ -157,6 +175,15 @@ def test_expressions_are_arithmetic(a, b):
     expected = -abs(a) * b + min(a, 2.0) ** 2 - (b if a > b else 1.0)
     value = evaluate('-abs(a) * b + min(a, 2)**2 - where(a > b, b, 1)', columns)
     np.testing.assert_allclose(value, [expected])
+
+
+def test_expressions_leave_columns_as_they_are_and_divide_by_zero():
+    q = np.array([-1.0, 2.0, 0.0])
+    with pytest.raises(UserError, match='abs takes 1 arguments, found 2'):
+        evaluate('abs(q, q)', {'q': q})
+    assert q.tolist() == [-1.0, 2.0, 0.0]
+    assert np.isnan(evaluate('0/0*q', {'q': q})).all()
+    np.testing.assert_array_equal(evaluate('1 / q', {'q': q}), [-1.0, 0.5, np.inf])
 
 
 @pytest.mark.parametrize(

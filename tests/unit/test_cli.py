@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The `leo` dispatcher: verbs, mistakes, exit status."""
 
+import errno
 import os
 import signal
 import subprocess
@@ -11,6 +12,7 @@ import pytest
 from leo_msgs_py import cli
 from leo_msgs_py.errors import UserError
 
+LONG = 'x' * 300
 VERBS = ('node', 'param', 'run', 'service', 'status', 'topic')
 
 
@@ -37,6 +39,10 @@ def miss_another(argv):
     raise ModuleNotFoundError("No module named 'tea'", name='tea')
 
 
+def fill_the_disk(argv):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), 'out/report.html')
+
+
 class Entry:
     def __init__(self, name, function):
         self.name, self.load = name, lambda: function
@@ -47,6 +53,7 @@ def verbs(monkeypatch):
     entries = [
         Entry('fine', lambda argv: len(argv)),
         Entry('refuse', refuse),
+        Entry('full', fill_the_disk),
         Entry('interrupt', interrupt),
         Entry('import', interrupt_an_import),
         Entry('ros', miss_ros),
@@ -54,6 +61,28 @@ def verbs(monkeypatch):
         Entry('guard', lambda argv: int('_ROS_WHEELS_BOOTSTRAP_COMPLETE' in os.environ)),
     ]
     monkeypatch.setattr(cli, 'entry_points', lambda group: entries)
+
+
+def test_a_full_disk_is_one_line(verbs, capfd):
+    assert cli.main(['full']) == 2
+    (line,) = capfd.readouterr().err.splitlines()
+    assert line == 'leo: error: No space left on device: out/report.html; make room'
+    code = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
+    with open('/dev/full', 'w') as full:
+        words = [sys.executable, '-c', code, '--help']
+        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize('words', [
+    ['compare', LONG, '--model', 'pendulum'], ['bag', 'info', LONG], ['play', LONG],
+    ['learn', '--resume', LONG], ['import', LONG, '--map', 'bam_xl330', '-o', 'bag'],
+    ['run', 'leo_sim', 'robot', '--ros-args', '-p', f'robot:={LONG}'],
+])  # fmt: skip
+def test_a_name_that_is_too_long_is_one_line(words, domain, capfd):
+    assert cli.main(words) == 2
+    lines = [line for line in capfd.readouterr().err.splitlines() if '[INFO]' not in line]
+    assert len(lines) == 1 and lines[0].startswith('leo: error: ')
 
 
 def test_a_verb_gets_the_rest_and_gives_the_status(verbs):

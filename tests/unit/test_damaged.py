@@ -8,15 +8,18 @@ some as commands.
 from collections import Counter
 from collections.abc import Callable, Iterator
 import faulthandler
+from io import StringIO
 import os
 from pathlib import Path
 import shutil
+import struct
 import time
 from typing import Any
 import warnings
 
 import numpy as np
 import pytest
+from rich.console import Console
 from tests import damage
 from tests.damage import Damage, Rng
 from tests.damage_shop import fill, PENDULUM, training
@@ -26,6 +29,7 @@ from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.show import show
 from leo_learner.checkpoint import load_checkpoint, start_from
 from leo_learner.policy import Policy
 from leo_msgs_py.errors import UserError
@@ -38,6 +42,7 @@ CASES = int(os.environ.get('LEO_DAMAGED', '100'))
 BATCHES = 10
 HANG = 120.0
 MAGIC = 8
+FRAME = struct.Struct('<BQ')
 LONE = 2
 """States between damage and a break, which make no stretch."""
 
@@ -49,7 +54,7 @@ def shop(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _bag(root: Path, folder: Path, rng: Rng) -> Damage:
-    """Spoil a bag, read it; everything before the damage must be there."""
+    """Spoil a bag, read it; everything before the record that is damaged must be there."""
     name = ('plain', 'plain', 'zstd', 'lz4')[rng.integers(4)]
     bag = Path(shutil.copytree(root / name, folder / name))
     victims = sorted(bag.iterdir())
@@ -59,18 +64,18 @@ def _bag(root: Path, folder: Path, rng: Rng) -> Damage:
     done = (damage.damage_path if rng.random() < 0.1 else damage.damage_bytes)(victim, rng)
     _told(lambda: _nothing_lost(bag, victim, before, done))
     _told(lambda: read_bag(bag, PENDULUM))
-    _told(lambda: bag_info(bag))
+    _told(lambda: show(bag_info(bag), Console(file=StringIO())))
     _told(lambda: read_bag(bag, PENDULUM))
     return done
 
 
 def _nothing_lost(bag: Path, victim: Path, before: bytes, done: Damage) -> None:
-    """What reads of the bytes before the damage must read of the damaged bag."""
+    """What reads of the records before the damaged one must read of the damaged bag."""
     if victim.suffix != '.mcap' or not victim.is_file() or done.start < MAGIC:
         load(bag)
         return
     prefix = bag.parent / 'prefix.mcap'
-    prefix.write_bytes(before[: done.start])
+    prefix.write_bytes(before[: _record_start(before, done.start)])
     lost = _messages(prefix) - _messages(bag)
     assert not lost, f'{lost.total()} messages lost: {done.what}'
     try:
@@ -79,6 +84,16 @@ def _nothing_lost(bag: Path, victim: Path, before: bytes, done: Damage) -> None:
         return
     lost = kept - _states(bag)
     assert lost.total() <= LONE, f'{lost.total()} of {kept.total()} states lost: {done.what}'
+
+
+def _record_start(content: bytes, place: int) -> int:
+    """Where the record begins that a place in a whole file belongs to."""
+    start = at = MAGIC
+    while at <= place:
+        start = at
+        at += FRAME.size + FRAME.unpack_from(content, at)[1] if at + FRAME.size < len(content) \
+            else len(content)
+    return start
 
 
 def _messages(bag: Path) -> Counter[bytes]:
@@ -125,7 +140,8 @@ def _log(root: Path, folder: Path, rng: Rng) -> Damage:
 
 
 def _explanation(root: Path, folder: Path, rng: Rng) -> Damage:
-    path = Path(shutil.copy(root / 'explain.json', folder))
+    name = ('explain.json', 'law.json')[rng.integers(2)]
+    path = Path(shutil.copy(root / name, folder))
     done = damage.damage_json(path, rng)
     _told(lambda: from_explanation(Model(PENDULUM), path))
     return done

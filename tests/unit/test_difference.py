@@ -167,6 +167,16 @@ def fit_bytes_of_something_else() -> bytes:
     return save({'a': torch.zeros(1)})
 
 
+def test_a_fit_that_cannot_write_is_one_line(tmp_path):
+    (tmp_path / 'file').touch()
+    updates = Updates(tmp_path / 'file' / 'weights', 'pendulum', 'recommended')
+    with pytest.raises(UserError, match='cannot begin a fit in'):
+        updates.begin([tmp_path])
+    assert not updates.busy
+    words = [str(tmp_path), '--model', 'pendulum', '-o', str(tmp_path / 'file' / 'weights')]
+    assert child.main(words) == 2
+
+
 def test_job_with_a_broken_bag_fails_with_its_reason(tmp_path):
     bag = tmp_path / 'rollout'
     bag.mkdir()

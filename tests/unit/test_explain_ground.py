@@ -128,7 +128,7 @@ def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
 def test_on_the_ground_a_law_is_looked_for_in_what_matters(monkeypatch, on_ground, share, found):
     monkeypatch.setattr(unknown_find, 'find_alone', lambda *_: None)
     monkeypatch.setattr(unknown_find, '_beyond', lambda *_: 'law')
-    monkeypatch.setattr(unknown_find, 'rest_of', lambda *_: Rest(5.0, share))
+    monkeypatch.setattr(unknown_find, 'rest_of', lambda *_: Rest(2.0, share))
     problem = SimpleNamespace(windows=None, footing=on_ground or None)
     posed = SimpleNamespace(blocks=SimpleNamespace(index=lambda _: None))
     search = SimpleNamespace(problem=problem, posed=posed, null=None, final=None, alone=None)

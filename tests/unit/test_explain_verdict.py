@@ -108,10 +108,9 @@ def test_a_doubt_about_the_whole_answer_makes_it_ambiguous_and_is_said():
     assert doubts[0] in sentence('ambiguous', [ONE], 'error 2 -> 1 rad', doubts)
 
 
-def test_what_is_far_above_the_noise_matters_on_the_ground_however_much_was_explained():
-    assert Rest(14.7, 0.07, on_ground=True).matters
-    assert not Rest(2.0, 0.07, on_ground=True).matters
-    assert not Rest(14.7, 0.07).matters
+def test_what_is_far_above_the_noise_matters_however_much_was_explained():
+    assert Rest(14.7, 0.07).matters
+    assert not Rest(2.0, 0.07).matters
 
 
 @pytest.mark.parametrize(('on_ground', 'acting', 'matters'), [

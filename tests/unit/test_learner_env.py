@@ -13,6 +13,8 @@ from unittest.mock import MagicMock
 from gymnasium.utils.env_checker import check_env
 import numpy as np
 import pytest
+from safetensors import safe_open
+from safetensors.torch import save_file
 
 from leo_diffmodel.difference.layout import layout_of
 from leo_diffmodel.difference.model import DifferenceModel
@@ -125,6 +127,38 @@ def test_policy_of_another_robot_or_no_policy(policy, model, tmp_path):
     with pytest.raises(UserError, match='not a policy'):
         Policy.load(tmp_path / 'other')
     assert len(observation_names(model.robot)) == 3
+
+
+def respelled(policy, target, limit=None, weights=None):
+    """A policy file with another text for its limits, or its first weight something else."""
+    with safe_open(policy, framework='pt') as file:
+        metadata = file.metadata()
+        tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+    if weights is not None:
+        tensors['output.bias'][0] = weights
+    save_file(tensors, target, metadata | ({} if limit is None else {'limit': limit}))
+    return target
+
+
+@pytest.mark.parametrize('limit', [
+    '[NaN]', '[Infinity]', '[0]', '[-3]', '3', '[[3]]', '[]', f'[{"9" * 400}]', '"3"', 'null',
+])  # fmt: skip
+def test_a_policy_with_limits_that_are_none_is_refused(limit, policy, tmp_path):
+    with pytest.raises(UserError, match='not a policy file'):
+        Policy.load(respelled(policy, tmp_path / 'other', limit))
+
+
+@pytest.mark.parametrize('number', [float('nan'), float('inf')])
+def test_a_policy_with_weights_that_are_no_numbers_is_refused(number, policy, tmp_path):
+    with pytest.raises(UserError, match=r'output\.bias has numbers that are none'):
+        Policy.load(respelled(policy, tmp_path / 'other', weights=number))
+
+
+@pytest.mark.parametrize('limit', ['[1e308]', '[1e3]'])
+def test_a_policy_stronger_than_its_robot_is_refused(limit, policy, model, tmp_path):
+    with pytest.raises(UserError, match=r'drives with up to 1e.*give a policy|up to 1000 V'):
+        Policy.load(respelled(policy, tmp_path / 'other', limit)).check(model.robot)
+    Policy.load(policy).check(model.robot)
 
 
 def test_returns_repeat_and_collecting_counts(model):

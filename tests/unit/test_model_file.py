@@ -6,6 +6,7 @@ import yaml
 
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import EFFECTS, place
+from leo_sim.effects.consent import trust
 from leo_sim.model import Model
 from leo_sim.model_file import load_effects, load_model, save_model, write_effects
 from leo_sim.robot import Constant, load_robot
@@ -81,6 +82,7 @@ def test_a_robot_folder_beside_the_file(tmp_path):
 
 def test_an_effect_of_the_user(tmp_path):
     (tmp_path / 'wind.py').write_text(USER_EFFECT)
+    trust(str(tmp_path / 'wind.py'))
     wind = {'name': 'wind.py', 'where': 'all', 'parameters': {'w': {'value': 1e-3, 'unit': 'N m'}}}
     model = load_model(write(tmp_path, effects=[wind]))
     still, blown = (m.step(m.state_from([3.1], [0.0]), [0.0], 0.05).dq[0]
@@ -166,3 +168,33 @@ def test_with_constants_keeps_the_range(tmp_path):
     model = load_model(save_model(tmp_path / 'm.yaml', Model(robot)))
     assert model.robot.constants['gravity'] == changed['gravity']
     assert np.isclose(model.laws.gravity, 9.8)
+
+
+@pytest.mark.parametrize('key', ['resistance', 'torque_constant'])
+@pytest.mark.parametrize('changed', [
+    {'value': 0.0}, {'value': -1.0}, {'value': 1.0, 'uncertain': [0.0, 2.0]},
+])  # fmt: skip
+def test_what_is_divided_by_is_above_zero(key, changed, tmp_path):
+    path = f'actuators.pivot.{key}'
+    quantity = {'unit': ROBOT.constants[path].unit, **changed}
+    with pytest.raises(UserError, match=rf'model\.yaml: constants: {path}: it must be above 0'):
+        load_model(write(tmp_path, constants={path: quantity}))
+    folder = tmp_path / 'mine'
+    folder.mkdir()
+    (folder / 'robot.urdf').write_text(ROBOT.urdf)
+    content = yaml.safe_load((ROBOT.folder / 'robot.yaml').read_text())
+    content['actuators']['pivot'][key] = quantity
+    (folder / 'robot.yaml').write_text(yaml.safe_dump(content))
+    with pytest.raises(UserError, match=rf'robot\.yaml: {path}: it must be above 0'):
+        load_robot(folder)
+
+
+@pytest.mark.parametrize('name', ['x' * 300, 'a\0b', 'x' * 300 + '/y'])
+def test_names_that_no_file_can_have_are_one_line(name, tmp_path):
+    effect = {'name': f'{name}.py', 'where': 'all', 'parameters': {}}
+    for load in (lambda: load_robot(name), lambda: load_model(name),
+                 lambda: load_model(f'{name}.yaml'),
+                 lambda: load_model(write(tmp_path, robot=name)),
+                 lambda: load_model(write(tmp_path, effects=[effect]))):  # fmt: skip
+        with pytest.raises(UserError):
+            load()

@@ -9,6 +9,8 @@ import pytest
 
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
+from leo_sim.drivers import load_driver
+from leo_sim.drivers.base import DriverOptions
 from leo_sim.model import Model
 from leo_sim.model_file import load_model
 from leo_sim.robot import load_robot
@@ -131,3 +133,18 @@ def test_the_robots_with_a_name_are_listed(capsys):
     assert main(['robot', 'list', '--json']) == 0
     robots = {robot['name']: robot for robot in json.loads(capsys.readouterr().out)}
     assert robots['pendulum']['joints'] == ['pivot']
+
+
+@pytest.mark.parametrize('kind', ['torque', 'voltage'])
+def test_a_bus_of_servos_is_there_to_be_filled_in(tmp_path, kind):
+    made = make_folder(ARM, tmp_path / 'arm', kind, servos=True)
+    bus = load_robot(tmp_path / 'arm').driver.dynamixel
+    assert [servo.id for servo in bus.servos.values()] == [1, 2, 3]
+    assert (bus.servos['joint1'].low, bus.servos['joint1'].high) == (-2.827, 2.827)
+    assert (bus.servos['joint1'].torque_constant is not None) == (kind == 'torque')
+    assert 'leo check-driver dynamixel' in made.open[-1]
+    assert load_driver('dynamixel', DriverOptions(made.robot)).info.joints == JOINTS
+
+
+def test_without_servos_there_is_no_bus(tmp_path):
+    assert make_folder(ARM, tmp_path / 'arm', 'torque').robot.driver.dynamixel is None

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Safety: what reaches a motor is bounded, fresh, and 0 while stopped."""
 
+import re
+import shutil
+
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
 
 from leo_msgs_py.errors import UserError
+from leo_sim.robot import load_robot
 from leo_sim.safety import BadCommand, Safety
 
 LIMITS = (7.4, 3.0)
@@ -90,3 +94,31 @@ def test_bad_command_is_refused_and_the_one_before_holds(values, said):
 def test_impossible_settings_are_refused(options):
     with pytest.raises(UserError, match='give 0'):
         Safety(LIMITS, **options)
+
+
+@pytest.mark.parametrize('limit', [0.0, -7.4, float('nan'), float('inf')])
+def test_a_limit_that_is_none_is_refused(limit):
+    with pytest.raises(UserError, match='above 0'):
+        Safety([3.0, limit])
+
+
+def test_a_negative_limit_in_robot_yaml_is_one_line(tmp_path):
+    folder = shutil.copytree(load_robot('pendulum').folder, tmp_path / 'mine')
+    path = folder / 'robot.yaml'
+    path.chmod(0o644)
+    text, count = re.subn(r'limit: \{value: 3', 'limit: {value: -3', path.read_text())
+    assert count == 1
+    path.write_text(text)
+    with pytest.raises(UserError, match=r'actuators\.pivot\.limit\.value.*greater than 0'):
+        load_robot(folder)
+
+
+@given(st.lists(st.tuples(finite, finite), min_size=1), st.booleans())
+def test_who_is_blind_or_stopped_drives_nothing(commands, e_stopped):
+    safety = Safety(LIMITS, timeout=0.0)
+    for command in commands:
+        safety.accept(command, 0.0)
+        if e_stopped:
+            safety.e_stop()
+        assert not safety.output(0.0, blind=not e_stopped).any()
+        assert safety.stops(0.0) == e_stopped

@@ -44,7 +44,8 @@ def test_explain_json_says_what_is_unknown(rhythm):
 
 def test_added_from_explain_json_it_lowers_the_error_on_another_bag(rhythm, capsys):
     source, target = str(rhythm / 'out' / 'explain.json'), str(rhythm / 'from.yaml')
-    assert add.main(['torque_pendulum', '--from', source, '-o', target]) == 0
+    words = ['torque_pendulum', '--from', source, '-o', target]
+    assert add.main([*words, '--effect', str(rhythm / 'found.py')]) == 0
     before = error('torque_pendulum', rhythm / 'two', capsys)
     assert error(target, rhythm / 'two', capsys) < 0.4 * before
 

@@ -15,6 +15,7 @@ PARAMETERS = {
     'bag': 'folder of the first bag',
     'robot': 'model named in the bag where no robot node says it',
     'model': 'model file or robot the difference model corrects',
+    'effect': 'Python file of an effect that the model names and that may run',
     'difference': 'difference model: recommended, torque, full or thesis',
 }
 

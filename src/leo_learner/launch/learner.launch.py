@@ -13,6 +13,7 @@ from launch_ros.substitutions import FindPackageShare
 PACKAGE = 'leo_learner'
 PARAMETERS = {
     'model': (str, 'model file or robot to train on'),
+    'effect': (str, 'Python file of an effect that the model names and that may run'),
     'folder': (str, 'checkpoints, policies and curves; an unfinished run there goes on'),
     'config': (str, 'DDPG configuration: recommended or thesis'),
     'updates': (int, 'updates of the difference model'),

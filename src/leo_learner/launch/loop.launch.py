@@ -17,6 +17,7 @@ ARGUMENTS = {
     'robot': ('pendulum', 'a shipped robot, or the path of a robot folder'),
     'model': ('pendulum', 'model file or robot to train on'),
     'hidden': ('', 'file with the effects to hide in the simulated robot'),
+    'effect': ('', 'Python file of an effect that one of these names and that may run'),
     'folder': ('runs/loop', 'where bags, checkpoints and policies go'),
     'seed': ('0', 'of everything drawn'),
 }
@@ -25,8 +26,9 @@ ARGUMENTS = {
 def generate_launch_description() -> LaunchDescription:
     given = {name: LaunchConfiguration(name) for name in ARGUMENTS}
     seed = {'seed': ParameterValue(given['seed'], value_type=int)}
-    model = {'model': given['model']}
-    robot = _node('leo_sim', 'robot', seed | {
+    effect = {'effect': given['effect']}
+    model = {'model': given['model']} | effect
+    robot = _node('leo_sim', 'robot', seed | effect | {
         'robot': given['robot'], 'hidden': given['hidden'],
         'realtime_factor': 0.0, 'start': 'random',
     })

@@ -12,13 +12,13 @@ import threading
 import time
 from types import FrameType
 
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from torch.utils.tensorboard import SummaryWriter
 
 from leo_learner.checkpoint import load_checkpoint, PREFIX, save_checkpoint
 from leo_learner.policy import save_policy
 from leo_learner.training_loop import OnScalar, TrainingLoop
+from leo_msgs_py.console import Terminal
 from leo_sim.robot import Robot
 
 SAVE_PERIOD = 30.0
@@ -113,10 +113,10 @@ class _Saver:
 @contextmanager
 def _progress(training: TrainingLoop, steps: int, title: str, quiet: bool) -> Iterator[OnScalar]:
     columns = (
-        TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
+        TextColumn('{task.description}', markup=False), BarColumn(), MofNCompleteColumn(),
         TextColumn('steps, left'), TimeRemainingColumn(), TextColumn('{task.fields[test]}'),
     )
-    with Progress(*columns, console=Console(stderr=True), disable=quiet) as progress:
+    with Progress(*columns, console=Terminal(stderr=True), disable=quiet) as progress:
         task = progress.add_task(title, total=steps, completed=training.steps, test='')
 
         def show(name: str, value: float, step: int) -> None:

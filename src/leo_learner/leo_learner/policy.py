@@ -21,6 +21,7 @@ from leo_learner import ddpg, sarsa, sym
 from leo_learner.training_loop import TrainingLoop
 from leo_msgs_py.errors import one_line, UserError
 from leo_sim.robot import Robot
+from leo_sim.yaml_file import shown
 
 Act = Callable[[np.ndarray], np.ndarray]
 """Observation (..., n_obs) -> action (..., A) in [-1, 1]."""
@@ -66,7 +67,9 @@ class Policy:
                 metadata = file.metadata() or {}
                 tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
             return cls._build(metadata, tensors)
-        except (SafetensorError, KeyError, TypeError, ValueError, RuntimeError) as error:
+        except (
+            SafetensorError, KeyError, TypeError, ValueError, RuntimeError, OverflowError,
+        ) as error:
             raise UserError(
                 f'{path}: not a policy file ({one_line(error)}); give the policy.safetensors '
                 'that leo learn wrote'
@@ -75,6 +78,11 @@ class Policy:
     @classmethod
     def _build(cls, metadata: Mapping[str, str], tensors: dict[str, Tensor]) -> Policy:
         limit = np.array(json.loads(metadata['limit']), float)
+        if limit.ndim != 1 or not limit.size or not ((limit > 0) & np.isfinite(limit)).all():
+            raise ValueError(f'its limits are {shown(limit.tolist())} {metadata["unit"]}')
+        for name, tensor in tensors.items():
+            if not torch.isfinite(tensor).all():
+                raise ValueError(f'{name} has numbers that are none')
         observation = tuple(json.loads(metadata['observation']))
         act = AGENTS[metadata.get('agent', 'ddpg')](metadata, len(observation), limit, tensors)
         return cls(
@@ -102,6 +110,12 @@ class Policy:
             raise UserError(
                 f'the policy observes {", ".join(self.observation)}; {robot.name!r} observes '
                 f'{", ".join(own)}. Give a policy trained for it'
+            )
+        strongest = max((actuator.strongest for actuator in robot.actuators), default=0.0)
+        if self.limit.max(initial=0.0) > strongest:
+            raise UserError(
+                f'the policy drives with up to {self.limit.max():g} {self.unit}, of which '
+                f'{robot.name!r} has {strongest:g}; give a policy trained for it'
             )
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache
+import struct
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,8 @@ _CONTROL_MSGS = {
     ),
 }
 """What `rosbags` lacks, from ros-controls/control_msgs (jazzy), comments dropped."""
+_HEADER_STRINGS = 12
+"""Where the header's frame_id is: behind 4 bytes of encapsulation and the stamp."""
 SPARE = 16
 """rclpy's serialize_message leaves so many bytes at most behind a message (Fast DDS)."""
 
@@ -50,6 +53,29 @@ def decode(data: bytes, type_name: str) -> Any:
         with suppress(SerdeError):
             return typestore().deserialize_cdr(data[:end], type_name)
     raise SerdeError(f'not a {type_name}')
+
+
+def joints_text(data: bytes) -> bytes:
+    """The bytes in which a message with a header, then names, says its frame and names.
+
+    Args:
+        data: of a JointState or DynamicJointState, encapsulation header first; b'' where the
+            names do not read.
+    """
+    number = '<I' if data[1] else '>I'
+    at = _HEADER_STRINGS
+    try:
+        at = _aligned(at + 4 + struct.unpack_from(number, data, at)[0])
+        for _ in range(struct.unpack_from(number, data, at)[0]):
+            at = _aligned(at + 4)
+            at += struct.unpack_from(number, data, at)[0]
+    except (struct.error, IndexError):
+        return b''
+    return data[_HEADER_STRINGS : at + 4]
+
+
+def _aligned(at: int) -> int:
+    return (at + 3) // 4 * 4
 
 
 def joint_state(

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import difflib
+import errno
 from functools import wraps
 from importlib.metadata import entry_points, EntryPoint
 import os
@@ -13,6 +14,7 @@ import sys
 from threading import current_thread, main_thread
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.terminal import visible_output
 
 _USAGE = """\
 usage: leo VERB ...
@@ -32,6 +34,7 @@ _NO_ROS = (
     'this needs ROS 2, and there is no {} here: source a ROS 2 Jazzy, or on Linux x86-64 install '
     "'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces with pip (./run_all.sh setup does)"
 )
+_NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _BAD_INPUT = 2
 _INTERRUPTED = 130
 _LONGEST = 1500
@@ -63,15 +66,21 @@ def executable(run: Callable[[list[str]], int]) -> Callable[..., int]:
 
 
 def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
-    """The exit status of `run`, with one line for bad input and silence for an interrupt.
+    """The exit status of `run`, whose output can be read and whose processes can be ended.
 
-    SIGTERM interrupts as Ctrl-C does, so that whoever started processes can end them.
+    SIGTERM interrupts as Ctrl-C does; control codes in what is printed are spelt out.
     """
     # Set by the ROS wheels when they start Python a second time; another environment's Python
     # started from here has a library path of its own to set.
     os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)
     if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL and current_thread() is main_thread():
         signal.signal(signal.SIGTERM, signal.default_int_handler)
+    with visible_output():
+        return _run(run, words)
+
+
+def _run(run: Callable[[list[str]], int], words: list[str]) -> int:
+    """The exit status of `run`, with one line for bad input and silence for an interrupt."""
     try:
         status = run(words)
         sys.stdout.flush()
@@ -80,10 +89,19 @@ def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
         return _BAD_INPUT
     except KeyboardInterrupt:
         return _INTERRUPTED
-    except BrokenPipeError:
-        # Whoever read the output is gone; keep the interpreter from flushing into it at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # whoever read the output is gone
+        _forget_output()
         return 1
+    except UnicodeEncodeError as error:  # a file name of bytes that are no text, to be written
+        name = error.object[max(error.start - 40, 0) : error.end + 40]
+        print(f'leo: error: {_one_line(name)} is no text; rename it', file=sys.stderr)
+        return _BAD_INPUT
+    except OSError as error:
+        if error.filename is None and error.errno not in _NO_ROOM:
+            raise
+        print(f'leo: error: {_one_line(_of_a_file(error))}', file=sys.stderr)
+        _forget_output()
+        return _BAD_INPUT
     except ImportError as error:
         if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
             return _INTERRUPTED  # an extension module that was just being loaded
@@ -92,6 +110,21 @@ def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
         print(f'leo: error: {_NO_ROS.format(error.name)}', file=sys.stderr)
         return _BAD_INPUT
     return status
+
+
+def _of_a_file(error: OSError) -> str:
+    """What the operating system has against a file, and what to do."""
+    name = 'the output' if error.filename is None else str(error.filename)
+    todo = 'make room' if error.errno in _NO_ROOM else 'mend that or choose another'
+    return f'{error.strerror}: {name}; {todo}'
+
+
+def _forget_output() -> None:
+    """Keep the interpreter from flushing at exit into an output that takes nothing."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _one_line(text: str) -> str:

@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one exception for input a user can put right."""
 
+from leo_msgs_py.terminal import visible
+
 
 class UserError(Exception):
     """Bad input: one sentence saying what, where and what to do.
 
-    The `leo` command prints it as a single line on stderr and exits with status 2.
+    The `leo` command prints it as a single line on stderr and exits with status 2. Control codes
+    in it, of names from files and messages, are spelt out.
     """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(visible(message))
 
 
 def one_line(error: Exception) -> str:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import signal
-from threading import current_thread, Event, main_thread
+from threading import current_thread, Event, main_thread, Thread
 import time
 from typing import Any
 
@@ -23,15 +23,17 @@ from rclpy.logging import get_logger, LoggingSeverity, set_logger_level
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
 from rclpy.utilities import get_rmw_implementation_identifier
 
 from leo_msgs_py import middleware
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.hostile import complain, harden, is_of_rclpy, RCLError, UNREADABLE
+from leo_msgs_py.topics import Topic
 
 try:
     # Half the CPU of the others. spin_once() without a time never returns, and callbacks of two
-    # arguments (message, info) raise SystemError: both in rclpy 7.1.6.
+    # arguments (message, info) raise SystemError: both in rclpy 7.1.6. See `listen_with_info`.
     from rclpy.experimental import EventsExecutor
 except ImportError:
     EventsExecutor = SingleThreadedExecutor
@@ -110,12 +112,57 @@ def spin(node: Node) -> None:
 def spin_once(timeout: float = SLICE) -> None:
     """Run what is ready on the nodes that joined, waiting for it at most `timeout` [s]."""
     assert _executor is not None, 'nodes live within graph()'
+    _run_what_is_ready(_executor, timeout)
+
+
+@contextmanager
+def served_apart(node: Node, period: float, tick: Callable[[], None]) -> Iterator[None]:
+    """Serve a node by a thread of its own, whatever the others wait for.
+
+    Args:
+        node: it joins no other executor, and is destroyed at the end.
+        period: longest time between two ticks [s].
+        tick: called in that thread.
+    """
+    executor, ended = EventsExecutor(), Event()
+    harden(node)
+    executor.add_node(node)
+
+    def serve() -> None:
+        while not ended.is_set():
+            _run_what_is_ready(executor, period)
+            tick()
+
+    thread = Thread(target=serve, name=node.get_name(), daemon=True)
+    thread.start()
     try:
-        _executor.spin_once(timeout_sec=timeout)
-    except UNREADABLE as error:
-        if not is_of_rclpy(error):
-            raise
-        complain(error)
+        yield
+    finally:
+        ended.set()
+        thread.join()
+        executor.shutdown()
+        node.destroy_node()
+
+
+def listen_with_info(
+    node: Node, topic: Topic, callback: Callable[[Any, dict[str, Any]], None]
+) -> Subscription:
+    """Subscribe with what the middleware knows of a message: when it was sent, its number.
+
+    Args:
+        node: whose subscription it is.
+        topic: what to listen to.
+        callback: called with the message and rclpy's MessageInfo.
+    """
+
+    def called(*given: Any) -> None:
+        # EventsExecutor of rclpy 7.1.6 hands over the pair as one argument, the others as two.
+        message, info = given if len(given) == 2 else given[0]
+        callback(message, info)
+
+    subscription = node.create_subscription(topic.type, topic.name, called, topic.qos)
+    subscription._callback_type = Subscription.CallbackType.WithMessageInfo
+    return subscription
 
 
 def spin_until(condition: Callable[[], bool], timeout: float) -> bool:
@@ -153,7 +200,8 @@ def describe() -> str:
 def fixed_parameter(node: Node, name: str, default: Any) -> Any:
     """Declare a parameter that holds from start to end, and return its value.
 
-    A whole number given for a float is one. Setting it while the node runs is refused.
+    A whole number given for a float is one, a text for a list of texts a list of it. Setting it
+    while the node runs is refused.
 
     Raises:
         UserError: the command line gives a value of another type than the default's.
@@ -182,10 +230,21 @@ def private_parameter(node: Node, name: str, default: Any) -> Any:
     return default if given is None else _of_type(name, given.value, default)
 
 
+def _run_what_is_ready(executor: Executor, timeout: float) -> None:
+    try:
+        executor.spin_once(timeout_sec=timeout)
+    except UNREADABLE as error:
+        if not is_of_rclpy(error):
+            raise
+        complain(error)
+
+
 def _of_type(name: str, value: Any, default: Any) -> Any:
     wanted = Parameter.Type.from_parameter_value(default)
     if wanted == Parameter.Type.DOUBLE and type(value) is int:
         return float(value)
+    if wanted == Parameter.Type.STRING_ARRAY and isinstance(value, str):
+        return [value]
     if wanted == Parameter.Type.DOUBLE_ARRAY and _all_numbers(value):
         return [float(item) for item in value]
     try:

@@ -12,7 +12,7 @@ from launch_ros.substitutions import FindPackageShare
 
 PARAMETERS = {
     'robot': (str, 'a shipped robot, or the path of a robot folder'),
-    'driver': (str, 'simulated, replay, or a driver of your own'),
+    'driver': (str, 'simulated, replay, dynamixel, or the file of a driver of your own'),
     'start': (str, 'nominal, random, or a start pose of the robot'),
     'state_rate': (float, "joint states per second [Hz]; 0: the robot's own"),
     'realtime_factor': (float, 'robot seconds per wall second; 0 is lockstep'),
@@ -23,8 +23,11 @@ PARAMETERS = {
     'seed': (int, 'of random start poses and noise'),
     'hidden': (str, 'file with the effects to hide in the simulated robot'),
     'hidden_seed': (int, 'draws one hidden effect and writes it sealed'),
+    'effect': (str, 'Python file of an effect that `hidden` names and that may run'),
     'sealed': (str, 'where the hidden effects are written for leo reveal'),
     'bag': (str, 'the recording that driver replay plays'),
+    'port': (str, 'where the hardware is connected, say /dev/ttyUSB0'),
+    'fault_periods': (int, 'how many periods in a row the driver may fail before the node ends'),
 }
 
 

@@ -16,6 +16,7 @@ MOTOR_UNITS = {'torque_constant': 'N m/A', 'resistance': 'ohm', 'supply': 'V'}
 GROUND_UNITS = {'stiffness': 'N/m', 'damping': 'N s/m', 'friction': '', 'slope': 'rad'}
 UNITS = {**BODY_UNITS, **MOTOR_UNITS, 'efficiency': '', 'rotor_inertia': 'kg m2',
          'gravity': 'm/s2', 'offset': 'rad', 'force_x': 'N', 'force_z': 'N'}
+ABOVE_ZERO = {'resistance', 'torque_constant'}
 COM = ('com_x', 'com_y', 'com_z')
 
 
@@ -43,7 +44,7 @@ def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],
     """
     found = {c.path: c for c in _urdf_constants(links, joints)}
     for path, quantity in _given(file):
-        found[path] = _constant(folder / 'robot.yaml', path, quantity, _unit(path, file.input))
+        found[path] = checked(str(folder / 'robot.yaml'), path, quantity, _unit(path, file.input))
     for name in file.actuators:
         for key in MOTOR_UNITS if file.input == 'voltage' else ():
             if f'actuators.{name}.{key}' not in found:
@@ -65,14 +66,26 @@ def _given(file: RobotFile) -> Iterator[tuple[str, Quantity]]:
                     if isinstance(figure, Quantity))
 
 
-def _constant(file: Path, path: str, quantity: Quantity, unit: str) -> Constant:
+def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
+    """A constant as a file gives it.
+
+    Args:
+        where: The file and the place in it, for the error.
+        path: Of the constant.
+        quantity: What the file says.
+        unit: That it must have.
+
+    Raises:
+        UserError: Another unit, a value outside its uncertain range, or one that divides by 0.
+    """
     if quantity.unit != unit:
-        raise UserError(f'{file}: {path}: the unit is {unit!r}, found {quantity.unit!r}')
-    if quantity.uncertain and not (
-            quantity.uncertain[0] <= quantity.value <= quantity.uncertain[1]):
-        low, high = quantity.uncertain
-        raise UserError(f'{file}: {path}: {quantity.value:g} is outside its uncertain range '
+        raise UserError(f'{where}: {path}: the unit is {unit!r}, found {quantity.unit!r}')
+    low, high = quantity.uncertain or (quantity.value, quantity.value)
+    if not low <= quantity.value <= high:
+        raise UserError(f'{where}: {path}: {quantity.value:g} is outside its uncertain range '
                         f'{low:g} to {high:g} {unit}')
+    if path.rsplit('.', 1)[-1] in ABOVE_ZERO and not low > 0:
+        raise UserError(f'{where}: {path}: it must be above 0 {unit}, found {low:g}')
     return Constant(path, quantity.value, unit, quantity.uncertain)
 
 

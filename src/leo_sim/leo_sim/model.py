@@ -12,7 +12,7 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_sim.effects.base import Placed
-from leo_sim.engines.rigid import Rigid
+from leo_sim.engines.single import Single
 from leo_sim.gait import Gait
 from leo_sim.laws import HELD, Laws, TIME
 from leo_sim.names import nearest
@@ -181,7 +181,7 @@ class Model:
         """The tree's dynamics on arrays, compiled where there are several joints."""
         tree = self.robot.joints, self.laws.bodies, self.laws.gravity
         if len(self.robot.joint_names) == 1:
-            return Rigid(*tree)
+            return Single(*tree)
         if self.robot.contacts:
             from leo_sim.engines.planar import Planar
             return Planar(*tree)

@@ -2,6 +2,7 @@
 """model.yaml: a robot with its effects, constants, difference model and history."""
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+import os
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,9 @@ from pydantic import Field
 import yaml
 
 from leo_msgs_py.errors import UserError
+from leo_sim.constants import checked
 from leo_sim.effects import check_bounds, get_effect, place, Placed
+from leo_sim.effects.consent import require
 from leo_sim.model import Model
 from leo_sim.names import nearest
 from leo_sim.robot import Constant, load_robot, named_robots, Robot
@@ -58,10 +61,11 @@ def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
         engine: See `Model`.
 
     Raises:
-        UserError: One line with file, place and what is wrong.
+        UserError: One line with file, place and what is wrong; a Python file in it that the user
+            has not named (see `effects.consent`).
     """
     path = Path(ref)
-    if not path.is_file():
+    if not os.path.isfile(path):  # False for a name that no file can have, too
         if path.suffix in ('.yaml', '.yml'):
             raise UserError(f'no model file {path}')
         return Model(load_robot(ref), engine=engine)
@@ -135,22 +139,24 @@ def _entry(placed: Placed, folder: Path | None) -> dict[str, Any]:
 
 
 def _placed_all(path: Path, robot: Robot, entries: Sequence[EffectFile]) -> tuple[Placed, ...]:
+    require((_named(path, entry) for entry in entries), path)
     return tuple(_placed(path, f'effects[{i}]', robot, e) for i, e in enumerate(entries))
 
 
 def _placed(path: Path, at: str, robot: Robot, entry: EffectFile) -> Placed:
-    name = entry.name
-    if name.endswith('.py'):
-        name = str(_beside(path, name))
     values = {key: p.value for key, p in entry.parameters.items()}
     try:
-        effect = get_effect(name)
+        effect = get_effect(_named(path, entry))
         placed = place(robot, effect, entry.where, **values)
         _check(robot, placed, entry)
     except UserError as error:
         raise UserError(f'{path}: {at}: {error}') from error
     intervals = {key: p.ci95 for key, p in entry.parameters.items() if p.ci95 is not None}
     return replace(placed, ci95=intervals)
+
+
+def _named(path: Path, entry: EffectFile) -> str:
+    return _beside(path, entry.name) if entry.name.endswith('.py') else entry.name
 
 
 def _check(robot: Robot, placed: Placed, entry: EffectFile) -> None:
@@ -172,14 +178,9 @@ def _constants(path: Path, robot: Robot, given: Mapping[str, Quantity]) -> dict[
         if known is None:
             raise UserError(f'{path}: constants: {robot.name} has no {name!r}'
                             f'{nearest(name, robot.constants)}')
-        if quantity.unit != known.unit:
-            raise UserError(f'{path}: constants: {name}: the unit is {known.unit!r}, '
-                            f'found {quantity.unit!r}')
         uncertain = quantity.uncertain or known.uncertain
-        if uncertain and not uncertain[0] <= quantity.value <= uncertain[1]:
-            raise UserError(f'{path}: constants: {name}: {quantity.value:g} is outside its '
-                            f'uncertain range {uncertain[0]:g} to {uncertain[1]:g} {known.unit}')
-        result[name] = Constant(name, quantity.value, known.unit, uncertain)
+        quantity = quantity.model_copy(update={'uncertain': uncertain})
+        result[name] = checked(f'{path}: constants', name, quantity, known.unit)
     return result
 
 
@@ -200,7 +201,7 @@ def _changed_constants(model: Model) -> dict[str, Any]:
 def _beside(path: Path, ref: str) -> str:
     """A reference in a file: relative paths count from the file's folder."""
     near = path.parent / ref
-    return str(near) if near.exists() else ref
+    return str(near) if os.path.exists(near) else ref
 
 
 def _reference(path: Path, robot: Robot) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import entry_points
+import os
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from leo_sim.constants import Constant, constants_of
 from leo_sim.names import nearest
 from leo_sim.robot_check import check
 from leo_sim.robot_file import (
+    DriverFile,
     ObservedFile,
     PoseFile,
     RewardFile,
@@ -92,6 +94,7 @@ class Robot:
         feet: Links whose contacts are the feet, the origin of a foot its ankle.
         observation, reward, termination: The task, see leo_sim.task.
         constants: Every number a model may override, by path.
+        driver: How its hardware is connected.
     """
 
     name: str
@@ -116,6 +119,7 @@ class Robot:
     reward: tuple[RewardFile, ...]
     termination: tuple[TerminationFile, ...]
     constants: Mapping[str, Constant]
+    driver: DriverFile
 
     @property
     def moving_links(self) -> tuple[str, ...]:
@@ -153,7 +157,7 @@ def load_robot(ref: str | Path) -> Robot:
         UserError: No such robot (naming the nearest one), or a wrong file in its folder.
     """
     folder = Path(ref)
-    if not folder.is_dir():
+    if not os.path.isdir(folder):  # False for a name that no file can have, too
         folder = _named_folder(str(ref))
     if not (folder / 'robot.yaml').is_file():
         raise UserError(f'{folder} is no robot folder (it has no robot.yaml); '
@@ -194,7 +198,8 @@ def _robot(folder: Path, file: RobotFile, text: str, links: tuple[Link, ...],
         sensors=file.sensors, contacts=tuple(Contact(name, **contact.model_dump())
                                              for name, contact in file.contacts.items()),
         feet=file.feet, observation=file.observation, reward=file.reward,
-        termination=tuple(rule for rule in file.termination if rule.active), constants=constants)
+        termination=tuple(rule for rule in file.termination if rule.active), constants=constants,
+        driver=file.driver)
 
 
 def _schemes(file: RobotFile) -> dict[str, SchemeFile]:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from leo_msgs_py.errors import UserError
 from leo_sim.names import nearest
-from leo_sim.robot_file import RobotFile
+from leo_sim.robot_file import DynamixelFile, RobotFile
 from leo_sim.urdf import Joint, Link
 
 OF_JOINTS = ('angle', 'wrapped_angle', 'cos', 'sin', 'rate', 'input')
@@ -25,11 +25,15 @@ def check(folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence
     _check_base(path, file, joints)
     _check_task(path, file)
     _check_ground(path, file)
+    if file.driver.dynamixel is not None:
+        _check_servos(path, file, file.driver.dynamixel, moving)
 
 
 def _named_joints(file: RobotFile) -> Iterable[tuple[str, str]]:
     for group in ('actuators', 'joints', 'sensors'):
         yield from ((group, name) for name in getattr(file, group))
+    if file.driver.dynamixel is not None:
+        yield from (('driver.dynamixel.servos', name) for name in file.driver.dynamixel.servos)
     for name, pose in file.start_poses.items():
         yield from ((f'start_poses.{name}', joint) for joint in (*pose.angles, *pose.rates))
     for group in ('observation', 'reward', 'termination'):
@@ -102,3 +106,21 @@ def _check_ground(path: Path, file: RobotFile) -> None:
         if pose.on_ground and not (file.contacts and file.base == 'planar'):
             raise UserError(f'{path}: start_poses.{name}: on_ground needs base: planar and '
                             'contacts')
+
+
+def _check_servos(path: Path, file: RobotFile, bus: DynamixelFile, moving: list[str]) -> None:
+    """Every joint has a servo of its own that suits it."""
+    where = f'{path}: driver.dynamixel.servos'
+    for joint in moving:
+        if joint not in bus.servos:
+            raise UserError(f'{where}: {joint} has none; every joint needs one, or an encoder of '
+                            'the same kind, for a state to be whole')
+    ids = [servo.id for servo in bus.servos.values()]
+    for joint, servo in bus.servos.items():
+        if ids.count(servo.id) > 1:
+            raise UserError(f'{where}.{joint}: id {servo.id} is given twice')
+        if servo.low >= servo.high:
+            raise UserError(f'{where}.{joint}: low is not below high')
+        if file.input == 'torque' and joint in file.actuators and servo.torque_constant is None:
+            raise UserError(f'{where}.{joint}: torque_constant is missing; torque is asked for as '
+                            'current')

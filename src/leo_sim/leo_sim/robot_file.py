@@ -10,10 +10,16 @@ Drawn = Finite | tuple[Finite, Finite]
 Seconds = Annotated[float, Field(ge=1e-6, le=1e3)]
 
 
+class AboveZero(Quantity):
+    """A number above 0 with its unit."""
+
+    value: Positive
+
+
 class ActuatorFile(Schema):
     """Figures of an actuator, all at the joint side of its gear."""
 
-    limit: Quantity
+    limit: AboveZero
     torque_constant: Quantity | None = None
     resistance: Quantity | None = None
     supply: Quantity | None = None
@@ -126,6 +132,41 @@ class SchemeFile(Schema):
     switching: Seconds = 1e-3
 
 
+class ServoFile(Schema):
+    """A servo, or an encoder of the same kind where the joint has no actuator.
+
+    Its counts grow with the joint where `direction` is 1; `zero` is the count at joint angle 0;
+    `gear` is how far it turns per rad (slides: per m) of the joint. Beyond `low` to `high` [rad]
+    nothing drives the joint further out. No more than `current_limit` is asked of the motor.
+    A torque-driven joint needs `torque_constant`, at the joint.
+    """
+
+    id: Annotated[int, Field(ge=0, le=252)]
+    model: str
+    direction: Literal[1, -1] = 1
+    zero: int = 2048
+    gear: Positive = 1.0
+    low: float = float('-inf')
+    high: float = float('inf')
+    current_limit: AboveZero | None = None
+    torque_constant: AboveZero | None = None
+
+
+class DynamixelFile(Schema):
+    """A bus of Dynamixel servos; without a packet for as long as `watchdog` says they stop."""
+
+    port: str = '/dev/ttyUSB0'
+    baud: Annotated[int, Field(ge=9600, le=4_500_000)] = 1_000_000
+    watchdog: AboveZero = AboveZero(value=0.2, unit='s')
+    servos: dict[str, ServoFile]
+
+
+class DriverFile(Schema):
+    """How the hardware is connected, by the name of its driver."""
+
+    dynamixel: DynamixelFile | None = None
+
+
 class RobotFile(Schema):
     """robot.yaml."""
 
@@ -151,3 +192,4 @@ class RobotFile(Schema):
     observation: tuple[ObservedFile, ...] = ()
     reward: tuple[RewardFile, ...] = ()
     termination: tuple[TerminationFile, ...] = ()
+    driver: DriverFile = DriverFile()

@@ -23,7 +23,7 @@ class Safety:
     """Turn commands into the values that may be written to the actuators now.
 
     Args:
-        limits: largest absolute value per actuator [V or N m], shape (A,).
+        limits: largest absolute value per actuator [V or N m], above 0, shape (A,).
         timeout: age [s] at which a command is dropped for 0; 0 disables.
         slew: largest change per second [V/s or N m/s]; 0 disables. Stopping is never slowed.
 
@@ -32,12 +32,15 @@ class Safety:
         timed_out: the last command grew too old; ends with the next command.
         timeouts: how often a command grew too old.
         rejected: how many commands were refused.
+
+    Raises:
+        UserError: a limit that is not above 0, or a time or slew below 0.
     """
 
     def __init__(
         self, limits: Sequence[float] | np.ndarray, timeout: float = 0.2, slew: float = 0.0
     ) -> None:
-        self._limits = np.array(limits, dtype=float)
+        self._limits = _above_zero(limits)
         self._timeout = _at_least_zero('command_timeout', timeout, 's')
         self._slew = _at_least_zero('slew', slew, 'per s')
         self.e_stopped = False
@@ -65,15 +68,24 @@ class Safety:
         self._command, self._since = command, now
         self.timed_out = False
 
-    def output(self, now: float) -> np.ndarray:
-        """The values to write at robot time `now` [s], shape (A,); 0 when stopped or timed out."""
-        if self.e_stopped or self._is_too_old(now):
+    def output(self, now: float, blind: bool = False) -> np.ndarray:
+        """The values to write at time `now` [s], shape (A,); 0 when stopped, timed out or blind.
+
+        Args:
+            now: the caller's time [s].
+            blind: the robot could not be measured, so nothing may drive it now.
+        """
+        if self.stops(now) or blind:
             self._last = np.zeros_like(self._limits)
         else:
             wanted = np.clip(self._command, -self._limits, self._limits)
             self._last = self._slewed(wanted, now)
         self._last_time = now
         return self._last.copy()
+
+    def stops(self, now: float) -> bool:
+        """Whether e-stop, or a command too old at time `now` [s], holds the robot at 0."""
+        return self.e_stopped or self._is_too_old(now)
 
     def e_stop(self) -> None:
         """Hold 0 from now on, whatever is commanded."""
@@ -104,6 +116,14 @@ class Safety:
             return wanted
         step = self._slew * max(0.0, now - self._last_time)
         return np.clip(wanted, self._last - step, self._last + step)
+
+
+def _above_zero(limits: Sequence[float] | np.ndarray) -> np.ndarray:
+    values = np.array(limits, dtype=float)
+    if not (np.isfinite(values) & (values > 0.0)).all():
+        raise UserError(f'limits of the actuators are {values.tolist()}; give finite numbers '
+                        'above 0 (robot.yaml, actuators: limit)')
+    return values
 
 
 def _at_least_zero(name: str, value: float, unit: str) -> float:

@@ -15,17 +15,36 @@ from leo_sim.yaml_file import check, Finite, read_text
 
 class _Value(BaseModel):
     value: Finite
+    unit: str | None = None
 
 
 class _Parameter(_Value):
     ci95: tuple[Finite, Finite]
 
 
-class _Effect(BaseModel):
+class _Placed(BaseModel):
     name: str
     where: str | list[str]
     source: str | None = None
     parameters: dict[str, _Parameter]
+
+
+class _Effect(_Placed):
+    error_before: Any
+    error_after: Any
+
+
+class _Whole(BaseModel):
+    effects: list[_Placed]
+    constants: dict[str, _Value]
+
+
+class _Law(BaseModel):
+    """What is no known effect, where an effect file was written of it."""
+
+    model: _Whole
+    source: str
+    joint: str
     error_before: Any
     error_after: Any
 
@@ -41,6 +60,7 @@ class _ExplanationFile(BaseModel):
     effects: list[_Effect]
     constants: dict[str, _Value]
     provenance: _Provenance
+    unknown: dict[str, Any] | None = None
 
 
 def read_explanation(path: Path) -> dict[str, Any]:
@@ -58,4 +78,6 @@ def read_explanation(path: Path) -> dict[str, Any]:
     if not isinstance(data, dict) or not {'verdict', 'effects', 'provenance'} <= data.keys():
         raise UserError(f'{path} is not an explain.json; leo explain … -o DIR writes one')
     check(data, _ExplanationFile, path)
+    if 'model' in (data.get('unknown') or {}):
+        check(data['unknown'], _Law, path)
     return data

@@ -11,6 +11,7 @@ from typing import Any
 
 from leo_diffmodel.add.explanation_file import read_explanation
 from leo_msgs_py.errors import UserError
+from leo_sim.constants import checked
 from leo_sim.effects import (
     check_bounds,
     EFFECTS,
@@ -19,7 +20,9 @@ from leo_sim.effects import (
     Placed,
     registered_effects,
 )
+from leo_sim.effects.consent import require
 from leo_sim.model import Model
+from leo_sim.yaml_file import Quantity
 
 
 def from_explanation(
@@ -37,7 +40,7 @@ def from_explanation(
 
     Raises:
         UserError: no such file, not an explain.json, another robot, a place or a unit that this
-            robot does not have, or nothing named in it.
+            robot does not have, nothing named in it, or a Python file that may not run.
     """
     data = read_explanation(Path(source))
     robot = data['provenance']['robot']
@@ -52,8 +55,9 @@ def from_explanation(
         raise UserError(
             f'{source} names no effect (verdict {data["verdict"]}): nothing to add{hint}'
         )
+    require((_named(row) for row in whole['effects']), source)
     placed = [_placed(model, row) for row in whole['effects']]
-    constants = {path: c['value'] for path, c in whole['constants'].items()
+    constants = {path: _constant(model, source, path, c) for path, c in whole['constants'].items()
                  if path in model.constants or not sibling}  # fmt: skip
     moved = {'moved_from': robot} if robot != model.robot.name else {}
     return changed(model, placed, constants), [entry | moved for entry in history(data)]
@@ -132,15 +136,29 @@ def history(explanation: dict) -> list[dict]:
 
 def _placed(model: Model, row: dict[str, Any]) -> Placed:
     values = {name: p['value'] for name, p in row['parameters'].items()}
-    placed = place(model.robot, row.get('source') or row['name'], row['where'], **values)
+    placed = place(model.robot, _named(row), row['where'], **values)
     for name, p in row['parameters'].items():
-        if (unit := p.get('unit', placed.units[name])) != placed.units[name]:
+        if (unit := p.get('unit')) not in (None, placed.units[name]):
             label = f'{row["name"]}:{row["where"]}'
             raise UserError(
                 f'{label} has {name} in {unit}, here it is in {placed.units[name]}; it cannot move'
             )
     check_bounds(model.robot, placed)
     return replace(placed, ci95={name: tuple(p['ci95']) for name, p in row['parameters'].items()})
+
+
+def _constant(model: Model, source: str | Path, path: str, given: dict[str, Any]) -> float:
+    """A refitted constant; `Model` says which ones the robot does not have."""
+    value = float(given['value'])
+    if (known := model.robot.constants.get(path)) is not None:
+        unit = known.unit if given.get('unit') is None else given['unit']
+        quantity = Quantity(value=value, unit=unit)
+        checked(f'{source}: constants', path, quantity, known.unit)
+    return value
+
+
+def _named(row: dict[str, Any]) -> str:
+    return str(row.get('source') or row['name'])
 
 
 def _assignment(word: str) -> tuple[str, float]:

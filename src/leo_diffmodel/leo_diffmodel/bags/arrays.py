@@ -12,12 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leo_msgs_py import cdr
+from leo_msgs_py.errors import UserError
 
 from .types import APPLIED, CURRENT, EPISODE, STATES, SUPPLY, TEMPERATURE, Topic
 from .writer import BagWriter
 
 Floats = NDArray[np.float64]
 EPISODE_PAUSE_NS = 1_000_000_000
+LONGEST = 2.0**31
+"""What the seconds of a stamp can say [s]."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,8 @@ def write_runs(folder: Path, runs: Sequence[Run], metadata: Mapping[str, str]) -
         metadata: the `leo` record.
 
     Raises:
-        UserError: the folder exists or cannot be made.
+        UserError: the folder exists or cannot be made, or the runs take longer than stamps can
+            say.
     """
     writer = BagWriter(folder, metadata)
     try:
@@ -67,6 +71,8 @@ def _write(writer: BagWriter, runs: Sequence[Run]) -> None:
     channels: dict[Topic, int] = {}
     start = 0
     for number, run in enumerate(runs, start=1):
+        if start * 1e-9 + run.t[-1] - run.t[0] > LONGEST:
+            raise UserError(f'the runs take more than {LONGEST:g} s; which unit is time in?')
         stamps = start + np.round((run.t - run.t[0]) * 1e9).astype(np.int64)
         for topic, stamp, data in _messages(run, number, stamps.tolist()):
             if topic not in channels:

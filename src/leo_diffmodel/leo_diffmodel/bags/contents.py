@@ -44,7 +44,7 @@ class BagContents:
         topics: by name.
         metadata: metadata records by name; `leo` is ours.
         finished: whether every file has its footer.
-        damaged: records that do not read, and chunks that are not what was written.
+        damaged: records that do not read, and chunks that are not what was written; left out.
     """
 
     path: Path

@@ -38,7 +38,7 @@ def finish_bag(path: Path) -> BagState:
 
     Raises:
         UserError: there is no bag at `path`.
-        OSError: the folder is read-only.
+        OSError: the folder is read-only, or the disk full.
     """
     files = find_files(path)
     states = [_finish_file(file) for file in files]
@@ -82,11 +82,13 @@ def _finish_file(file: Path) -> BagState:
         if is_finished(file):
             return BagState.FINISHED
         temporary = file.with_name(f'.{file.name}.finishing')
-        if _copy(file, temporary):
+        try:
+            if not _copy(file, temporary):
+                return BagState.DAMAGED
             os.replace(temporary, file)
             return BagState.REPAIRED
-        temporary.unlink()
-        return BagState.DAMAGED
+        finally:
+            temporary.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -44,8 +44,9 @@ class BagInfo:
 
     Attributes:
         path: the folder or file.
-        state: finished, repaired (finished just now), recording, or unfinished where the folder
-            is read-only.
+        state: finished, repaired (finished just now), recording, unfinished where the folder is
+            read-only or the disk full, or damaged where it cannot be finished for that.
+        damaged: records and chunks that do not read or whose checksum fails.
         size: bytes.
         duration: log time from the first to the last message [s].
         messages: number of messages.
@@ -68,6 +69,7 @@ class BagInfo:
     episodes: tuple[EpisodeInfo, ...]
     breaks: Mapping[str, int]
     metadata: Mapping[str, str]
+    damaged: int = 0
 
 
 def bag_info(path: Path) -> BagInfo:
@@ -94,13 +96,14 @@ def bag_info(path: Path) -> BagInfo:
         episodes=_episodes(stamps, segments.slices) if stamps and segments else (),
         breaks={k: n for k, n in segments.breaks.items() if n} if segments else {},
         metadata=contents.metadata.get('leo', {}),
+        damaged=contents.damaged,
     )
 
 
 def _finish(path: Path) -> str:
     try:
         return finish_bag(path).value
-    except PermissionError:
+    except OSError:
         return 'unfinished'
 
 
@@ -116,7 +119,9 @@ def _states(contents: BagContents) -> tuple[tuple[str, ...], StateLog] | None:
     topics = [topic for topic in contents.of_type(JOINT_STATE) if len(topic.messages) > 1]
     topics.sort(key=lambda topic: topic.name != DEFAULT_NAMES['joint_states'])
     for topic in topics:
-        joints = tuple(next(deserialize(topic, JOINT_STATE))[1].name)
+        joints = next((tuple(m.name) for _, m in deserialize(topic, JOINT_STATE)), ())
+        if not joints:
+            continue
         try:
             states = read_states(topic, joints, TopicMap())
         except UserError:

@@ -10,13 +10,15 @@ import os
 from pathlib import Path
 import struct
 from typing import IO
+import zlib
 
 import lz4.frame  # type: ignore[import-untyped]
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
+from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, Footer, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import breakup_chunk, CRCValidationError
+from mcap.stream_reader import CRCValidationError
 from mcap.writer import MCAP0_MAGIC
 import zstandard
 
@@ -27,6 +29,10 @@ DAMAGE = (
     UnicodeDecodeError, OverflowError, MemoryError,
 )
 """What readers of MCAP raise where bytes are not what was written."""
+LARGEST_CHUNK = 1 << 28
+"""A chunk that unpacks to more [bytes] is taken for damaged; writers make them of some MB."""
+PIECE = 1 << 20
+"""So much is unpacked at a time [bytes]."""
 _FRAME = struct.Struct('<BQ')
 _MESSAGE_HEAD = 22
 _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
@@ -41,7 +47,7 @@ class McapFile:
     Attributes:
         finished: whether the file ends as a whole one does (known once `records` is exhausted).
         cut: whether the record at hand is not whole, as the last one of a killed recorder.
-        damaged: records that do not read, and chunks that are not what was written.
+        damaged: records that do not read, and chunks that are not what was written; left out.
     """
 
     def __init__(self, path: Path) -> None:
@@ -53,7 +59,7 @@ class McapFile:
         """Yield schemas, channels, messages and metadata in file order.
 
         What is damaged is counted and left out, what is around it still counts: a damaged record
-        costs itself, a damaged chunk what does not read in it, a cut what comes behind it.
+        costs itself, a chunk whose checksum fails all its messages, a cut what comes behind it.
 
         Raises:
             UserError: not an MCAP file.
@@ -63,6 +69,8 @@ class McapFile:
                 raise UserError(
                     f'{self.path} is not an MCAP file; give a rosbag2 folder or its .mcap'
                 )
+            yield from _definitions(stream)
+            stream.seek(len(MCAP0_MAGIC))
             last: McapRecord | None = None
             for last in self._framed(stream):
                 yield from self._opened(last) if isinstance(last, Chunk) else [last]
@@ -95,12 +103,25 @@ class McapFile:
             self.damaged += not self.cut
 
     def _opened(self, chunk: Chunk) -> Iterator[McapRecord]:
-        """Yield the records of a chunk; of a damaged one those that read."""
-        try:
-            yield from breakup_chunk(chunk, validate_crc=True)
-        except DAMAGE:
-            self.damaged += not self.cut
-            yield from self._framed(BytesIO(_decompressed(chunk)))
+        """Yield the records of a chunk; of a damaged one only what its topics are."""
+        data = _unpacked(chunk)
+        if self.cut or _is_as_written(chunk, data):
+            yield from self._framed(BytesIO(data))
+            return
+        self.damaged += 1
+        records = McapFile(self.path)._framed(BytesIO(data))
+        yield from (record for record in records if isinstance(record, Schema | Channel))
+
+
+def _definitions(stream: IO[bytes]) -> Iterator[McapRecord]:
+    """Yield what the end of a finished file says of its topics: a chunk with it may be lost."""
+    stream.seek(0)
+    try:
+        summary = make_reader(stream, validate_crcs=True).get_summary()
+    except DAMAGE:
+        return
+    if summary is not None:
+        yield from (*summary.schemas.values(), *summary.channels.values())
 
 
 def _ends_in_magic(stream: IO[bytes]) -> bool:
@@ -108,16 +129,46 @@ def _ends_in_magic(stream: IO[bytes]) -> bool:
     return stream.read() == MCAP0_MAGIC
 
 
-def _decompressed(chunk: Chunk) -> bytes:
-    """Return what can be had from the start of a compressed stream."""
+def _is_as_written(chunk: Chunk, data: bytes) -> bool:
+    """Say whether a chunk's size and, where it has one, its checksum are right."""
+    if len(data) != chunk.uncompressed_size:
+        return False
+    return chunk.uncompressed_crc in (0, zlib.crc32(data))
+
+
+def _unpacked(chunk: Chunk) -> bytes:
+    """Return a chunk's records, up to where it is damaged; of one too large only the start.
+
+    Memory is taken for what there is, not for what the chunk declares.
+    """
+    pieces: list[bytes] = []
+    left = min(chunk.uncompressed_size, LARGEST_CHUNK)
     try:
-        if chunk.compression == 'zstd':
-            return zstandard.ZstdDecompressor().decompressobj().decompress(chunk.data)
-        if chunk.compression == 'lz4':
-            return bytes(lz4.frame.LZ4FrameDecompressor().decompress(chunk.data))
+        for piece in _pieces(chunk):
+            pieces.append(piece)
+            left -= len(piece)
+            if left < 0:
+                return pieces[0]
     except DAMAGE:
-        return b''
-    return chunk.data
+        pass
+    return b''.join(pieces)
+
+
+def _pieces(chunk: Chunk) -> Iterator[bytes]:
+    """Yield a chunk's records piece by piece."""
+    if chunk.compression == 'zstd':
+        yield from zstandard.ZstdDecompressor().read_to_iter(chunk.data, write_size=PIECE)
+    elif chunk.compression == 'lz4':
+        yield from _lz4_pieces(chunk.data)
+    elif not chunk.compression:
+        yield chunk.data
+
+
+def _lz4_pieces(data: bytes) -> Iterator[bytes]:
+    stream = lz4.frame.LZ4FrameDecompressor()
+    while not stream.eof and (piece := stream.decompress(data, max_length=PIECE)):
+        data = b''
+        yield piece
 
 
 def find_files(path: Path) -> tuple[Path, ...]:

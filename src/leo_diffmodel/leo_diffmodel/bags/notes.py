@@ -33,10 +33,12 @@ def reading_notes(
     """
     unused = len(states.q) - used
     broken = sum(topic.broken for topic in contents.topics.values())
+    lost = contents.metadata.get('leo', {}).get('lost')
     gaps, jumps = segments.breaks.get('gap', 0), segments.breaks.get('jump', 0)
     told = [
         (not contents.finished, _unfinished(contents)),
-        (contents.damaged, f'damaged in {contents.damaged} places; the rest was read'),
+        (contents.damaged, f'damaged in {contents.damaged} places; what is there was left out'),
+        (lost, f'{lost} messages were lost while it was recorded, as the disk was full'),
         (broken, f'{broken} messages could not be decoded; left out'),
         (states.dropped, f'{states.dropped} samples with NaN left out'),
         (not states.stamped, 'joint states carry no stamps; log times taken instead'),

@@ -20,7 +20,7 @@ LOOK_PERIOD = 0.5
 
 
 def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> int:
-    """Record until SIGINT or SIGTERM and return the exit status.
+    """Record until SIGINT or SIGTERM and return the exit status, 1 where messages were lost.
 
     Args:
         names: topics; none means those of the graph.
@@ -45,14 +45,16 @@ def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> in
         finally:
             recording.close()
     _report(recorder, wanted)
-    return 0
+    return 1 if recorder.lost else 0
 
 
 def _report(recorder: Recorder, wanted: _Wanted | None) -> None:
     if recorder.folder is None:
         missing = f'; never seen: {", ".join(wanted.missing)}' if wanted and wanted.missing else ''
         raise UserError(f'nothing was published, so there is no bag{missing}')
-    print(f'wrote {recorder.folder}: {recorder.messages} messages')
+    lost = f', {recorder.lost} lost' if recorder.lost else ''
+    foreign = f', {recorder.foreign} of another robot left out' if recorder.foreign else ''
+    print(f'wrote {recorder.folder}: {recorder.messages} messages{lost}{foreign}')
     print(f'next: leo bag info {recorder.folder}')
 
 

@@ -3,22 +3,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 import struct
 import time
 
+from leo_msgs_py.cdr import joints_text
+from leo_msgs_py.errors import UserError
+
 from .finish import BagState, finish_bag
+from .sources import BACK_NS, Origin, Sources
 from .types import DYNAMIC_JOINT_STATE, JOINT_STATE
 from .writer import BagWriter
 
-BACK_NS = 100_000_000
-"""Stamps this much older than the last one mean a restarted robot, not a second publisher."""
 LATE = 1.0
 """Messages from before a restart may arrive so long after it [s]."""
+RECENT = 5.0
+"""What has gone wrong counts as a trouble for so long [s]."""
 
+TWO = (
+    'two robots publish the states of the same joints, and only one of them is recorded; give '
+    'each a namespace (-r __ns:=/left) or a ROS_DOMAIN_ID of its own'
+)
 _STAMP_ENDS = 12
 _STAMPED = {JOINT_STATE, DYNAMIC_JOINT_STATE}
 
@@ -37,10 +46,15 @@ class Recorder:
     """Writes what it is given to a bag, and to the next one after a restart of the robot.
 
     The bag is made with the first message. Latched messages are carried over to the next bag.
+    While the disk is full, messages are counted and left out; recording goes on when there is
+    room. Where a bag is moved or removed, the next one begins. Of two robots one is recorded.
 
     Attributes:
         folder: the bag being written, None before the first message.
         messages: how many were recorded, over all bags.
+        lost: how many there was no room for, or were in a bag that was removed.
+        foreign: how many of a second robot were left out.
+        full: why nothing can be written now; '' where all is well.
     """
 
     def __init__(self, base: Path) -> None:
@@ -48,18 +62,23 @@ class Recorder:
         self._base = base
         self._writer: BagWriter | None = None
         self._channels: dict[str, int] = {}
+        self._sources: dict[tuple[str, bytes], Sources] = {}
         self._last_stamp: dict[str, int] = {}
         self._old_stamp: dict[str, int] = {}
-        self._turned = 0.0
+        self._turned, self._turned_by = 0.0, ''
         self._latched: dict[str, tuple[RecordedTopic, bytes, int]] = {}
         self._metadata: dict[str, str] = {}
+        self._troubles: dict[str, float] = {}
+        self._lost_before = 0
         self.folder: Path | None = None
-        self.messages = 0
+        self.messages = self.lost = self.foreign = 0
+        self.full = ''
 
     def record(
         self, topic: RecordedTopic, data: bytes, published_ns: int = 0, logged_ns: int = 0,
+        number: int | None = None,
     ) -> None:
-        """Write one CDR message; not one that was sent before a restart.
+        """Write one CDR message; not one of a second robot or sent before a restart.
 
         Args:
             topic: where it came from.
@@ -67,29 +86,49 @@ class Recorder:
             published_ns: by the publisher's clock, which orders what one node published on
                 several topics; 0 where unknown.
             logged_ns: when it arrived; 0 for now.
+            number: how many its publisher has sent on the topic; None where unknown.
+
+        Raises:
+            UserError: the first bag cannot be made.
         """
-        if self._is_left_over(topic, data):
-            return
         logged_ns = logged_ns or time.time_ns()
-        if self._writer is None or self._jumps_back(topic, data):
-            self._next_bag(logged_ns)
-            self._old_stamp.pop(topic.name, None)
-        self._write(topic, data, published_ns, logged_ns)
-        self.messages += 1
+        if not self._is_ours(topic, data, number, logged_ns) or self._is_left_over(topic, data):
+            return
+        if self._jumps_back(topic, data) or not (self._writer or self.full):
+            self._next_bag(logged_ns, topic)
         if topic.latched:
             self._latched[topic.name] = (topic, data, published_ns)
+        if self._writer is None or self.full:
+            self.lost += 1
+        else:
+            self.messages += 1
+            self._write(self._writer, topic, data, published_ns, logged_ns)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Set the `leo` record of this bag and those that follow."""
         if dict(metadata) != self._metadata:
             self._metadata = dict(metadata)
             if self._writer is not None:
-                self._writer.add_metadata(self._metadata)
+                self._write_facts(self._writer)
 
     def flush(self) -> None:
-        """Hand everything to the operating system; call this every 0.1 s."""
+        """Hand everything to the operating system; go on where there is room again.
+
+        Call this every 0.1 s.
+        """
+        if self._writer is not None and not self._writer.is_there:
+            self._leave(self._writer)
         if self._writer is not None:
-            self._writer.flush()
+            self._flush(self._writer)
+        elif self.full:
+            self._open(time.time_ns())
+
+    @property
+    def troubles(self) -> list[str]:
+        """What is or has just gone wrong, each in words."""
+        now = time.monotonic()
+        full = [f'nothing can be written, messages are lost: {self.full}'] if self.full else []
+        return [*full, *(text for text, at in self._troubles.items() if now - at < RECENT)]
 
     @property
     def size(self) -> int:
@@ -97,28 +136,113 @@ class Recorder:
         return self._writer.size if self._writer else 0
 
     def close(self) -> None:
-        """Finish the bag being written; the next message would open another."""
-        if self._writer is not None:
-            self._writer.close()
-            self._writer = None
+        """Finish the bag being written; the next message would open another.
 
-    def _next_bag(self, logged_ns: int) -> None:
+        Where the disk is full, what it did not take is lost; the bag is one that was cut short.
+        """
+        writer, self._writer = self._writer, None
+        if writer is not None:
+            with self._disk():
+                writer.close()
+            self._lose(writer.unsaved)
+
+    def _is_ours(
+        self, topic: RecordedTopic, data: bytes, number: int | None, logged_ns: int,
+    ) -> bool:
+        """Say whether to record a message; begin a bag for the robot that is recorded again."""
+        if topic.type not in _STAMPED or len(data) < _STAMP_ENDS:
+            return True
+        now, key = time.monotonic(), (topic.name, joints_text(data))
+        if key not in self._sources:
+            self._sources[key] = Sources()
+        are_two = now - self._troubles.get(TWO, float('-inf')) < RECENT
+        origin = self._sources[key].origin(header_stamp(data), number, now, are_two)
+        if origin in (Origin.OTHER, Origin.OURS_AGAIN):
+            self.foreign += origin is Origin.OTHER
+            self._troubles[TWO] = now
+        if origin is Origin.OURS_AGAIN and topic.name == self._turned_by:
+            self._next_bag(logged_ns)
+            self._old_stamp.clear()
+        return origin in (Origin.OURS, Origin.OURS_AGAIN)
+
+    def _next_bag(self, logged_ns: int, topic: RecordedTopic | None = None) -> None:
+        """Begin a bag; `topic` is the one whose message asks for it."""
         self.close()
-        self.folder = free_folder(self._base)
-        self._writer = BagWriter(self.folder, self._metadata)
-        self._channels.clear()
+        self._lost_before = self.lost
         self._old_stamp, self._last_stamp = self._last_stamp, {}
         self._turned = time.monotonic()
+        if topic is not None:
+            self._turned_by = topic.name
+            self._old_stamp.pop(topic.name, None)
+        self._open(logged_ns)
+
+    def _open(self, logged_ns: int) -> None:
+        """Make the folder of a bag and write what each bag begins with."""
+        is_first, self.folder = self.folder is None, free_folder(self._base)
+        self._channels.clear()
+        try:
+            self._writer = BagWriter(self.folder)
+        except UserError as error:
+            if is_first:
+                raise
+            self.full = str(error)
+            return
+        self.full = ''
+        self._write_facts(self._writer)
+        self._write_latched(self._writer, logged_ns)
+
+    def _flush(self, writer: BagWriter) -> None:
+        was_full, self.full = self.full, ''
+        with self._disk():
+            writer.flush()
+        if was_full and not self.full:
+            self._write_facts(writer)
+            self._write_latched(writer, time.time_ns())
+
+    def _leave(self, writer: BagWriter) -> None:
+        """Close a bag that was moved or removed."""
+        trouble = f'{self.folder} was moved or removed while it was recorded'
+        self._troubles[trouble] = time.monotonic()
+        if writer.is_removed:
+            self._lose(writer.count - writer.unsaved)
+        self.close()
+
+    def _lose(self, messages: int) -> None:
+        self.lost += messages
+        self.messages -= messages
+
+    @contextmanager
+    def _disk(self) -> Iterator[None]:
+        """Keep in mind that the disk takes nothing now."""
+        try:
+            yield
+        except OSError as error:
+            self._fill(error)
+
+    def _fill(self, error: OSError) -> None:
+        self.full = f'{self.folder}: {error.strerror or error}'
+
+    def _write_facts(self, writer: BagWriter) -> None:
+        lost = self.lost - self._lost_before
+        facts = self._metadata | ({'lost': str(lost)} if lost else {})
+        if facts:
+            with self._disk():
+                writer.add_metadata(facts)
+
+    def _write_latched(self, writer: BagWriter, logged_ns: int) -> None:
         for latched in self._latched.values():
-            self._write(*latched, logged_ns)
+            self._write(writer, *latched, logged_ns)
 
     def _write(
-        self, topic: RecordedTopic, data: bytes, published_ns: int, logged_ns: int,
+        self, writer: BagWriter, topic: RecordedTopic, data: bytes, published_ns: int,
+        logged_ns: int,
     ) -> None:
-        assert self._writer is not None
         if topic.name not in self._channels:
-            self._channels[topic.name] = self._writer.add_topic(topic.name, topic.type, topic.qos)
-        self._writer.write(self._channels[topic.name], data, logged_ns, published_ns)
+            self._channels[topic.name] = writer.add_topic(topic.name, topic.type, topic.qos)
+        try:
+            writer.write(self._channels[topic.name], data, logged_ns, published_ns)
+        except OSError as error:
+            self._fill(error)
 
     def _is_left_over(self, topic: RecordedTopic, data: bytes) -> bool:
         """Whether a topic still goes on where it was when another one jumped back."""
@@ -154,8 +278,18 @@ def free_folder(base: Path) -> Path:
 
 
 def finish_left_over(base: Path) -> list[Path]:
-    """Finish the bags of killed recorders with this base name and return their folders."""
-    return [bag for bag in recorded(base) if finish_bag(bag) is BagState.REPAIRED]
+    """Finish the bags of killed recorders with this base name and return their folders.
+
+    Those for which there is no room stay as they are.
+    """
+    return [bag for bag in recorded(base) if _finished(bag)]
+
+
+def _finished(bag: Path) -> bool:
+    try:
+        return finish_bag(bag) is BagState.REPAIRED
+    except OSError:
+        return False
 
 
 def recorded(base: Path) -> list[Path]:

@@ -18,6 +18,8 @@ def show(info: BagInfo, console: Console) -> None:
         f'{info.duration:.2f} s, {info.messages} messages, {info.size / 1e6:.2f} MB',
         highlight=False,
     )
+    if info.damaged:
+        console.print(f'{info.damaged} damaged places left out', highlight=False)
     for key, value in info.metadata.items():
         console.print(f'{key}: {value}', highlight=False)
     console.print(_topics(info))
@@ -33,7 +35,8 @@ _STATES = {
     'finished': 'finished',
     'repaired': 'was not finished (the recorder was killed?); finished now, nothing lost',
     'recording': 'being recorded now',
-    'unfinished': 'not finished, and the folder is read-only; read up to the cut',
+    'unfinished': 'not finished, and the folder is read-only or the disk full; read up to the cut',
+    'damaged': 'damaged; left as it is, and read without what is damaged',
 }
 
 

@@ -19,6 +19,8 @@ GAP_PERIODS = 5.0
 GAP_SECONDS = 0.025
 JUMP_FLOOR = 0.02
 """Smallest step [rad or m] taken for a jump: above any encoder's resolution."""
+CLOCK_SET_NS = 1_000_000_000
+"""Publish times that go back by more than this were taken by a clock that was set."""
 _JUMP_SIGMAS = 10.0
 _NEAR = 3
 
@@ -115,18 +117,20 @@ def _episode_cuts(
     """Return the steps, shape (T - 1,), in which the episode number changes.
 
     The number has no stamp and comes on its own topic, but when it was published says between
-    which states. A bag without publish times has only when it arrived, a few samples before or
-    after; where it came between two states without a break, the worst jump nearby is the true
-    place.
+    which states. A bag without publish times, or whose publisher's clock was set meanwhile, has
+    only when it arrived, a few samples before or after; where it came between two states without
+    a break, the worst jump nearby is the true place.
     """
     logged = list(deserialize(episodes, UINT32))
     numbers = [message.data for _, message in logged]
+    set_meanwhile = (np.diff(states.published_ns) < -CLOCK_SET_NS).any()
+    order = 'log_ns' if set_meanwhile else 'published_ns'
     starts = [
-        message.published_ns
+        getattr(message, order)
         for k, (message, _) in enumerate(logged) if k and numbers[k] != numbers[k - 1]
     ]
     cuts = np.zeros(max(len(states.q) - 1, 0), dtype=bool)
-    for place in np.searchsorted(states.published_ns, starts) - 1:
+    for place in np.searchsorted(getattr(states, order), starts) - 1:
         if 0 <= place < cuts.size:
             low = max(place - _NEAR, 0)
             near = mismatch[low : place + _NEAR + 1]

@@ -136,7 +136,8 @@ def _clean(
 ) -> StateLog:
     """Drop repeats of a state (stamp and values) and samples with NaN."""
     dq = None if dq is None or _never_filled(q, dq) else dq
-    fresh = np.concatenate([[True], (np.diff(stamp) != 0) | np.diff(q, axis=0).any(axis=1)])
+    moved = (q[1:] != q[:-1]).any(axis=1)
+    fresh = np.concatenate([[True], (np.diff(stamp) != 0) | moved])
     whole = np.isfinite(q).all(axis=1)
     if dq is not None:
         whole &= np.isfinite(dq).all(axis=1)

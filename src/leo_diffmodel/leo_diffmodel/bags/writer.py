@@ -5,18 +5,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 import fcntl
+import os
 from pathlib import Path
 import time
+from typing import cast, IO
 
 from mcap.writer import CompressionType, Writer
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.terminal import visible
 
 from .metadata import write_metadata
+from .spool import Spool
 from .types import definition
 
 FLUSH_SECONDS = 0.1
 """Longest time a message waits in this process; what `kill -9` can cost."""
+CHUNK_BYTES = 1 << 16
+"""How much is written under one checksum at most; what a damaged byte costs."""
 
 
 class BagWriter:
@@ -25,6 +31,10 @@ class BagWriter:
     Messages reach the operating system in small whole chunks at most `FLUSH_SECONDS` after they
     came, as long as `flush` is also called when none come. While open, the file is locked, which
     is how `leo bag info` tells a live bag from a dead one.
+
+    Attributes:
+        count: messages written.
+        unsaved: how many of them the operating system has not taken yet.
     """
 
     def __init__(self, folder: Path, metadata: Mapping[str, str] | None = None) -> None:
@@ -45,9 +55,16 @@ class BagWriter:
             raise UserError(f'{folder} exists already; choose another folder') from None
         except OSError as error:
             raise UserError(f'cannot make {folder}: {error.strerror}') from None
-        self._stream = self.file.open('wb')
+        try:
+            self._stream = Spool(self.file)
+        except OSError as error:
+            folder.rmdir()
+            raise UserError(f'cannot write to {folder}: {error.strerror}') from None
         fcntl.flock(self._stream, fcntl.LOCK_EX)
-        self._writer = Writer(self._stream, compression=CompressionType.NONE)
+        self.count = self.unsaved = 0
+        self._writer = Writer(
+            cast(IO[bytes], self._stream), CHUNK_BYTES, compression=CompressionType.NONE
+        )
         self._writer.start(profile='ros2', library='leo_diffmodel')
         self._schemas: dict[str, int] = {}
         self._flushed = time.monotonic()
@@ -74,7 +91,8 @@ class BagWriter:
 
     def add_metadata(self, metadata: Mapping[str, str]) -> None:
         """Add a `leo` metadata record; of several the last one counts."""
-        self._writer.add_metadata('leo', dict(metadata))
+        texts = {visible(key): visible(value) for key, value in metadata.items()}
+        self._writer.add_metadata('leo', texts)
         self.flush()
 
     def write(self, channel: int, data: bytes, log_ns: int, published_ns: int = 0) -> None:
@@ -85,24 +103,52 @@ class BagWriter:
             data: encapsulation header first.
             log_ns: when it was recorded.
             published_ns: when it was published; 0 where unknown.
+
+        Raises:
+            OSError: the disk takes nothing now; the message waits for the next `flush`.
         """
         self._writer.add_message(channel, log_ns, data, published_ns or log_ns)
+        self.count += 1
+        self.unsaved += 1
         if time.monotonic() - self._flushed >= FLUSH_SECONDS:
             self.flush()
 
     def flush(self) -> None:
-        """Hand everything written so far to the operating system."""
+        """Hand everything written so far to the operating system.
+
+        Raises:
+            OSError: it does not take it now; what is left waits for the next call.
+        """
         self._writer.flush()
         self._flushed = time.monotonic()
+        self.unsaved = 0
 
     @property
     def size(self) -> int:
         """Bytes on disk."""
-        return self._stream.tell()
+        return self._stream.written
+
+    @property
+    def is_there(self) -> bool:
+        """Whether the file is where it was made: nobody has moved or removed it."""
+        return self._stream.is_there
+
+    @property
+    def is_removed(self) -> bool:
+        """Whether the file is nowhere any more."""
+        return os.fstat(self._stream.fileno()).st_nlink == 0
 
     def close(self) -> None:
-        """Write the index and metadata.yaml."""
-        self._writer.finish()
-        self._stream.flush()
-        write_metadata(self.folder)
-        self._stream.close()
+        """Write the index, and metadata.yaml where the folder is; close the file in any case.
+
+        Raises:
+            OSError: the disk does not take them.
+        """
+        try:
+            self._writer.finish()
+            self._stream.flush()
+            self.unsaved = 0
+            if self.is_there:
+                write_metadata(self.folder)
+        finally:
+            self._stream.close()

@@ -159,7 +159,7 @@ def _trimmed(run: Run, large: Effects, small: Effects) -> tuple[Effects, tuple[f
     """Sizes beside all others; what has left `FLOORS` is made right once, or left out."""
     sizes = _beside(run, large, small)
     fitted = tuple(p if _fits(s) else _scaled(run.robot, p, float(np.mean(AIMED)) / s)
-                   for p, s in zip(small, sizes, strict=True))  # fmt: skip
+                   for p, s in zip(small, sizes, strict=True) if s > 0)  # fmt: skip
     if fitted != small:
         sizes = _beside(run, large, fitted)
     while not all(map(_fits, sizes)):

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from leo_diffmodel.difference.job import CONFIG_NAMES
 from leo_msgs_py.errors import UserError
+from leo_sim.effects.consent import add_effect_argument
 
 if TYPE_CHECKING:
     from leo_diffmodel.bags.recording import Recording
@@ -35,13 +36,14 @@ def main(argv: list[str]) -> int:
     parser.add_argument('--model', required=True, help='model file or robot')
     parser.add_argument('--config', default='recommended', choices=CONFIG_NAMES)
     parser.add_argument('--repair', action='store_true', help='name effects in the model first')
+    add_effect_argument(parser)
     parser.add_argument('--start', type=Path, help='the previous weights')
     parser.add_argument('--limit', type=int, help='use the first LIMIT transitions')
     parser.add_argument('-o', '--output', type=Path, required=True, help='weights to write')
     options = parser.parse_args(argv)
     try:
         report = _fit(options)
-    except UserError as error:
+    except (UserError, OSError) as error:
         print(error, file=sys.stderr)
         return 2
     print(json.dumps({'report': report}), flush=True)

@@ -40,11 +40,14 @@ class Updates:
         model: model file or robot the difference is taken from.
         config: one of `CONFIG_NAMES`.
         repair: name effects first, and learn the difference from the model that has them.
+        own: options that let the child run the effect files of the model.
     """
 
-    def __init__(self, folder: Path, model: str, config: str, repair: bool = False) -> None:
+    def __init__(
+        self, folder: Path, model: str, config: str, repair: bool = False, own: Sequence[str] = (),
+    ) -> None:
         self._folder, self._model, self._config = folder, model, config
-        self._repair = ['--repair'] if repair else []
+        self._options = [*own, *(['--repair'] if repair else [])]
         self._child: subprocess.Popen[bytes] | None = None
         self._output: IO[bytes] | None = None
         self._partial = b''
@@ -64,19 +67,22 @@ class Updates:
         """Start a fit to everything recorded so far; it must not be busy.
 
         Raises:
-            UserError: there is no bag.
+            UserError: there is no bag, or nothing can be written.
         """
         if not bags:
             raise UserError('nothing is recorded yet; let the robot run first')
-        self._folder.mkdir(parents=True, exist_ok=True)
         newest = self.newest()
         number = 1 + (int(newest.stem.rpartition('-')[2]) if newest else 0)
         command = [sys.executable, '-m', 'leo_diffmodel.difference.child', *map(str, bags)]
         command += ['--model', self._model, '--config', self._config]
         command += ['-o', str(self._folder / f'difference-{number:03d}.safetensors')]
-        command += [*self._repair, *(['--start', str(newest)] if newest else [])]
-        with self._log.open('wb') as log:
-            self._child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log)
+        command += [*self._options, *(['--start', str(newest)] if newest else [])]
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            with self._log.open('wb') as log:
+                self._child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log)
+        except OSError as error:
+            raise UserError(f'cannot begin a fit in {self._folder}: {error.strerror}') from error
         assert self._child.stdout is not None
         self._output, self._partial = self._child.stdout, b''
         os.set_blocking(self._output.fileno(), False)

@@ -131,11 +131,14 @@ class DifferenceModel:
         """The model it goes on top of: `given`, or the repaired one, which is written to `path`.
 
         Raises:
-            UserError: the repaired model is none for this program.
+            UserError: the repaired model is none for this program, or cannot be written.
         """
         if not self.base:
             return given
-        path.write_text(self.base)
+        try:
+            path.write_text(self.base)
+        except OSError as error:
+            raise UserError(f'cannot write {path}: {error.strerror}') from error
         return load_model(path)
 
     def to_bytes(self) -> bytes:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import JointStates
+from leo_sim.effects.consent import effect_words
 from leo_sim.model import Model
 from leo_sim.model_file import load_model
 
@@ -61,7 +62,8 @@ class DifferenceService:
         self._node, self._settings = node, settings
         self._model: Model = load_model(settings.model)
         self._updates = Updates(
-            settings.folder, settings.model, settings.config, settings.repair
+            settings.folder, settings.model, settings.config, settings.repair,
+            effect_words(self._model.effects),
         )
         self._corrected = self._model
         self._difference: DifferenceModel | None = None
@@ -130,12 +132,12 @@ class DifferenceService:
         data = path.read_bytes()
         try:
             difference = from_bytes(data, str(path))
+            corrected = difference.model_beside(path.with_suffix('.yaml'), self._model)
         except UserError as error:
             self._updates.progress = Progress('failed', error=str(error))
             self._node.get_logger().error(str(error))
             return
-        self._difference = difference
-        self._corrected = difference.model_beside(path.with_suffix('.yaml'), self._model)
+        self._difference, self._corrected = difference, corrected
         self._weights.publish(UInt8MultiArray(data=data))
         self._node.get_logger().info(
             f'difference model version {difference.version}, fitted to '

@@ -20,7 +20,8 @@ from leo_diffmodel.difference.service import DifferenceService, Settings
 from leo_diffmodel.nodes.graph_recorder import GraphRecorder
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
-from leo_msgs_py.node import fixed_parameter, graph, spin
+from leo_msgs_py.node import fixed_parameter, graph, private_parameter, spin
+from leo_sim.effects.consent import trust_parameter
 
 DIAGNOSTICS_PERIOD = 1.0
 
@@ -44,6 +45,7 @@ class DiffModelNode(Node):
         robot: model to name in the bag where the robot node does not say.
         model: model file or robot the difference model corrects.
         difference: its configuration, recommended, torque, full or thesis.
+        effect: Python file of an effect that the model names and that may run, or a list of them.
         repair: name effects first; the difference is learned on top of them.
     """
 
@@ -71,6 +73,7 @@ class DiffModelNode(Node):
         return recording
 
     def _difference(self) -> DifferenceService:
+        trust_parameter(private_parameter(self, 'effect', ['']))
         settings = Settings(
             model=fixed_parameter(self, 'model', 'pendulum'),
             bags=partial(recorded, self._base),

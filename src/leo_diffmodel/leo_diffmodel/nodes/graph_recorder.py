@@ -12,6 +12,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from rclpy.subscription import Subscription
 
+from leo_diffmodel.bags.arrival import ArrivalTimes
 from leo_diffmodel.bags.qos_text import to_yaml
 from leo_diffmodel.bags.recorder import RecordedTopic, Recorder
 from leo_diffmodel.bags.types import definition
@@ -52,7 +53,9 @@ class GraphRecorder:
         self._node = node
         self._recorder = recorder
         self._facts = RobotFacts(node, robot)
+        self._times = ArrivalTimes()
         self._said: Any = None
+        self._troubles: list[str] = []
         self._ears = Node(
             f'{node.get_name()}_recorder', namespace=node.get_namespace(), enable_rosout=False,
             use_global_arguments=False, start_parameter_services=False,
@@ -102,16 +105,27 @@ class GraphRecorder:
 
     def status(self) -> DiagnosticStatus:
         """Return the DiagnosticStatus of the bag being written."""
-        folder = self._recorder.folder
+        recorder = self._recorder
+        level, message = self._health()
+        values = {
+            'bag': recorder.folder or '', 'size_bytes': recorder.size,
+            'messages': recorder.messages, 'lost': recorder.lost,
+            'of another robot': recorder.foreign,
+        }
         return DiagnosticStatus(
-            level=DiagnosticStatus.OK, name=f'{self._node.get_name()}: recording',
-            message=f'recording {folder}' if folder else 'waiting for the first message',
-            values=[
-                KeyValue(key='bag', value=str(folder or '')),
-                KeyValue(key='size_bytes', value=str(self._recorder.size)),
-                KeyValue(key='messages', value=str(self._recorder.messages)),
-            ],
+            level=level, name=f'{self._node.get_name()}: recording', message=message,
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )
+
+    def _health(self) -> tuple[bytes, str]:
+        """Return the diagnostic level and what to say."""
+        recorder = self._recorder
+        if troubles := recorder.troubles:
+            level = DiagnosticStatus.ERROR if recorder.full else DiagnosticStatus.WARN
+            return level, '; '.join(troubles)
+        if recorder.folder is None:
+            return DiagnosticStatus.OK, 'waiting for the first message'
+        return DiagnosticStatus.OK, f'recording {recorder.folder}'
 
     def close(self) -> None:
         """Take what has arrived and finish the bag."""
@@ -123,20 +137,37 @@ class GraphRecorder:
 
     def _take(self) -> None:
         """Record what has arrived on all topics, in the order of its arrival."""
-        arrived = [
-            (info['received_timestamp'] or info['source_timestamp'], topic, data, info)
+        self._times.begin()
+        taken = [
+            (topic, data, info)
             for topic, subscription in self._subscriptions
             for data, info in _messages(subscription)
         ]
+        self._times.end()
+        arrived = [(self._logged(info), topic, data, info) for topic, data, info in taken]
         arrived.sort(key=lambda entry: entry[0])
         for logged_ns, topic, data, info in arrived:
-            self._recorder.record(topic, data, info['source_timestamp'], logged_ns)
+            number = info['publication_sequence_number']
+            self._recorder.record(topic, data, info['source_timestamp'], logged_ns, number)
+
+    def _logged(self, info: dict[str, Any]) -> int:
+        return self._times.logged(info['received_timestamp'] or info['source_timestamp'])
 
     def _flush(self) -> None:
         self._recorder.flush()
         if self._recorder.folder != self._said:
             self._said = self._recorder.folder
             self._node.get_logger().info(f'recording {self._said}')
+        troubles = self._recorder.troubles
+        for text in (text for text in troubles if text not in self._troubles):
+            self._node.get_logger().warning(text)
+        if self._troubles and not troubles:
+            self._node.get_logger().info(f'recording {self._said} again, {self._left_out()}')
+        self._troubles = troubles
+
+    def _left_out(self) -> str:
+        recorder = self._recorder
+        return f'{recorder.lost} messages lost, {recorder.foreign} of another robot left out'
 
     def _describe(self) -> None:
         facts = self._facts.poll()
@@ -144,7 +175,7 @@ class GraphRecorder:
             self._recorder.describe(facts)
 
 
-def _messages(subscription: Subscription) -> list[tuple[bytes, dict[str, int]]]:
+def _messages(subscription: Subscription) -> list[tuple[bytes, dict[str, Any]]]:
     """Take the serialized messages that wait, with rmw's information on each."""
     taken = []
     with subscription.handle:

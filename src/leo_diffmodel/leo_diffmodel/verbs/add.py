@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 
 from leo_diffmodel.add.patch import from_explanation, from_words
 from leo_diffmodel.verbs import common
 from leo_msgs_py.errors import UserError
+from leo_sim.effects.consent import add_effect_argument, effect_words
 from leo_sim.model_file import load_model, save_model
 
 EXAMPLES = (
@@ -35,7 +37,8 @@ def main(argv: list[str]) -> int:
         print(json.dumps({'model': arguments.output, 'history': entries}))
         return 0
     print(f'wrote {arguments.output}: {", ".join(str(e["added"]) for e in entries)}')
-    print(f'next: leo compare BAG --model {arguments.output}')
+    following = ['--model', arguments.output, *effect_words(model.effects)]
+    print(f'next: leo compare BAG {shlex.join(following)}')
     return 0
 
 
@@ -65,6 +68,7 @@ def _parser() -> argparse.ArgumentParser:
     arguments.add_argument(
         '--robot', metavar='OTHER', help='move it to this robot or model with the same places'
     )
+    add_effect_argument(arguments, 'a Python file that MODEL or explain.json names, and may run')
     arguments.add_argument('-o', dest='output', required=True, metavar='NEW.yaml')
     arguments.add_argument('--json', action='store_true', help='print the result as JSON')
     return arguments

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs import common
+from leo_sim.effects.consent import add_effect_argument
 
 _RECORD_EXAMPLES = """\
   leo bag record                      # the graph's topics, into a new dated folder
@@ -73,16 +74,15 @@ def _info(argv: list[str]) -> int:
     parser.add_json()
     options = parser.parse_args(argv)
 
-    from rich.console import Console
-
     from leo_diffmodel.bags.info import bag_info
     from leo_diffmodel.bags.show import show
+    from leo_msgs_py.console import Terminal
 
     info = bag_info(options.bag)
     if options.json:
         print(json.dumps({**asdict(info), 'path': str(info.path)}, indent=2))
     else:
-        show(info, Console())
+        show(info, Terminal())
         print(f'next: leo compare {info.path} --model {info.metadata.get("robot", "MODEL")}')
     return 0
 
@@ -93,6 +93,7 @@ def _show(argv: list[str]) -> int:
     parser.add_argument('bag', type=Path, metavar='BAG')
     parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='.png, .gif or .mp4')
     parser.add_argument('--model', default='', help="the bag's robot by default")
+    add_effect_argument(parser)
     parser.add_argument('--at', type=float, metavar='T', help='begin there; a .png: that pose [s]')
     parser.add_argument('--seconds', type=float, metavar='S', help='how much to show [s]')
     parser.add_argument('--poses', type=int, default=8, metavar='N', help='in a .png (8)')
@@ -120,6 +121,7 @@ def _cut(argv: list[str]) -> int:
     parser.add_argument('--without-outside', action='store_true',
                         help='leave out shoves, hands, blocked joints and frozen sensors')
     parser.add_argument('--model', default='', help='what --without-outside compares with')
+    add_effect_argument(parser)
     parser.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
     parser.add_json()
     options = parser.parse_args(argv)

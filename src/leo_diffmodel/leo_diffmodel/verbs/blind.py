@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from leo_diffmodel.verbs import common
+from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 
 EXAMPLES = (
@@ -161,7 +162,7 @@ def _print(answers: dict[str, list[dict]], as_json: bool) -> None:
         first = min((r['seed'] for rows in answers.values() for r in rows), default=None)
         print(json.dumps({'first_seed': first, **summaries, 'confusion': tables}))
         return
-    console = Console()
+    console = Terminal()
     for kind, rows in answers.items():
         seeds = [r['seed'] for r in rows]
         title = f'{TITLES[kind]}, seeds {min(seeds)} … {max(seeds)}'

@@ -8,13 +8,13 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import read_topic_map
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.check_text import show
+from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
+from leo_sim.effects.consent import add_effect_argument
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def main(argv: list[str]) -> int:
     if arguments.json:
         print(json.dumps(result.to_json()))
     else:
-        show(result, Console())
+        show(result, Terminal())
         _point_on(arguments, folder, result, model)
     return 0 if result.is_good else 1
 
@@ -56,9 +56,7 @@ def _parser() -> argparse.ArgumentParser:
         '--model', required=True, help='a model file, a robot name or a robot folder'
     )
     arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
-    arguments.add_argument(
-        '--effect', action='append', default=[], metavar='FILE.py', help='an effect of yours'
-    )
+    add_effect_argument(arguments)
     common.add_span_arguments(arguments)
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write check.json here')
     arguments.add_argument('--json', action='store_true', help='print the result as JSON')

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 if TYPE_CHECKING:
     from leo_diffmodel.check.amplitudes import Reach
@@ -45,9 +46,9 @@ def _findings(result: Check, console: Console) -> None:
     several = len([b for b in bags if b]) > 1
     for severity, path, what, todo in _lines(result):
         bag = f'{Path(path).name}: ' if several and path else ''
-        text = f'[{COLOURS[severity]}]{severity:7}[/] {bag}{what}'
+        text = Text.assemble((f'{severity:7}', COLOURS[severity]), f' {bag}{what}')
         if todo and severity != 'ok':
-            text += f'\n   [bold]->[/bold] {todo}'
+            text.append_text(Text.assemble('\n   ', ('->', 'bold'), f' {todo}'))
         console.print(text, highlight=False)
 
 

@@ -13,7 +13,6 @@ from pathlib import Path
 import shlex
 import sys
 
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     Progress,
@@ -25,9 +24,11 @@ from rich.progress import (
 
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.bags.span import between
+from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects import Effect, get_effect, registered_effects
+from leo_sim.effects.consent import add_effect_argument, words
 from leo_sim.model import Model
 from leo_sim.model_file import load_model
 
@@ -41,7 +42,7 @@ def parser(verb: str, about: str, examples: Sequence[str]) -> Parser:
 
 
 def add_bag_arguments(arguments: argparse.ArgumentParser, hold_out: bool = True) -> None:
-    """Bags, model, topic map, step, JSON; held-out bags and own effects where they make sense."""
+    """Bags, model, topic map, step, JSON; own effects, held-out bags where they make sense."""
     arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
     arguments.add_argument(
         '--model', required=True, help='a model file, a robot name or a robot folder'
@@ -50,12 +51,10 @@ def add_bag_arguments(arguments: argparse.ArgumentParser, hold_out: bool = True)
     arguments.add_argument('--step', type=float, help='length of one step [s]')
     arguments.add_argument('--json', action='store_true', help='print the result as JSON')
     add_span_arguments(arguments)
+    add_effect_argument(arguments)
     if hold_out:
         arguments.add_argument(
             '--hold-out', nargs='+', default=[], metavar='BAG', help='bags no fit may see'
-        )
-        arguments.add_argument(
-            '--effect', action='append', default=[], metavar='FILE.py', help='an effect of yours'
         )
 
 
@@ -161,10 +160,11 @@ def fresh_folder(path: str | None) -> Path | None:
 
 
 def same_bags(verb: str, arguments: argparse.Namespace) -> str:
-    """Another verb on the bags, model and topic map of a command line, to type as it is."""
-    words = ['leo', verb, *arguments.bags, '--model', arguments.model]
+    """Another verb on the bags, model, effects and topic map of a command line, to type it."""
+    typed = ['leo', verb, *arguments.bags, '--model', arguments.model]
     mapped = ['--topic-map', arguments.topic_map] if arguments.topic_map else []
-    return shlex.join([*words, *mapped, *_span_words(arguments)])
+    own = words(arguments.effect)
+    return shlex.join([*typed, *mapped, *own, *_span_words(arguments)])
 
 
 def _span_words(arguments: argparse.Namespace) -> list[str]:
@@ -184,9 +184,10 @@ def write_json(folder: Path, name: str, data: dict) -> Path:
 @contextmanager
 def progress(title: str, steps: int | None = None) -> Iterator[Callable[[str], None]]:
     """A line on stderr: what is being done and, where `steps` says how much, the time left."""
-    columns = (SpinnerColumn(), TextColumn('{task.description}'), BarColumn(), TimeElapsedColumn())
+    what = TextColumn('{task.description}', markup=False)
+    columns = (SpinnerColumn(), what, BarColumn(), TimeElapsedColumn())
     left = (TextColumn('left'), TimeRemainingColumn()) if steps else ()
-    console = Console(stderr=True)
+    console = Terminal(stderr=True)
     quiet = not console.is_terminal
     with Progress(*columns, *left, console=console, transient=True, disable=quiet) as bar:
         task = bar.add_task(title, total=steps)

@@ -9,7 +9,6 @@ import json
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from leo_diffmodel.bags.recording import Recording
@@ -17,6 +16,7 @@ from leo_diffmodel.compare.comparison import compare, Comparison, STAGES
 from leo_diffmodel.compare.where import against_motion, bin_in_words, worst_places
 from leo_diffmodel.report.text import percent
 from leo_diffmodel.verbs import common
+from leo_msgs_py.console import Terminal
 from leo_sim.model import Model
 
 EXAMPLES = (
@@ -69,7 +69,7 @@ def _write(
 
 
 def _print(data: dict) -> None:
-    console = Console(highlight=False)
+    console = Terminal(highlight=False)
     console.print(_horizons(data) if len(data['states']) <= MOST_COLUMNS else _states(data))
     if data['untrusted']:
         console.print(f'not trusted below, as a contact there begins or ends: '

@@ -7,15 +7,17 @@ import argparse
 from dataclasses import replace
 import json
 from pathlib import Path
+import shlex
 
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.explain_text import told
+from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
+from leo_sim.effects.consent import effect_words, words
 
 EXAMPLES = (
     'leo explain bags/run1 --model pendulum -o out/explain',
@@ -68,11 +70,11 @@ def report(path: Path, result: Explanation, recordings: list) -> None:
 
 def show(result: Explanation) -> None:
     """Print the verdict and the leading hypotheses."""
-    console = Console()
+    console = Terminal()
     headline, *lines = told(result.verdict, result.sentence)
-    console.print(f'[bold]{result.verdict}[/bold]: {escape(headline)}', highlight=False)
+    console.print(Text.assemble((result.verdict, 'bold'), f': {headline}'), highlight=False)
     for line in lines:
-        console.print(escape(line), highlight=False)
+        console.print(line, highlight=False)
     if result.hypotheses:
         table = Table(title='hypotheses, best first')
         for column in ('effect', 'parameters', 'gain train / held out [nats]'):
@@ -152,9 +154,17 @@ def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explan
     if folder:
         print(f'wrote {folder}/explain.json and report.html')
     if folder and (result.effects or (result.unknown and result.unknown.source)):
-        print(f'next: leo add {arguments.model} --from {folder}/explain.json -o repaired.yaml')
+        print(f'next: {_add_words(arguments, folder, result)}')
     elif folder and result.verdict == 'fine' and result.not_testable and _driven(result):
         print(f'next: {common.same_bags("next", arguments)} --explain {folder}')
+
+
+def _add_words(arguments: argparse.Namespace, folder: Path, result: Explanation) -> str:
+    """`leo add` of what was found, with consent to each Python file that it needs."""
+    source = result.unknown.source if result.unknown else ''
+    own = [*effect_words(result.model.effects), *words([source] if source else [])]
+    typed = ['leo', 'add', arguments.model, '--from', f'{folder}/explain.json']
+    return shlex.join([*typed, *own, '-o', 'repaired.yaml'])
 
 
 def _driven(result: Explanation) -> bool:

@@ -8,12 +8,12 @@ from pathlib import Path
 import shlex
 from typing import Any
 
-from rich.console import Console
 from rich.progress import track
 
 from leo_diffmodel.bags.importing.column_map import ColumnMap
 from leo_diffmodel.bags.importing.convert import import_logs, load_map, shipped_maps
 from leo_diffmodel.bags.info import bag_info, BagInfo
+from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 
@@ -41,7 +41,7 @@ a column map:
 def main(argv: list[str]) -> int:
     """Import logs; 0 when the bags are written."""
     options = _parser().parse_args(argv)
-    console = Console(stderr=True)
+    console = Terminal(stderr=True)
     column_map = load_map(options.map)
     bags = [
         import_logs(logs, options.map, bag)

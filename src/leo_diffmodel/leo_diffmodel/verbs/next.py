@@ -10,13 +10,15 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.verbs import common
+from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
+from leo_sim.effects.consent import add_effect_argument
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
@@ -72,9 +74,7 @@ def _parser() -> argparse.ArgumentParser:
         '--explain', metavar='DIR', help='folder of leo explain -o for the same bags and model'
     )
     arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
-    arguments.add_argument(
-        '--effect', action='append', default=[], metavar='FILE.py', help='an effect of yours'
-    )
+    add_effect_argument(arguments)
     common.add_span_arguments(arguments)
     arguments.add_argument('--seconds', type=float, default=20.0, help='length of the run')
     arguments.add_argument(
@@ -128,8 +128,8 @@ def _check(path: Path, answer: Any, recordings: list[Recording]) -> None:
 
 
 def _show(found: Proposal, answer: dict[str, Any], seconds: float) -> None:
-    console = Console()
-    console.print(f'[bold]{answer["verdict"]}[/bold]: {escape(answer["sentence"])}',
+    console = Terminal()
+    console.print(Text.assemble((answer['verdict'], 'bold'), f': {answer["sentence"]}'),
                   highlight=False)
     if found.aim == 'nothing':
         return _say_nothing(answer, console)
@@ -154,7 +154,7 @@ def _point_on(file: Path | None, play: str | None) -> None:
 def _say_nothing(answer: dict[str, Any], console: Console) -> None:
     if answer['verdict'] in common.NEGATIVE and not answer.get('unknown'):
         told = answer.get('next_run') or 'vary one thing at a time: speed, load, angle, supply'
-        console.print(f'No run of the menu settles what is open: {escape(told)}')
+        console.print(f'No run of the menu settles what is open: {told}')
     elif answer['verdict'] == 'unknown':
         console.print('What is missing is no known effect, so no two of them are left to part; '
                       'leo explain --write-effect makes an effect of it.')  # fmt: skip

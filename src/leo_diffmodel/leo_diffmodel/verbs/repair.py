@@ -7,9 +7,9 @@ import argparse
 from functools import partial
 import json
 from pathlib import Path
+import shlex
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from leo_diffmodel.add.ladder import ladder
@@ -19,7 +19,9 @@ from leo_diffmodel.compare.comparison import compare
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.explain import report, show
+from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
+from leo_sim.effects.consent import effect_words
 from leo_sim.model_file import save_model
 
 MOST_ACROSS = 6
@@ -82,10 +84,11 @@ def _print(result: Explanation, rows: list[dict], folder: Path, target: Path) ->
             table.add_column(name, justify='right' if column else 'left')
         for line in cells[1:]:
             table.add_row(*line)
-        Console().print(table)
+        Terminal().print(table)
     print(f'wrote {target}, {folder}/explain.json and {folder}/report.html')
+    own = effect_words(result.model.effects)
     verb = 'learn' if result.model.robot.reward else 'compare BAG'
-    print(f'next: leo {verb} --model {target}')
+    print(f'next: leo {verb} {shlex.join(["--model", str(target), *own])}')
 
 
 def _pairs(row: dict[str, Any]) -> list[str]:

@@ -30,7 +30,7 @@ class Plan:
     noise: tuple[float, float] = (0.001, 0.02)
     """Of the robot's sensors: angle [rad], rate [rad/s]."""
     seed: int = 1
-    """Of every training."""
+    """Of every training, and of the robot's noise and starts."""
     steps: int = 8000
     """Training on the ideal model."""
     more_steps: int = 5000
@@ -82,7 +82,7 @@ class MainJob:
         with Processes(self._folder / 'logs') as processes:
             self._processes = processes
             measuring = self._begin_measured()
-            self._start_robot('robot', self._plan.hidden_seed)
+            self._start_robot('robot', self._plan.seed)
             self._learn_ideal()
             self._roll_out()
             self._begin_on_robot()
@@ -97,7 +97,7 @@ class MainJob:
         return self.found
 
     def _say(self, text: str) -> None:
-        self._console.print(f'[bold]{text}[/bold]')
+        self._console.print(text, style='bold')
 
     def _path(self, *parts: str) -> str:
         return str(self._folder.joinpath(*parts))
@@ -106,7 +106,7 @@ class MainJob:
         plan = self._plan
         self._processes.node(
             name, 'leo_sim', 'robot', **ROBOT, seed=seed, hidden_seed=plan.hidden_seed,
-            sealed=self._path('truth.sealed'), noise=f'[{plan.noise[0]},{plan.noise[1]}]',
+            sealed=self._path('truth.sealed'), noise=[*plan.noise],
         )
 
     def _learn_ideal(self) -> None:
@@ -149,7 +149,7 @@ class MainJob:
         weights = self._folder / 'rollout.difference' / 'difference-001.safetensors'
         self._processes.node(
             'diffmodel', 'leo_diffmodel', 'diffmodel', model=self._path('repair/model.yaml'),
-            bag=self._path('rollout'), record='false',
+            bag=self._path('rollout'), record=False,
         )
         self._processes.ask(
             'service', 'call', '/difference_model/update', 'std_srvs/srv/Trigger',
@@ -185,7 +185,7 @@ class MainJob:
         self._say('5. play all three policies on the robot, from the same starts')
         self._processes.stop('robot')
         for number, name in enumerate(('ideal', 'repaired', 'real')):
-            self._start_robot(f'robot{number}', 1000 + self._plan.hidden_seed)
+            self._start_robot(f'robot{number}', 1000 + self._plan.seed)
             played = self._processes.ask(
                 'play', self._policy(name), '--episodes', str(self._plan.episodes)
             )

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, ExitStack
 import fcntl
 import json
@@ -18,6 +18,8 @@ import tempfile
 import time
 from types import TracebackType
 from typing import Any
+
+import yaml
 
 from leo_msgs_py.errors import UserError
 
@@ -69,18 +71,30 @@ class Processes(AbstractContextManager['Processes']):
         }
         self._running: dict[str, subprocess.Popen[bytes]] = {}
 
-    def start(self, name: str, *words: str) -> None:
-        """Start `leo WORDS` in the background; its output goes to `name`.log."""
+    def start(self, name: str, *words: str, files: Sequence[int] = ()) -> None:
+        """Start `leo WORDS` in the background; its output goes to `name`.log.
+
+        Args:
+            name: of the process and its log.
+            words: of the command.
+            files: descriptors that it inherits.
+        """
         with (self._logs / f'{name}.log').open('ab') as log:
             self._running[name] = subprocess.Popen(
                 _command(words), env=self._environment, stdout=log, stderr=log,
-                stdin=subprocess.DEVNULL, start_new_session=True,
+                stdin=subprocess.DEVNULL, start_new_session=True, pass_fds=files,
             )
 
     def node(self, name: str, package: str, executable: str, **parameters: Any) -> None:
-        """Start a node with ROS parameters in the background."""
-        given = [word for key, value in parameters.items() for word in ('-p', f'{key}:={value}')]
-        self.start(name, 'run', package, executable, '--ros-args', *given)
+        """Start a node in the background; nobody else can read the parameters it is given.
+
+        They go to it in a file without a name, since everybody sees the words of a command.
+        """
+        with tempfile.TemporaryFile('w') as file:
+            yaml.safe_dump({'/**': {'ros__parameters': parameters}}, file)
+            file.flush()
+            given = '--ros-args', '--params-file', f'/dev/fd/{file.fileno()}'
+            self.start(name, 'run', package, executable, *given, files=[file.fileno()])
 
     def stop(self, name: str) -> None:
         """End a background process as Ctrl-C does; kill it where that does not help."""

@@ -26,7 +26,8 @@ from leo_learner.policy import Policy
 from leo_learner.robot_env import RobotEnv, Stopped
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import fixed_parameter, graph, join, running, spin_once
+from leo_msgs_py.node import fixed_parameter, graph, join, private_parameter, running, spin_once
+from leo_sim.effects.consent import trust_parameter
 from leo_sim.model_file import load_model
 from leo_sim.robot import Robot
 
@@ -87,6 +88,7 @@ def main(argv: list[str]) -> int:
 def _algorithm(node: Node, status: Status) -> Algorithm5:
     """What the node's parameters ask for, on the robot and the difference model beside it."""
     settings = read_settings(node)
+    trust_parameter(private_parameter(node, 'effect', ['']))
     model = load_model(fixed_parameter(node, 'model', 'pendulum'))
     folder = Path(fixed_parameter(node, 'folder', 'runs/learner'))
     start = fixed_parameter(node, 'start', '')

@@ -6,14 +6,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
 from rich.progress import Progress
+
+from leo_msgs_py.console import Terminal
 
 
 @contextmanager
 def playing(steps: int) -> Iterator[Callable[[], None]]:
     """A bar with the time left, on stderr; what it yields is called after each of the steps."""
-    console = Console(stderr=True)
+    console = Terminal(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task('playing', total=steps)
         yield lambda: bar.advance(task)

@@ -33,12 +33,11 @@ def main(argv: list[str]) -> int:
     if folder.exists():
         raise UserError(f'{folder} exists; give another folder with -o')
 
-    from rich.console import Console
-
     from leo_learner.experiments.closing import closing
     from leo_learner.experiments.main_job import MainJob, Plan
+    from leo_msgs_py.console import Terminal
 
-    console = Console(stderr=options.json)
+    console = Terminal(stderr=options.json)
     data = None if options.no_data or not options.data.is_dir() else options.data
     found = MainJob(folder, Plan(hidden_seed=options.hidden_seed), console, data).run()
     closing(found, folder, console)

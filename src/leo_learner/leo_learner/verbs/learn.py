@@ -14,6 +14,7 @@ from typing import Any, TYPE_CHECKING
 
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.verbs.common import Parser
+from leo_sim.effects.consent import add_effect_argument
 
 if TYPE_CHECKING:
     from leo_learner.training_loop import TrainingLoop
@@ -89,6 +90,7 @@ def _parser() -> Parser:
     parser.add_argument('--start', metavar='DIR', help='begin with the networks of that run')
     parser.add_argument('--resume', type=Path, metavar='DIR', help='go on with a run')
     parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder of the run')
+    add_effect_argument(parser)
     parser.add_json()
     return parser
 

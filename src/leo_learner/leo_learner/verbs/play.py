@@ -16,6 +16,7 @@ from leo_learner.verbs.play_motion import is_motion, motion_text, play_motion, u
 from leo_learner.verbs.play_run import play_run, run_text
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
+from leo_sim.effects.consent import add_effect_argument
 
 if TYPE_CHECKING:
     from leo_diffmodel.difference.model import DifferenceModel
@@ -58,6 +59,7 @@ def main(argv: list[str]) -> int:
     parser.add_argument('--seconds', type=float, metavar='T', help='length of a motion (10)')
     parser.add_argument('--seed', type=int, default=0, metavar='S',
                         help='of random starts, and of the figures of a motion')
+    add_effect_argument(parser)
     parser.add_json()
     options, rest = parser.parse_known_args(argv)
     if rest and rest[0] != '--ros-args':

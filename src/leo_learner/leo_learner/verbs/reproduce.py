@@ -137,15 +137,15 @@ def _announce(chosen: list[Experiment], options: Any) -> None:
 
 
 def _run(experiment: Experiment, options: Any) -> None:
-    from rich.console import Console
     from rich.progress import Progress
 
     from leo_learner.experiments.cases import missing, run_cases
+    from leo_msgs_py.console import Terminal
 
     kind, path = experiment.kind, options.results / experiment.kind.file
     left = missing(experiment.cases, path)
     run = partial(kind.run, folder=options.folder)
-    with Progress(console=Console(stderr=True), disable=options.json) as progress:
+    with Progress(console=Terminal(stderr=True), disable=options.json) as progress:
         task = progress.add_task(experiment.title, total=sum(map(kind.seconds, left)))
 
         def look() -> None:

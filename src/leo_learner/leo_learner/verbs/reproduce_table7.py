@@ -156,8 +156,9 @@ def _beside(path: Path, row: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _print(rows: list[dict[str, Any]], result: dict[str, Any]) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from leo_msgs_py.console import Terminal
 
     first = rows[0]
     table = Table(title=f'Table 7, {first["truth"]}, {first["repair"]}, n = {result["n"]}')
@@ -170,7 +171,7 @@ def _print(rows: list[dict[str, Any]], result: dict[str, Any]) -> None:
             f'{down:.4f}', *(f'{row[f"return_{k}"]:.0f}' for k in ('ideal', 'repaired', 'real')),
             f'{part:.4f}',
         )
-    Console().print(table)
+    Terminal().print(table)
     print(
         f'share of the gap closed: {result["share"]:.4f} of the mean returns, least of a seed '
         f'{result["share_least"]:.4f} (gate {GATE})'

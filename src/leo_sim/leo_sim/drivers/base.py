@@ -2,7 +2,8 @@
 """The contract between the robot node and whatever moves: a simulator, a recording, hardware.
 
 A new driver is one module with one class of this shape and one line in the entry-point group
-`leo.drivers`. Safety, topics, services, recording and diagnostics come from the node around it.
+`leo.drivers`, or a file given as `-p driver:=FILE.py`. Safety, topics, services, recording and
+diagnostics come from the node around it. `leo check-driver` tries the contract out.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ class DriverInfo:
         state_rate: joint states per second [Hz].
         urdf: the model's description, never the hidden truth.
         own_clock: its time is not the wall's: it can wait (lockstep), and `/clock` is published.
+            Hardware has none: its stamps are the wall's time.
     """
 
     joints: tuple[str, ...]
@@ -48,6 +50,10 @@ class DriverInfo:
 
 class Driver(Protocol):
     """One robot. Calls come from one thread, `connect` first and `stop` last.
+
+    `read` and `write` raise TransientFault where a packet was lost: nothing is published as
+    measured, the node writes 0, and the next period tries again, a few times in a row. Any other
+    DriverFault, or an OSError, ends the node with one line and the motors off.
 
     Attributes:
         info: known before `connect`.
@@ -97,6 +103,53 @@ class Placeable(Protocol):
         """
 
 
+@runtime_checkable
+class Haltable(Protocol):
+    """What a driver of hardware has besides: a way to 0 that does not wait for its other calls."""
+
+    def halt(self) -> Applied | None:
+        """Motors to 0 at once, as `write` of zeros does, from another thread than all other calls.
+
+        A `read` may be waiting for the device meanwhile. It must not wait for that to end.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """What hardware measures besides angles, at the time of its last state.
+
+    Attributes:
+        supply: V.
+        current: of each actuator, as the joint's sign is [A], shape (A,); None where not measured.
+        temperature: of each actuator [deg C], shape (A,); None where not measured.
+        condition: what each actuator says is wrong with it, as '', shape (A,).
+    """
+
+    supply: float
+    current: np.ndarray | None = None
+    temperature: np.ndarray | None = None
+    condition: tuple[str, ...] = ()
+
+
+@runtime_checkable
+class Instrumented(Protocol):
+    """What a driver may have besides: supply, currents, temperatures, and figures of its bus."""
+
+    def readings(self) -> Readings | None:
+        """What was measured with the last state; None before the first."""
+
+    def figures(self) -> Mapping[str, str]:
+        """Further names and values for `/diagnostics`."""
+
+
+class DriverFault(Exception):
+    """The robot cannot go on; the text says what failed and what to look at."""
+
+
+class TransientFault(DriverFault):
+    """One packet was lost or damaged; the next call may succeed."""
+
+
 class EndOfRun(Exception):
     """The driver has no further states."""
 
@@ -119,6 +172,7 @@ class DriverOptions:
         integration_step: [s]; 0 takes the robot's own.
         private: the settings that only the driver may know.
         bag: recording to replay.
+        port: where the hardware is connected, say /dev/ttyUSB0; '' takes robot.yaml's.
     """
 
     robot: Robot
@@ -130,9 +184,10 @@ class DriverOptions:
     integration_step: float = 0.0
     private: Mapping[str, Any] | None = None
     bag: str = ''
+    port: str = ''
 
 
-def robot_info(robot: Robot, state_rate: float = 0.0) -> DriverInfo:
+def robot_info(robot: Robot, state_rate: float = 0.0, own_clock: bool = True) -> DriverInfo:
     """What the node must know about a robot of this model; state_rate [Hz] 0 takes its own.
 
     Raises:
@@ -153,5 +208,5 @@ def robot_info(robot: Robot, state_rate: float = 0.0) -> DriverInfo:
         control_period=robot.control_period,
         state_rate=rate,
         urdf=robot.urdf,
-        own_clock=True,
+        own_clock=own_clock,
     )

@@ -36,7 +36,9 @@ class SimulatedDriver:
         self._begin()
 
     def connect(self) -> None:
-        """Nothing to open: the model is built with the driver."""
+        """Compile what a step needs, which takes seconds the first time on a machine."""
+        seconds = 1.0 / self.info.state_rate
+        self._model.step(self._state, self._input, seconds, enabled=self._enabled)
 
     def read(self) -> JointStates:
         """The state at this time with measurement noise; the same time reads the same."""

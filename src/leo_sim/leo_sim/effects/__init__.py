@@ -15,6 +15,7 @@ from leo_sim.effects.backlash import Backlash
 from leo_sim.effects.base import Effect, Parameter, Placed
 from leo_sim.effects.bias_torque import BiasTorque
 from leo_sim.effects.command_delay import CommandDelay
+from leo_sim.effects.consent import trust
 from leo_sim.effects.coulomb_friction import CoulombFriction
 from leo_sim.effects.encoder_offset import EncoderOffset
 from leo_sim.effects.encoder_scale import EncoderScale
@@ -63,7 +64,8 @@ def get_effect(ref: str) -> Effect:
     """The effect of that name: from the catalogue, an entry point, or a user's Python file.
 
     Args:
-        ref: A name, or the path of a .py file that defines one subclass of Effect.
+        ref: A name, or the path of a .py file that defines one subclass of Effect; naming it here
+            lets it run (see `consent`).
 
     Raises:
         UserError: No such effect (naming the nearest one), or a file without exactly one.
@@ -71,7 +73,7 @@ def get_effect(ref: str) -> Effect:
     if ref in EFFECTS:
         return EFFECTS[ref]
     if ref.endswith('.py'):
-        return read_effect(Path(ref))
+        return read_effect(Path(trust(ref)))
     for entry in entry_points(group='leo.effects'):
         if entry.name == ref:
             return entry.load()()

@@ -22,7 +22,7 @@ class Parameter:
 
     A search keeps it at or above the parameter of the same effect that `above` names. The law is
     a sine with a `phase`, and a straight line in any other angle that shapes it; it is a straight
-    line in its product with the parameter that `times` names.
+    line in its product with the parameter that `times` names. A `whole` one is a whole number.
     """
 
     name: str
@@ -33,6 +33,7 @@ class Parameter:
     above: str = ''
     times: str = ''
     phase: bool = False
+    whole: bool = False
 
 
 class Drive(NamedTuple):

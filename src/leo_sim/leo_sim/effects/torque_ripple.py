@@ -16,7 +16,7 @@ class TorqueRipple(Effect):
     hook = 'torque'
     parameters = (
         Parameter('a', 'N m', low=0.0),
-        Parameter('n', '1/turn', low=0.0),
+        Parameter('n', '1/turn', low=0.0, whole=True),
         Parameter('phase', 'rad', phase=True),
     )
     looks_like = 'A missing torque that repeats n times per turn, whatever the speed.'

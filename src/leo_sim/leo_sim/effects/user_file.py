@@ -2,16 +2,11 @@
 """A user's own effect, read from a Python file; what fails in it is one line with its place."""
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import wraps
-import importlib.util
 from pathlib import Path
-import traceback
-from types import ModuleType
-from typing import Any
 
 from leo_msgs_py.errors import UserError
 from leo_sim.effects.base import Effect, HOOKS, Parameter
+from leo_sim.user_code import classes_of, guarded, load_file
 
 REQUIRED = ('name', 'family', 'hook', 'parameters')
 
@@ -23,9 +18,7 @@ def read_effect(path: Path) -> Effect:
         UserError: No such file, it fails, or it does not define exactly one whole effect. The
             effect's law raises it too, in place of whatever goes wrong inside.
     """
-    module = _module(path)
-    found = [c for c in vars(module).values() if isinstance(c, type)
-             and issubclass(c, Effect) and c.__module__ == module.__name__]
+    found = [c for c in classes_of(load_file(path, 'effect')) if issubclass(c, Effect)]
     if len(found) != 1:
         raise UserError(f'{path} defines {len(found)} effects; it must define exactly one '
                         'subclass of leo_sim.effects.Effect')
@@ -41,7 +34,7 @@ def read_effect(path: Path) -> Effect:
     _check_parameters(path, kind)
     effect: Effect = kind()
     effect.source = str(path.resolve())
-    setattr(effect, kind.hook, _told(path, getattr(effect, kind.hook)))
+    setattr(effect, kind.hook, guarded(path, 'effect', getattr(effect, kind.hook)))
     return effect
 
 
@@ -55,35 +48,3 @@ def _check_parameters(path: Path, kind: type[Effect]) -> None:
             if told and told not in others:
                 raise UserError(f'{path}: {kind.__name__}.parameters: {p.name} has above or times '
                                 f'{told!r}, which is none of the others')
-
-
-def _module(path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    if spec is None or spec.loader is None or not path.is_file():
-        raise UserError(f'no effect file {path}')
-    module = importlib.util.module_from_spec(spec)
-    _told(path, spec.loader.exec_module)(module)
-    return module
-
-
-def _told(path: Path, run: Callable[..., Any]) -> Callable[..., Any]:
-    """`run` with any error of the user's code as one line: file, line, what."""
-
-    @wraps(run)
-    def guarded(*args: Any, **named: Any) -> Any:
-        try:
-            return run(*args, **named)
-        except Exception as error:  # a user's code may raise anything
-            raise UserError(f'{path}{_line(path, error)}: {type(error).__name__}: {error}; '
-                            'mend the effect') from error
-
-    return guarded
-
-
-def _line(path: Path, error: Exception) -> str:
-    """Where in the file it went wrong, as ' line N'."""
-    if isinstance(error, SyntaxError):
-        return f' line {error.lineno}'
-    frames = traceback.extract_tb(error.__traceback__)
-    lines = [f.lineno for f in frames if Path(f.filename).resolve() == path.resolve()]
-    return f' line {lines[-1]}' if lines else ''

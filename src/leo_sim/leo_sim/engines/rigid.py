@@ -59,7 +59,6 @@ class Rigid(Stateless):
         self._column = {i: c for c, i in enumerate(moving)}
         self._fixed = [turning_parts(joint) for joint in joints]
         self._gravity = gravity
-        self._single = self._inertia(self._poses(np.zeros(1))) if len(moving) == 1 else None
         self._pulled = any(f.__class__ is not float or f for b in self._bodies for f in b.force)
 
     def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
@@ -72,8 +71,6 @@ class Rigid(Stateless):
             dq: Rates (..., J).
         """
         poses, shape = self._poses(q), np.broadcast_shapes(np.shape(q), np.shape(dq))
-        if self._single is not None:  # a constant inertia, and no torque from the speed
-            return _square(self._single, (1,)), joined(self._torques(poses, [0.0]), shape)
         return (_square(self._inertia(poses), shape),
                 joined(self._torques(poses, self._split(dq)), shape))
 

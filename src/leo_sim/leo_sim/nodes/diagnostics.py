@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -43,12 +44,30 @@ class Health:
 
 
 def robot_status(
-    name: str, safety: Safety, health: Health, torque: bool, new_missed: int
+    name: str,
+    safety: Safety,
+    health: Health,
+    torque: bool,
+    new_missed: int,
+    new_faults: int = 0,
+    alarm: str = '',
+    figures: Mapping[str, object] | None = None,
 ) -> DiagnosticStatus:
-    """The DiagnosticStatus of a robot node; `new_missed` deadlines since the last one."""
+    """The DiagnosticStatus of a robot node.
+
+    Args:
+        name: of the node.
+        safety: what stands between commands and motors.
+        health: of the loop.
+        torque: motors on, not free.
+        new_missed: deadlines missed since the last status.
+        new_faults: packets lost or damaged since the last status.
+        alarm: what the hardware says is wrong.
+        figures: further names and values.
+    """
     count, mean, largest = health.take_loop_times()
     status = DiagnosticStatus(name=name)
-    status.level, status.message = _level(safety, torque, new_missed)
+    status.level, status.message = _level(safety, torque, new_missed, new_faults, alarm)
     status.values = [
         KeyValue(key=key, value=str(value))
         for key, value in (
@@ -60,6 +79,7 @@ def robot_status(
             ('rejected commands', safety.rejected),
             ('e-stop', safety.e_stopped),
             ('torque', torque),
+            *(figures or {}).items(),
         )
     ]
     return status
@@ -70,9 +90,15 @@ def diagnostic_array(status: DiagnosticStatus, stamp: Any) -> DiagnosticArray:
     return DiagnosticArray(header=Header(stamp=stamp), status=[status])
 
 
-def _level(safety: Safety, torque: bool, new_missed: int) -> tuple[Any, str]:
+def _level(
+    safety: Safety, torque: bool, new_missed: int, new_faults: int, alarm: str
+) -> tuple[Any, str]:
+    if alarm:
+        return DiagnosticStatus.ERROR, alarm
     if safety.e_stopped:
         return DiagnosticStatus.ERROR, 'e-stop: 0 until /robot/e_stop_reset'
+    if new_faults:
+        return DiagnosticStatus.WARN, f'{new_faults} packets lost or damaged in the last second'
     if safety.timed_out:
         return DiagnosticStatus.WARN, 'no command: timed out, 0 until the next one'
     if new_missed:

@@ -22,7 +22,8 @@ def greeting(settings: Settings, info: DriverInfo) -> list[str]:
         f"std_msgs/msg/Float64MultiArray '{{data: [{zeros}]}}'; leo service call /robot/reset "
         'std_srvs/srv/Trigger',
     ]
-    if others := [pose for pose in robot.start_poses if pose != settings.options.start]:
+    others = [pose for pose in robot.start_poses if pose != settings.options.start]
+    if others and settings.driver == 'simulated':
         lines.append(
             f'starts in {settings.options.start}; leo param set /robot start '
             f'{others[-1]} puts it there ({", ".join(robot.start_poses)})'

@@ -14,6 +14,7 @@ from rclpy.node import Node
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import declared, fixed_parameter, private_parameter
 from leo_sim.drivers.base import DriverOptions
+from leo_sim.effects.consent import trust_parameter
 from leo_sim.robot import load_robot
 
 NOISE_FORM = 'noise takes two numbers, [position rad, velocity rad/s] standard deviations'
@@ -30,6 +31,7 @@ class Settings:
         command_timeout: age at which a command is dropped for 0 [s]; 0 disables.
         slew: largest change of a command [V/s or N m/s]; 0 disables.
         episode: number of the first episode; negative takes the next one.
+        fault_periods: how many periods in a row the driver may fail before the node ends.
     """
 
     driver: str
@@ -38,33 +40,49 @@ class Settings:
     command_timeout: float
     slew: float
     episode: int
+    fault_periods: int
 
 
-def read_settings(node: Node) -> Settings:
-    """Declare the parameters on `node` and check what was given.
+def read_options(node: Node, robot: str = 'pendulum') -> DriverOptions:
+    """Declare the parameters that drivers take on `node` and check what was given.
+
+    Args:
+        node: gets the parameters.
+        robot: the one that is taken unless another is given.
 
     Raises:
         UserError: a value is out of range or of a wrong form; an unknown robot.
     """
     given = partial(fixed_parameter, node)
-    options = DriverOptions(
-        robot=load_robot(given('robot', 'pendulum')),
+    return DriverOptions(
+        robot=load_robot(given('robot', robot)),
         state_rate=_number('state_rate', given('state_rate', 0.0), 'Hz'),
         start=declared(node, 'start', 'nominal'),
-        seed=_seed('seed', given('seed', 0)),
+        seed=_whole('seed', given('seed', 0)),
         noise=read_noise(given('noise', [0.0, 0.0])),
         engine=given('engine', 'pybullet'),
         integration_step=_number('integration_step', given('integration_step', 0.0), 's'),
         bag=given('bag', ''),
+        port=given('port', ''),
         private=_private(node, given('sealed', '')),
     )
+
+
+def read_settings(node: Node) -> Settings:
+    """Declare the parameters of the robot node on `node` and check what was given.
+
+    Raises:
+        UserError: a value is out of range or of a wrong form; an unknown robot.
+    """
+    given = partial(fixed_parameter, node)
     return Settings(
         driver=given('driver', 'simulated'),
-        options=options,
+        options=read_options(node),
         realtime_factor=_number('realtime_factor', given('realtime_factor', 1.0), ''),
         command_timeout=_number('command_timeout', given('command_timeout', 0.2), 's'),
         slew=_number('slew', given('slew', 0.0), 'V/s or N m/s'),
         episode=given('episode', -1),
+        fault_periods=_whole('fault_periods', given('fault_periods', 5)),
     )
 
 
@@ -82,6 +100,7 @@ def read_noise(values: Sequence[float]) -> tuple[float, float]:
 
 
 def _private(node: Node, sealed: str) -> dict[str, Any]:
+    trust_parameter(private_parameter(node, 'effect', ['']))
     return {
         'hidden': private_parameter(node, 'hidden', ''),
         'hidden_seed': private_parameter(node, 'hidden_seed', -1),
@@ -95,7 +114,7 @@ def _number(name: str, value: Any, unit: str) -> float:
     return float(value)
 
 
-def _seed(name: str, value: Any) -> int:
+def _whole(name: str, value: Any) -> int:
     if not isinstance(value, int) or value < 0:
         raise UserError(f'{name} is {value!r}; give a whole number from 0 up')
     return value

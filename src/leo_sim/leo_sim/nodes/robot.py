@@ -8,6 +8,7 @@ leo run leo_sim robot --ros-args -p robot:=pendulum -p driver:=replay -p bag:=BA
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 import math
 import time
@@ -23,15 +24,33 @@ from std_msgs.msg import Bool, String, UInt32
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import end, graph, join, running, SLICE, spin_once
+from leo_msgs_py.node import (
+    end,
+    graph,
+    join,
+    listen_with_info,
+    running,
+    SLICE,
+    spin_once,
+)
 from leo_msgs_py.values import Command, JointStates, time_message
 from leo_sim.drivers import load_driver
-from leo_sim.drivers.base import EndOfRun, Placeable
+from leo_sim.drivers.base import (
+    DriverFault,
+    EndOfRun,
+    Instrumented,
+    Placeable,
+    TransientFault,
+)
+from leo_sim.faults import Faults
+from leo_sim.nodes.commander import Commander
 from leo_sim.nodes.diagnostics import diagnostic_array, Health, robot_status
 from leo_sim.nodes.episode import episode_file, EpisodeNumber
 from leo_sim.nodes.greeting import greeting
+from leo_sim.nodes.measured import MeasuredTopics
 from leo_sim.nodes.parameters import read_settings, Settings
 from leo_sim.nodes.services import answered
+from leo_sim.nodes.watchdog import Gate, watchdog
 from leo_sim.safety import BadCommand, Safety
 
 REPEAT_PERIOD = 0.2
@@ -63,6 +82,10 @@ class RobotNode(Node):
         # In lockstep time stands still without commands: none is ever too old.
         timeout = 0.0 if self._lockstep else settings.command_timeout
         self._safety = Safety(self._info.limits, timeout, settings.slew)
+        silence = 0.0 if self._info.own_clock else settings.fault_periods * self._period
+        self._gate = Gate(self._driver, self._safety, self._now, silence)
+        self._faults = Faults(settings.fault_periods)
+        self._stale_after = timeout and timeout / self._factor
         self._episode = EpisodeNumber(
             episode_file(self.get_fully_qualified_name()), settings.episode
         )
@@ -75,8 +98,7 @@ class RobotNode(Node):
         self._due = math.inf
         self._make_publishers()
         self._make_listeners()
-        for line in greeting(settings, self._info):
-            self.get_logger().info(line)
+        self._greeting = greeting(settings, self._info)
 
     def _make_publishers(self) -> None:
         applied = topics.APPLIED[self._info.interface]
@@ -89,12 +111,17 @@ class RobotNode(Node):
         self._diagnostics = self.create_publisher(*topics.DIAGNOSTICS)
         own = self._info.own_clock
         self._clock_publisher = self.create_publisher(*topics.CLOCK) if own else None
+        self._measured = (
+            MeasuredTopics(self, self._info.actuators, self._driver)
+            if isinstance(self._driver, Instrumented) else None
+        )
 
     def _make_listeners(self) -> None:
-        kind, name, qos = topics.COMMANDS[self._info.interface]
-        self._commands = self.create_subscription(kind, name, self._on_command, qos)
+        self._commands = listen_with_info(
+            self, topics.COMMANDS[self._info.interface], self._on_command
+        )
+        self._commander = Commander(self, self._commands.topic_name, self._stale_after)
         self.create_service(*topics.RESET, partial(answered, self._reset))
-        self.create_service(*topics.E_STOP, partial(answered, self._e_stop))
         self.create_service(*topics.E_STOP_RESET, partial(answered, self._e_stop_reset))
         self.create_service(*topics.TORQUE, self._on_torque)
         self.add_on_set_parameters_callback(self._on_parameters)
@@ -102,6 +129,13 @@ class RobotNode(Node):
     def begin(self) -> None:
         """Connect the driver, say what robot this is, and publish the first state."""
         self._driver.connect()
+        self._drop_commands()
+        for line in self._greeting:
+            self.get_logger().info(line)
+        if not (self._info.own_clock or self._gate.can_halt):
+            self.get_logger().warning(
+                'this driver has no halt(): a read that hangs delays 0 V (docs/your_driver.md)'
+            )
         self._description.publish(String(data=self._info.urdf))
         self._episodes.publish(UInt32(data=self._episode.value))
         self._e_stopped.publish(Bool(data=False))
@@ -120,24 +154,35 @@ class RobotNode(Node):
         sends fast enough would stop the robot's loop.
         """
         join(self)
-        while running():
-            spin_once(min(SLICE, max(0.0, self._due - time.monotonic())))
-            if time.monotonic() >= self._due:
-                self._tick()
+        look = self._period / 2.0 if self._gate.can_halt else SLICE
+        with watchdog(self, look, self._e_stop, self._watch):
+            while running():
+                spin_once(min(SLICE, max(0.0, self._due - time.monotonic())))
+                if time.monotonic() >= self._due:
+                    self._tick()
 
     def stop(self) -> None:
         """Leave the motors at 0."""
-        self._driver.stop()
+        try:
+            self._driver.stop()
+        except (DriverFault, OSError) as fault:
+            self.get_logger().fatal(f'the motors could not be told to stop: {fault}')
+            return
         self.get_logger().info(f'stopped, motors at 0; {self._sent} states sent')
 
-    def _on_command(self, message: Any) -> None:
+    def _on_command(self, message: Any, info: dict[str, Any]) -> None:
+        """Latch a command that is new, whole and of the one who commands."""
+        if not self._commander.is_new(info):
+            return
         try:
             self._safety.accept(Command.from_message(message).values, self._now())
         except BadCommand as error:
             self.get_logger().error(str(error), throttle_duration_sec=1.0)
-        else:
-            if self._lockstep:
-                self._run_control_period()
+            return
+        if self._commander.has_rival(info):
+            self._e_stop()
+        if self._lockstep:
+            self._run_control_period()
 
     def _run_control_period(self) -> None:
         """Apply the command for one control period, publishing every state in it."""
@@ -159,10 +204,14 @@ class RobotNode(Node):
             pass
 
     def _tick(self) -> None:
-        """Publish the state of now, apply what is commanded, and get the next state ready."""
+        """Publish the state of now, apply what is commanded, and get the next state ready.
+
+        Where the state could not be read none is published, and 0 is applied.
+        """
         began = time.monotonic()
-        self._publish_state()
-        self._apply()
+        unread = self._attempt(self._publish_state)
+        unwritten = self._attempt(partial(self._apply, blind=bool(unread)))
+        self._faults.note(unread or unwritten)
         try:
             gap = self._driver.advance(self._period) / self._factor
         except EndOfRun as over:
@@ -172,6 +221,18 @@ class RobotNode(Node):
         self._health.note(time.monotonic() - began, began - self._due)
         late = began - self._due > GIVE_UP_LATE
         self._due = gap + (began if late else self._due)
+
+    def _attempt(self, act: Callable[[], None]) -> str:
+        """Act on the driver; what failed, or nothing."""
+        try:
+            act()
+        except TransientFault as fault:
+            self.get_logger().warning(
+                f'{fault}; 0 in this period ({self._faults.total + 1} so far)',
+                throttle_duration_sec=1.0,
+            )
+            return str(fault)
+        return ''
 
     def _publish_state(self) -> None:
         """Read the driver and publish clock and state, before them a new episode's number."""
@@ -183,16 +244,24 @@ class RobotNode(Node):
         if self._clock_publisher is not None:
             self._clock_publisher.publish(ClockMessage(clock=time_message(self._state.stamp_ns)))
         self._repeat_state()
+        if self._measured is not None:
+            self._measured.publish(self._state.stamp_ns)
 
     def _repeat_state(self) -> None:
         assert self._state is not None
         self._publish(self._states, self._state.to_message())
 
-    def _apply(self) -> None:
+    def _apply(self, blind: bool = False) -> None:
         """Write what safety allows now and publish what was applied, where that is known."""
-        applied = self._driver.write(self._safety.output(self._now()))
+        applied = self._gate.write(blind)
         if applied is not None:
             self._publish(self._applied, applied.to_message())
+
+    def _watch(self) -> None:
+        """Stop what must not be driven; called in the watchdog's thread."""
+        applied = self._gate.watch()
+        if applied is not None:
+            self._applied.publish(applied.to_message())
 
     def _publish(self, publisher: Publisher, message: Any) -> None:
         """Publish; where a reader's history is full, wait for it as long as it is alive."""
@@ -213,6 +282,9 @@ class RobotNode(Node):
                 return
 
     def _now(self) -> float:
+        """The time that commands grow old by [s]: the robot's where it has its own."""
+        if not self._info.own_clock:
+            return time.monotonic()
         return 0.0 if self._state is None else self._state.stamp
 
     def _reset(self) -> str:
@@ -238,7 +310,9 @@ class RobotNode(Node):
         return SetParametersResult(successful=True)
 
     def _e_stop(self) -> str:
+        """Stop, in whichever thread this is called."""
         self._safety.e_stop()
+        self._watch()
         self._e_stopped.publish(Bool(data=True))
         self.get_logger().warning('e-stop: 0 until /robot/e_stop_reset')
         return 'stopped: 0 until /robot/e_stop_reset'
@@ -263,11 +337,29 @@ class RobotNode(Node):
         self._episodes.publish(UInt32(data=self._episode.next(count)))
 
     def _publish_diagnostics(self) -> None:
+        self._commander.count_them()
+        if self._measured is not None:
+            self._measured.publish_temperatures()
         status = robot_status(
             self.get_fully_qualified_name(), self._safety, self._health, self._torque,
-            self._health.take_missed(),
+            self._health.take_missed(), self._faults.take_new(), self._alarm(), self._figures(),
         )
         self._diagnostics.publish(diagnostic_array(status, self.get_clock().now().to_msg()))
+
+
+    def _alarm(self) -> str:
+        return '' if self._measured is None else self._measured.alarm()
+
+    def _figures(self) -> dict[str, object]:
+        """What else there is to tell."""
+        return {
+            'driver faults': self._faults.total,
+            'last driver fault': self._faults.last,
+            'stale commands': self._commander.stale,
+            'commanders': self._commander.count,
+            'stopped by the watchdog': self._gate.halts,
+            **(self._measured.figures() if self._measured is not None else {}),
+        }
 
 
 @executable
@@ -278,14 +370,17 @@ def main(argv: list[str]) -> int:
         try:
             robot.begin()
             robot.run()
+        except (DriverFault, OSError) as fault:
+            robot.get_logger().fatal(f'{fault}; the robot ends here, start it again')
+            return 1
         finally:
             robot.stop()
     return 0
 
 
 def _check_clock(settings: Settings, own_clock: bool) -> None:
-    if settings.realtime_factor == 0.0 and not own_clock:
+    if settings.realtime_factor != 1.0 and not own_clock:
         raise UserError(
-            'realtime_factor 0 (lockstep) needs a robot whose time can wait; driver '
-            f'{settings.driver!r} runs by the clock on the wall, give 1'
+            f'realtime_factor is {settings.realtime_factor:g} (0 is lockstep), but driver '
+            f'{settings.driver!r} runs by the clock on the wall; give 1'
         )

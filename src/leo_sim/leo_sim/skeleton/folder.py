@@ -33,13 +33,14 @@ class Skeleton:
     notes: tuple[str, ...]
 
 
-def make_folder(source: Path, folder: Path, kind: str) -> Skeleton:
+def make_folder(source: Path, folder: Path, kind: str, servos: bool = False) -> Skeleton:
     """Write robot.urdf and robot.yaml; nothing where something is wrong.
 
     Args:
         source: A URDF file.
         folder: Where; new, or empty.
         kind: What the actuators take, 'torque' (N m) or 'voltage' (V).
+        servos: Whether they are Dynamixel servos: then their bus is there to be filled in.
 
     Raises:
         UserError: No robot of ours, or the folder is in use.
@@ -53,6 +54,11 @@ def make_folder(source: Path, folder: Path, kind: str) -> Skeleton:
     with tempfile.TemporaryDirectory() as temporary:
         draft = Path(temporary) / 'robot'
         robot, left = _drafted(draft, source, name, kind, description, links, joints)
+        if servos:
+            with (draft / 'robot.yaml').open('a', encoding='utf-8') as file:
+                file.write(robot_yaml.driver_lines(joints, kind))
+            left.append('driver: port, baud and every servo are guesses; leo check-driver '
+                        'dynamixel --by-hand tries them')
         _put(draft, folder)
     robot = load_robot(folder)
     notes = (*description.notes, *_frictions(folder, description))

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The text of a robot.yaml whose comments say what is left to fill in."""
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 import json
+import math
 import re
 
 from leo_sim.skeleton.actuators import Guess
@@ -41,6 +42,14 @@ TAIL = """
 # termination: [{{quantity: angle, joint: {joint}, low: -3, high: 3}}]
 """
 
+DRIVER = """
+driver:
+  dynamixel:
+    port: /dev/ttyUSB0  # {mark}
+    baud: 1000000  # {mark}: that of the servos
+    servos:  # {mark}: ids, models, the count at angle 0, -1 where counts fall as the joint rises
+"""
+
 
 def head(source: str, name: str, kind: str, timing: Mapping[str, float], reason: str) -> str:
     """Everything before the actuators; `timing` has period and step s, and rate Hz."""
@@ -69,6 +78,18 @@ def pose_lines(joints: tuple[Joint, ...]) -> str:
     return ('\nstart_poses:\n'
             f'  nominal:  # {MARK}: where an episode starts\n    angles: {{{middle}}}\n'
             f'  random:\n    angles: {{{drawn}}}\n')
+
+
+def driver_lines(joints: Sequence[Joint], kind: str) -> str:
+    """A bus of Dynamixel servos, one for every joint that moves."""
+    constant = ', torque_constant: {value: 1.3, unit: N m/A}' if kind == 'torque' else ''
+    lines = []
+    for number, joint in enumerate((j for j in joints if j.kind != 'fixed'), 1):
+        low, high = (f'{limit:.6g}' if math.isfinite(limit) else f'{"-" * (limit < 0)}.inf'
+                     for limit in joint.limits)
+        lines.append(f'      {quoted(joint.name)}: {{id: {number}, model: XM430-W210, '
+                     f'direction: 1, zero: 2048, low: {low}, high: {high}{constant}}}\n')
+    return DRIVER.format(mark=MARK) + ''.join(lines)
 
 
 def start(limits: tuple[float, float]) -> float:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 _INIT_EXAMPLES = """\
   leo robot init arm.urdf -o arm
   leo robot init arm.urdf -o arm --input voltage   # motors that take volts
+  leo robot init arm.urdf -o arm --driver dynamixel
 """
 _LIST_EXAMPLES = '  leo robot list\n'
 
@@ -35,12 +36,14 @@ def _init(argv: list[str]) -> int:
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='FOLDER')
     parser.add_argument('--input', choices=('torque', 'voltage'), default='torque',
                         help='what the actuators take (default: torque)')
+    parser.add_argument('--driver', choices=('dynamixel',),
+                        help='write how its hardware is connected, to be filled in')
     parser.add_json()
     options = parser.parse_args(argv)
 
     from leo_sim.skeleton.folder import make_folder
 
-    made = make_folder(options.urdf, options.output, options.input)
+    made = make_folder(options.urdf, options.output, options.input, bool(options.driver))
     following = f'leo compare BAG --model {shlex.quote(str(options.output))}'
     if options.json:
         print(json.dumps({

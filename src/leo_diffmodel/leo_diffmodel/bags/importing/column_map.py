@@ -23,6 +23,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from leo_msgs_py import units
@@ -74,8 +75,9 @@ class ColumnSpec(BaseModel):
         Raises:
             UserError: no such column, or a unit of something else.
         """
-        factor = unit_factor(self.unit, quantity, log)
-        return self.sign * self.scale * factor * self._raw(columns, quantity, log) + self.offset
+        factor = self.sign * self.scale * unit_factor(self.unit, quantity, log)
+        with np.errstate(over='ignore', invalid='ignore'):
+            return factor * self._raw(columns, quantity, log) + self.offset
 
     def _raw(self, columns: Mapping[str, Column], quantity: str, log: str) -> Column:
         if self.expression is not None:
@@ -132,7 +134,7 @@ class ColumnMap(BaseModel):
 
     robot: str | None = None
     format: Literal['csv', 'json', 'mat'] | None = None
-    delimiter: str = ','
+    delimiter: str = Field(default=',', min_length=1, max_length=1)
     header: list[str] | None = None
     records: str | None = None
     fields: dict[str, str | list[str]] = {}

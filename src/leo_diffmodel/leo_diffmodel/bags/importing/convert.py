@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
 
-from ..arrays import Run, write_runs
+from ..arrays import LONGEST, Run, write_runs
 from ..yaml_config import nearest, read_config
 from .column_map import ColumnMap, ColumnSpec, unit_factor
 from .expression import Column, evaluate
@@ -137,7 +137,10 @@ def _time(log: Path, table: Table, mapping: ColumnMap) -> tuple[Column, Rows]:
         spec = ColumnSpec(column=mapping.time.column)
         t = spec.values(table, 'time', str(log)) * unit_factor(mapping.time.unit, 'time', str(log))
     rows: Rows = np.flatnonzero(np.isfinite(t))
-    steps = np.diff(t[rows])
+    if rows.size and not np.ptp(t[rows]) <= LONGEST:
+        raise UserError(f'{log}: time runs from {t[rows].min():.6g} to {t[rows].max():.6g} s; '
+                        'which unit is it in?')
+    steps = np.diff(np.round((t[rows] - t[rows[:1]]) * 1e9))
     back = np.flatnonzero(steps < 0)
     if back.size:
         row = int(rows[back[0] + 1])
@@ -145,7 +148,7 @@ def _time(log: Path, table: Table, mapping: ColumnMap) -> tuple[Column, Rows]:
             f'{log}: time goes backwards at sample {row + 1}, from {t[rows[back[0]]]:.6g} s to '
             f'{t[row]:.6g} s; sort or cut the log'
         )
-    rows = rows[np.concatenate([[True], np.diff(t[rows]) > 0])] if rows.size else rows
+    rows = rows[np.concatenate([[True], steps > 0])] if rows.size else rows
     if rows.size < 2:
         raise UserError(f'{log}: {rows.size} samples with a time; at least 2 are needed')
     return t[rows], rows

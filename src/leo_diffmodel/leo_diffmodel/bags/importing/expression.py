@@ -6,16 +6,24 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Mapping
 import operator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
+from leo_sim.yaml_file import shown
 
 from ..yaml_config import nearest
 
 Column = NDArray[np.float64]
+
+class Function(NamedTuple):
+    """A function of columns and how many of them it takes."""
+
+    apply: Callable[..., Any]
+    takes: int
+
 
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
@@ -24,66 +32,77 @@ _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
     ast.Eq: operator.eq, ast.NotEq: operator.ne,
 }
-FUNCTIONS: dict[str, Callable[..., Any]] = {
-    'abs': np.abs, 'sign': np.sign, 'sqrt': np.sqrt, 'exp': np.exp, 'log': np.log,
-    'sin': np.sin, 'cos': np.cos, 'tan': np.tan, 'atan2': np.arctan2,
-    'min': np.minimum, 'max': np.maximum, 'clip': np.clip, 'where': np.where,
-    'unwrap': np.unwrap, 'radians': np.radians,
+FUNCTIONS = {
+    'abs': Function(np.abs, 1), 'sign': Function(np.sign, 1), 'sqrt': Function(np.sqrt, 1),
+    'exp': Function(np.exp, 1), 'log': Function(np.log, 1), 'sin': Function(np.sin, 1),
+    'cos': Function(np.cos, 1), 'tan': Function(np.tan, 1), 'atan2': Function(np.arctan2, 2),
+    'min': Function(np.minimum, 2), 'max': Function(np.maximum, 2), 'clip': Function(np.clip, 3),
+    'where': Function(np.where, 3), 'unwrap': Function(np.unwrap, 1),
+    'radians': Function(np.radians, 1),
 }
-CONSTANTS = {'pi': np.pi, 'nan': np.nan}
+CONSTANTS = {'pi': np.array([np.pi]), 'nan': np.array([np.nan])}
 
 
 def evaluate(text: str, columns: Mapping[str, Column]) -> Column:
-    """Return the value of an expression, shape (T,).
+    """Return the value of an expression, shape (T,); what has no value is NaN or infinite.
 
     Args:
         text: numbers, column names, pi, nan, + - * / % **, comparisons and `FUNCTIONS`.
-        columns: each of shape (T,).
+        columns: each of shape (T,); they stay as they are.
 
     Raises:
-        UserError: not such an expression, or a name that is no column (naming the nearest).
+        UserError: not such an expression, one nested too deeply, or a name that is no column
+            (naming the nearest).
     """
     try:
         tree = ast.parse(text.strip(), mode='eval').body
-    except (SyntaxError, ValueError):
-        raise UserError(f'expression {text!r} is not arithmetic') from None
-    with np.errstate(all='ignore'):
-        value = _Evaluator(text, columns).visit(tree)
+        with np.errstate(all='ignore'):
+            value = _Evaluator(text, columns).visit(tree)
+    except (SyntaxError, ValueError, OverflowError):
+        raise UserError(f'expression {shown(text)} is not arithmetic') from None
+    except (RecursionError, MemoryError):
+        raise UserError(
+            f'expression {shown(text)} is too long; build it up in several columns'
+        ) from None
     length = len(next(iter(columns.values())))
-    return np.array(np.broadcast_to(np.asarray(value, dtype=float), (length,)))
+    return np.array(np.broadcast_to(value, (length,)), dtype=float)
 
 
 class _Evaluator(ast.NodeVisitor):
-    """Computes a tree of the few allowed nodes, refuses every other one."""
+    """Computes a tree of the few allowed nodes, refuses every other one.
+
+    All values are arrays, (1,) or (T,), so that NumPy's rules hold for all of them: 0 / 0 is NaN.
+    """
 
     def __init__(self, text: str, columns: Mapping[str, Column]) -> None:
-        self._text = text
+        self._text = shown(text)
         self._names = {**CONSTANTS, **columns}
 
     def generic_visit(self, node: ast.AST) -> Any:
         raise UserError(
-            f'expression {self._text!r}: {type(node).__name__} is not allowed; use numbers, '
+            f'expression {self._text}: {type(node).__name__} is not allowed; use numbers, '
             f'columns, + - * / % **, comparisons and {", ".join(FUNCTIONS)}'
         )
 
     def visit_Constant(self, node: ast.Constant) -> Any:
         if isinstance(node.value, int | float):
-            return float(node.value)
+            return np.array([float(node.value)])
         return self.generic_visit(node)
 
     def visit_Name(self, node: ast.Name) -> Any:
         if node.id not in self._names:
             raise UserError(
-                f'expression {self._text!r}: no column {node.id!r}'
+                f'expression {self._text}: no column {node.id!r}'
                 f'{nearest(node.id, list(self._names))}'
             )
         return self._names[node.id]
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> Any:
-        return self._operator(node.op)(self.visit(node.operand))
+        return self._operator(node.op)(1.0 * self.visit(node.operand))
 
     def visit_BinOp(self, node: ast.BinOp) -> Any:
-        return self._operator(node.op)(self.visit(node.left), self.visit(node.right))
+        left, right = self.visit(node.left), self.visit(node.right)
+        return self._operator(node.op)(1.0 * left, 1.0 * right)
 
     def visit_Compare(self, node: ast.Compare) -> Any:
         if len(node.ops) != 1:
@@ -94,12 +113,13 @@ class _Evaluator(ast.NodeVisitor):
     def visit_Call(self, node: ast.Call) -> Any:
         if not isinstance(node.func, ast.Name) or node.func.id not in FUNCTIONS or node.keywords:
             return self.generic_visit(node)
-        try:
-            return FUNCTIONS[node.func.id](*(self.visit(argument) for argument in node.args))
-        except (TypeError, ValueError):
+        function = FUNCTIONS[node.func.id]
+        if len(node.args) != function.takes:
             raise UserError(
-                f'expression {self._text!r}: wrong arguments for {node.func.id}'
-            ) from None
+                f'expression {self._text}: {node.func.id} takes {function.takes} arguments, '
+                f'found {len(node.args)}'
+            )
+        return function.apply(*(1.0 * self.visit(argument) for argument in node.args))
 
     def _operator(self, node: ast.AST) -> Callable[..., Any]:
         found = _OPERATORS.get(type(node))

@@ -3,17 +3,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 import csv
 from itertools import chain
 import json
+import math
 from pathlib import Path
 import re
 from typing import Any
 
 import numpy as np
 
-from leo_msgs_py.errors import UserError
+from leo_msgs_py.errors import one_line, UserError
+from leo_sim.yaml_file import read_text, shown
 
 from .column_map import ColumnMap
 from .expression import Column
@@ -33,51 +35,55 @@ def read_tables(log: Path, column_map: ColumnMap) -> list[Table]:
     """
     if not log.is_file():
         raise UserError(f'no log {log}')
-    name = column_map.format or log.suffix.lower().lstrip('.')
+    name = column_map.format or log.suffix.lower().lstrip('.')[:9]
     readers: dict[str, Callable[[Path, ColumnMap], list[Table]]] = {
         'csv': _read_csv, 'txt': _read_csv, 'json': _read_json, 'mat': _read_mat,
     }
     if name not in readers:
         raise UserError(f'{log}: unknown format {name!r}; name one (format: csv, json or mat)')
-    return readers[name](log, column_map)
+    tables = readers[name](log, column_map)
+    if not tables or not all(tables):
+        raise UserError(f'{log} has no columns of numbers')
+    return tables
 
 
 def _read_csv(log: Path, column_map: ColumnMap) -> list[Table]:
-    try:
-        lines = log.read_text(encoding='utf-8-sig').splitlines()
-    except UnicodeDecodeError:
-        raise UserError(f'{log} is not text; is it a CSV file?') from None
-    rows = list(csv.reader(lines, delimiter=column_map.delimiter))
-    header = column_map.header
-    first = 0 if header else 1
-    if header is None:
-        header = [cell.strip().lstrip('#').strip() for cell in rows[0]] if rows else []
-    if len(rows) <= first:
+    rows = _rows(log, column_map.delimiter)
+    header, first = column_map.header, 0
+    if header is None and rows:
+        header, first = [cell.strip().lstrip('#').strip() for cell in rows[0][1]], 1
+    if header is None or len(rows) <= first:
         raise UserError(f'{log} is empty')
     try:
-        numbers = np.array(rows[first:], dtype=float)
+        numbers = np.array([cells for _, cells in rows[first:]], dtype=float)
     except ValueError:
-        numbers = np.array(_careful(log, rows[first:], first + 1, header))
+        numbers = np.array([_careful(log, *row, header) for row in rows[first:]])
     if numbers.shape[1] != len(header):
         raise UserError(f'{log} has {numbers.shape[1]} columns, its header {len(header)}')
     return [dict(zip(header, numbers.T, strict=True))]
 
 
-def _careful(
-    log: Path, rows: Sequence[Sequence[str]], line: int, header: Sequence[str],
-) -> list[list[float]]:
-    """Convert rows with empty cells or true and false; say where a cell is no number."""
-    table = []
-    for number, row in enumerate(rows, start=line):
-        if row and len(row) != len(header):
-            raise UserError(f'{log} line {number}: {len(row)} values, {len(header)} columns')
-        values = [
-            _number(cell, f'{log} line {number}, {name}')
-            for cell, name in zip(row, header, strict=False)
-        ]
-        if values:
-            table.append(values)
-    return table
+def _rows(log: Path, delimiter: str) -> list[tuple[int, list[str]]]:
+    """Return the lines that are not blank: their numbers and cells."""
+    reader = csv.reader(_text(log).splitlines(), delimiter=delimiter)
+    try:
+        return [(reader.line_num, row) for row in reader if any(map(str.strip, row)) or row[1:]]
+    except csv.Error as error:
+        raise UserError(f'{log} line {reader.line_num}: {error}') from None
+
+
+def _text(log: Path) -> str:
+    return read_text(log).removeprefix('\ufeff')
+
+
+def _careful(log: Path, line: int, row: Sequence[str], header: Sequence[str]) -> list[float]:
+    """Convert a row with empty cells or true and false; say where a cell is no number."""
+    if len(row) != len(header):
+        raise UserError(f'{log} line {line}: {len(row)} values, {len(header)} columns')
+    return [
+        _number(cell, f'{log} line {line}, {name}')
+        for cell, name in zip(row, header, strict=True)
+    ]
 
 
 def _number(cell: Any, where: str) -> float:
@@ -85,43 +91,48 @@ def _number(cell: Any, where: str) -> float:
     try:
         return _WORDS[text.lower()] if text.lower() in _WORDS else float(text)
     except ValueError:
-        raise UserError(f'{where}: {text!r} is not a number') from None
+        raise UserError(f'{where}: {shown(text)} is not a number') from None
 
 
 def _read_json(log: Path, column_map: ColumnMap) -> list[Table]:
     try:
-        content = json.loads(log.read_text(encoding='utf-8'))
-    except (ValueError, UnicodeDecodeError) as error:
+        content = json.loads(_text(log))
+    except RecursionError:
+        raise UserError(f'{log} is nested too deeply for a log') from None
+    except ValueError as error:
         raise UserError(f'{log} is not JSON: {error}') from None
     if column_map.fields:
         return _fields(log, content, column_map)
     records = _follow(content, column_map.records or '', log)
     if isinstance(records, dict):
         return [_same_length(log, {key: _array(log, key, v) for key, v in records.items()})]
-    if not isinstance(records, list) or not records or not isinstance(records[0], dict):
+    if not isinstance(records, list) or not records or not _are_mappings(records):
         raise UserError(f'{log}: no list of records at {column_map.records or "the top"!r}')
     names = [name for name, value in records[0].items() if not isinstance(value, list | dict)]
-    return [{name: _record_column(log, records, name) for name in names}]
+    return [{name: np.array([_value(record.get(name)) for record in records]) for name in names}]
 
 
-def _record_column(log: Path, records: Sequence[Mapping[str, Any]], name: str) -> Column:
-    """Return one key of all records, NaN where it is missing, null or no number."""
-    values = [record.get(name) for record in records]
-    if any(isinstance(value, str) for value in values):
-        return np.full(len(values), np.nan)
-    return np.array([np.nan if value is None else value for value in values], dtype=float)
+def _are_mappings(records: Sequence[Any]) -> bool:
+    return all(isinstance(record, dict) for record in records)
+
+
+def _value(value: Any) -> float:
+    """Return a number of a record, NaN for what is missing, null or none."""
+    try:
+        return float(value) if isinstance(value, int | float) else math.nan
+    except OverflowError:
+        return math.nan
 
 
 def _read_mat(log: Path, column_map: ColumnMap) -> list[Table]:
     import scipy.io
-    from scipy.io.matlab import MatReadError
 
     try:
         content = scipy.io.loadmat(log, squeeze_me=False, simplify_cells=True)
     except NotImplementedError:
         raise UserError(f'{log} is a MATLAB 7.3 file; save it with -v7') from None
-    except (MatReadError, ValueError, TypeError, OSError) as error:
-        raise UserError(f'{log} is not a MATLAB file: {error}') from None
+    except Exception as error:  # of a damaged file anything
+        raise UserError(f'{log} is not a MATLAB file: {one_line(error)}') from error
     content = {name: value for name, value in content.items() if not name.startswith('__')}
     if column_map.fields:
         return _fields(log, content, column_map)
@@ -152,6 +163,8 @@ def _expand(content: Any, path: str, log: Path) -> list[Any]:
     """Return what a path with at most one `[*]` leads to, one item per episode."""
     before, star, after = path.partition('[*]')
     value = _follow(content, before, log)
+    if star and not isinstance(value, list | np.ndarray):
+        raise UserError(f'{log}: nothing to go through at {path!r}, which needs a list there')
     return [_follow(item, after, log) for item in value] if star else [value]
 
 
@@ -170,7 +183,7 @@ def _follow(content: Any, path: str, log: Path) -> Any:
 def _array(log: Path, name: str, value: Any) -> Column:
     try:
         return np.asarray(value, dtype=float).ravel()
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise UserError(f'{log}: {name} is not an array of numbers') from None
 
 

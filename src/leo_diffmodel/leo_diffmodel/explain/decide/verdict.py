@@ -16,7 +16,7 @@ from leo_diffmodel.explain.settings import SETTINGS, Settings
 
 CORRELATED_RATIO, CORRELATED = 1.3, 1.5
 FAR_RATIO = 4.0
-"""More than that left on the ground is not all, however much was explained."""
+"""Times the noise (mean square) from which on what is left matters, however much was explained."""
 AT_TIMES, FEWEST = 0.85, 4
 """Quantile of windows: a law that acts in a sixth of them is seen; contacts that flip make up
 less (ten runs of LEO without an effect: at most 1.15 times the noise here). And how many windows
@@ -57,19 +57,18 @@ class Rest:
         share: of the model's error (beyond noise) that is left.
         correlation: times by which correlation in time makes what is left less than it seems;
             1 for white noise.
-        on_ground: of a robot with contacts.
+        settings: the gates.
     """
 
     ratio: float
     share: float
     correlation: float = 1.0
-    on_ground: bool = False
     settings: Settings = SETTINGS
 
     @property
     def matters(self) -> bool:
         """Whether it is more than noise and a good part of what was missing, or far more."""
-        if self.on_ground and self.ratio > FAR_RATIO:
+        if self.ratio > FAR_RATIO:
             return True
         correlated = self.ratio > CORRELATED_RATIO and self.correlation > CORRELATED
         much = self.ratio > self.settings.unexplained or correlated
@@ -125,7 +124,7 @@ def rest_of(
     quantile = max(0.5, min(AT_TIMES, 1.0 - FEWEST / windows)) if on_ground else 0.5
     before, ratio = (unexplained(f, quantile) for f in (null, final))
     correlation = dispersion(final) / max(1.0, unexplained(final))
-    return Rest(ratio, share_left(before, ratio), correlation, on_ground, settings)
+    return Rest(ratio, share_left(before, ratio), correlation, settings)
 
 
 def decide(named: Sequence[Named], rest: Rest, unknown: bool, doubts: Sequence[str] = ()) -> str:

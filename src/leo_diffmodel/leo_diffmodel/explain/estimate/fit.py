@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -19,9 +21,11 @@ from leo_sim.model import Model
 Array = np.ndarray
 ENOUGH_NATS = 0.05
 FAR_NATS = 5.0
-ENOUGH_SHARE, FAR_SHARE = 1e-5, 1e-3
+ENOUGH_SHARE, FAR_SHARE = 3e-4, 1e-3
 """Of the loss: where no hypothesis comes near the noise, the last nats decide nothing."""
-FOOTED_NATS, FOOTED_SCALES = 0.5, (1.0, 0.3, 0.1)
+FOOTED_NATS, SCALES = 0.5, (1.0, 0.3, 0.1)
+ROUNDS, SETTLED_SHARE = 4, 1e-3
+"""In which start states settle after a step at most; and what a round must save of the loss."""
 OUT_OF_LINE = 2.0
 """Times the median loss: a window on the ground that is worse does not move the parameters."""
 ANSWERS, LOUD = 0.05, 1.5
@@ -123,44 +127,44 @@ def fit(
     start: Array | None = None,
     iterations: int = 8,
 ) -> Fit:
-    """Gauss-Newton over parameters and start states, with step halving and bounds.
+    """Gauss-Newton over parameters and start states, with shorter and shorter steps and bounds.
 
-    Only the training windows move the parameters; every window moves its own start state. A
-    point is judged by its loss with the start states projected out, so that a start that has
-    not settled yet does not hide that the parameters got better. Far from settled that loss can
-    come out too low, so a point that no step improves is judged again from its own best start.
+    Only the training windows move the parameters; every window moves its own start state. A point
+    is judged by its loss once the start states have settled there. What is left when they are
+    projected out can be far less than that: dry friction bends what they do.
     """
     theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
     if start is None and problem.footing:
         start = problem.footing.start
     if start is None:
         start = settle(problem, hypothesis, theta, problem.windows.measured[:, 0], rounds=6)
-    best = _evaluate(problem, hypothesis, theta, start)
+    if problem.footing and not hypothesis.size:
+        return _read_off(problem, _evaluate(problem, hypothesis, theta, start))
+    best = _released(problem, hypothesis, _walked(problem, hypothesis, theta, start))[0]
+    for number in range(PATIENCE * iterations if hypothesis.size else 0):
+        best, gained = _stepped(problem, hypothesis, best)
+        enough = _enough(problem, best, number >= iterations)
+        if gained < enough:
+            best, gained = _released(problem, hypothesis, best)
+        if gained < enough:
+            break
+    return _read_off(problem, best)
+
+
+def _enough(problem: Problem, best: _Point, late: bool) -> float:
+    """What a step must save to be followed by another [nats]."""
     if problem.footing:
-        return _finish(problem, _footed(problem, hypothesis, best, iterations))
-    scale, last = 1.0, 0.0
-    for number in range(PATIENCE * iterations):
-        if number >= iterations and last < max(FAR_NATS, FAR_SHARE * best.merit):
-            break
-        step = _step(problem, best)
-        moved, start = _along(hypothesis, theta, best.start, step, scale)
-        trial = _evaluate(problem, hypothesis, moved, start)
-        gained = best.merit - trial.merit
-        if not gained >= 0:
-            scale *= 0.3
-            best = _evaluate(problem, hypothesis, theta, best.start + step.start)
-            continue
-        best, theta, scale, last = trial, moved, min(1.0, 3 * scale), gained
-        if gained < max(ENOUGH_NATS, ENOUGH_SHARE * best.merit):
-            break
-    return _finish(problem, best)
+        return float('inf') if late else FOOTED_NATS
+    least, share = (FAR_NATS, FAR_SHARE) if late else (ENOUGH_NATS, ENOUGH_SHARE)
+    return max(least, share * float(shooting.huber(best.linear.residual[problem.train]).sum()))
 
 
 def read_at(problem: Problem, fitted: Fit) -> Fit:
     """A fit as it is in another weighting of the residuals, its values and their errors kept."""
     point = _evaluate(problem, fitted.hypothesis, fitted.theta, fitted.start)
-    read = _read_off(problem, point) if problem.footing else _finish(problem, point)
-    return replace(read, theta=fitted.theta, covariance=fitted.covariance)
+    if not problem.footing:
+        point = _walked(problem, fitted.hypothesis, fitted.theta, fitted.start)
+    return replace(_read_off(problem, point), theta=fitted.theta, covariance=fitted.covariance)
 
 
 def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
@@ -180,37 +184,19 @@ def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
     )
 
 
-def _footed(
-    problem: Problem, hypothesis: Hypothesis, best: _Point, iterations: int
-) -> _Point:
-    """The same where the answer of the starts is known, that of another hypothesis.
-
-    It is not quite that of this one, so a point is judged by its true loss once the starts have
-    gone along.
-    """
-    if not hypothesis.size:
-        return best
-    best = _walked(problem, hypothesis, best.theta, best.start)
-    for _ in range(iterations):
-        best, gained = _stepped(problem, hypothesis, best)
-        if gained < FOOTED_NATS:
-            break
-    return best
-
-
 def _stepped(
     problem: Problem, hypothesis: Hypothesis, best: _Point
 ) -> tuple[_Point, float]:
-    """The first shorter and shorter step that lowers the true loss, and by how much [nats].
+    """The first shorter and shorter step that lowers the loss, and by how much [nats].
 
-    A window far worse than most has a contact that settles otherwise than the robot's; it has no
-    say in where to go.
+    A window on the ground far worse than most has a contact that settles otherwise than the
+    robot's; it has no say in where to go.
     """
     loss = shooting.huber(best.linear.residual)
     most, step = _in_line(problem, loss), _sound_step(problem, best)
-    for scale in FOOTED_SCALES:
+    for scale in SCALES:
         theta, start = _along(hypothesis, best.theta, best.start, step, scale)
-        trial = _walked(problem, hypothesis, theta, start)
+        trial = _walked(problem, hypothesis, theta, start, best.start)
         saved = np.minimum(loss, most) - np.minimum(shooting.huber(trial.linear.residual), most)
         if (gained := float(saved[problem.train].sum())) > 0:
             return trial, gained
@@ -240,6 +226,9 @@ def _along(
 
 
 def _in_line(problem: Problem, loss: Array) -> float:
+    """The most that a window may lose to have a say [nats]."""
+    if not problem.footing:
+        return float('inf')
     return OUT_OF_LINE * float(np.median(loss[problem.train]))
 
 
@@ -248,22 +237,40 @@ def _sound_step(problem: Problem, point: _Point) -> Step:
     return _step(problem, point, problem.train & (loss < _in_line(problem, loss)))
 
 
-def _walked(problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array) -> _Point:
-    """The point where the starts have settled."""
-    start = settle(problem, hypothesis, theta, start, rounds=2)
+def _walked(
+    problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array, *others: Array
+) -> _Point:
+    """The point where the starts have settled, each from the better of those given."""
+    start = settle(problem, hypothesis, theta, start, ROUNDS, others)
     return _evaluate(problem, hypothesis, theta, start)
+
+
+def _released(
+    problem: Problem, hypothesis: Hypothesis, best: _Point
+) -> tuple[_Point, float]:
+    """The point with the starts that settle better from where they were measured, and its gain.
+
+    A joint that friction holds does not answer to its start, which may be caught there. Contacts
+    have settled before.
+    """
+    if problem.footing:
+        return best, 0.0
+    measured = problem.windows.measured[:, 0]
+    start = settle(problem, hypothesis, best.theta, measured, ROUNDS)
+    point = _walked(problem, hypothesis, best.theta, best.start, start)
+    saved = shooting.huber(best.linear.residual) - shooting.huber(point.linear.residual)
+    return point, float(saved[problem.train].sum())
 
 
 @dataclass(frozen=True)
 class _Point:
-    """A hypothesis at one set of values; `merit` is its projected training loss [nats]."""
+    """A hypothesis at one set of values; `rest` has the start states projected out."""
 
     hypothesis: Hypothesis
     theta: Array
     start: Array
     linear: shooting.Linear
     rest: Array
-    merit: float
 
 
 @dataclass(frozen=True)
@@ -280,8 +287,7 @@ def _evaluate(problem: Problem, hypothesis: Hypothesis, theta: Array, start: Arr
         problem.base, problem.windows, problem.weight, hypothesis, theta, start, problem.by_start
     )
     rest = shooting.eliminate(linear)[0]
-    merit = float(shooting.huber(rest[problem.train]).sum())
-    return _Point(hypothesis, theta, start, linear, rest, merit)
+    return _Point(hypothesis, theta, start, linear, rest)
 
 
 def _step(problem: Problem, point: _Point, chosen: Array | None = None) -> Step:
@@ -304,33 +310,67 @@ def _bounded_step(matrix: Array, slope: Array, point: _Point, ridge: float) -> A
 
     Scaled, as the ridge is: two parameters that do the same thing share what they do.
     """
-    low, high = point.hypothesis.least(point.theta), point.hypothesis.high
-    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    damped = matrix / np.outer(scale, scale) + ridge * np.eye(len(slope))
+    step, moves = np.zeros(len(slope)), np.diag(matrix) > 0
+    if not moves.any():
+        return step
+    low = (point.hypothesis.least(point.theta) - point.theta)[moves]
+    high = (point.hypothesis.high - point.theta)[moves]
+    scale = np.sqrt(np.diag(matrix)[moves])
+    damped = matrix[np.ix_(moves, moves)] / np.outer(scale, scale) + ridge * np.eye(len(scale))
     root = np.linalg.cholesky(damped).T
-    least = scale * (low - point.theta)
-    most = np.maximum(scale * (high - point.theta), least + NO_STEP)
-    target = -solve_triangular(root, slope / scale, trans=1)
-    return lsq_linear(root, target, (least, most), 'bvls').x / scale
+    most = np.maximum(scale * high, scale * low + NO_STEP)
+    target = -solve_triangular(root, slope[moves] / scale, trans=1)
+    step[moves] = lsq_linear(root, target, (scale * low, most), 'bvls').x / scale
+    return step
 
 
 def settle(
-    problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array, rounds: int
+    problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array, rounds: int,
+    others: Sequence[Array] = (),
 ) -> Array:
-    """The start states that fit best with the parameters held, each window on its own (W, 2J)."""
-    frozen, held = Hypothesis(), _held(problem, hypothesis, theta)
+    """The start states that fit best with the parameters held, each window on its own (W, 2J).
+
+    Args:
+        problem: the windows.
+        hypothesis: what acts.
+        theta: its values, shape (P,).
+        start: where to begin, shape (W, 2J).
+        rounds: Gauss-Newton steps, shorter where the one before led nowhere.
+        others: where to begin instead in the windows that it suits better.
+    """
+    held = _held(problem, hypothesis, theta)
+    at = _Settling.of(held, start)
+    for other in others:
+        at = at.or_better(_Settling.of(held, other))
     scale = np.ones((len(start), 1))
-    best = _evaluate(held, frozen, np.zeros(0), start)
-    loss, step = shooting.huber(best.linear.residual), _step(held, best).start
     for _ in range(rounds):
-        trial = _evaluate(held, frozen, np.zeros(0), start + scale * step)
-        moved = shooting.huber(trial.linear.residual)
-        better = moved < loss
-        start = np.where(better[:, None], trial.start, start)
-        step = np.where(better[:, None], _step(held, trial).start, step)
-        scale = np.where(better[:, None], 1.0, 0.3 * scale)
-        loss = np.minimum(loss, moved)
-    return start
+        trial, before = _Settling.of(held, at.start + scale * at.step), at.loss[held.train].sum()
+        scale = np.where((trial.loss < at.loss)[:, None], 1.0, 0.3 * scale)
+        at = at.or_better(trial)
+        if before - at.loss[held.train].sum() < SETTLED_SHARE * before:
+            break
+    return at.start
+
+
+class _Settling(NamedTuple):
+    """Start states (W, 2J), the loss of each window there [nats], and where each would go next."""
+
+    start: Array
+    loss: Array
+    step: Array
+
+    @classmethod
+    def of(cls, held: Problem, start: Array) -> _Settling:
+        """Start states with nothing else free."""
+        point = _evaluate(held, Hypothesis(), np.zeros(0), start)
+        return cls(start, shooting.huber(point.linear.residual), _step(held, point).start)
+
+    def or_better(self, other: _Settling) -> _Settling:
+        """These, and the others in the windows that they suit better."""
+        better = (other.loss < self.loss)[:, None]
+        return _Settling(np.where(better, other.start, self.start),
+                         np.minimum(other.loss, self.loss),
+                         np.where(better, other.step, self.step))  # fmt: skip
 
 
 def _held(problem: Problem, hypothesis: Hypothesis, theta: Array) -> Problem:
@@ -339,19 +379,13 @@ def _held(problem: Problem, hypothesis: Hypothesis, theta: Array) -> Problem:
     return replace(problem, base=model)
 
 
-def _finish(problem: Problem, point: _Point) -> Fit:
-    """Settle the start states and read off what is left there."""
-    start = settle(problem, point.hypothesis, point.theta, point.start, rounds=1)
-    return _read_off(problem, _evaluate(problem, point.hypothesis, point.theta, start))
-
-
 def _read_off(problem: Problem, point: _Point) -> Fit:
     """Loss, residual and covariance of a point."""
     columns = shooting.eliminate(point.linear)[1]
     columns = columns * calm(problem, columns)
     train = problem.train
     block = np.arange(len(train)) if problem.block is None else problem.block
-    free = (point.theta > point.hypothesis.low) & (point.theta < point.hypothesis.high)
+    free = point.hypothesis.free(point.theta)
     spread = shooting.dispersion(point.rest[train], point.start.shape[-1])
     return Fit(
         point.hypothesis,

@@ -65,6 +65,16 @@ class Hypothesis:
         values = [p.neutral for p in self._parameters()]
         return np.array(values + [c.value for c in self.constants])
 
+    @property
+    def whole(self) -> Array:
+        """Which parameters are whole numbers: a scan chooses them, and no fit moves them."""
+        return np.array([p.whole for p in self._parameters()] + [False for _ in self.constants],
+                        dtype=bool)  # fmt: skip
+
+    def free(self, theta: Array) -> Array:
+        """Which parameters a small step may move either way: on none of their bounds."""
+        return (theta > self.low) & (theta < self.high) & ~self.whole
+
     def least(self, theta: Array) -> Array:
         """Lower bound of each parameter where the others have these values, shape (P,)."""
         least = self.low

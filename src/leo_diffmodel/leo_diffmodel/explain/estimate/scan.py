@@ -117,8 +117,7 @@ class Scanner:
         rest, _, _, _ = shooting.eliminate(linear)
         self._root = np.sqrt(shooting.robust_weight(rest))
         self._basis = np.linalg.qr(linear.by_start * self._root[..., None])[0]
-        low, high = null.hypothesis.low, null.hypothesis.high
-        free = (null.theta > low) & (null.theta < high)
+        free = null.hypothesis.free(null.theta)
         self._nuisance = self._constants(linear.by_theta[..., free])
         self.residual = self._project(linear.residual)
 

@@ -71,23 +71,25 @@ def linearise(
         by_start: sensitivity of the sensed states to them where it is known, shape
             (W, K+1, 2J, 2J); None finds it.
     """
-    states, size = start.shape[-1] if by_start is None else 0, len(theta)
+    moved = [int(i) for i in np.flatnonzero(~hypothesis.whole)]
+    states, size = start.shape[-1] if by_start is None else 0, len(moved)
     nudge, step = 0.5 * sigma.min(axis=0), difference_steps(hypothesis, theta)
     starts = np.broadcast_to(start, (1 + states + size, *start.shape)).copy()
-    thetas = np.broadcast_to(theta, (1 + states + size, size)).copy()
+    thetas = np.broadcast_to(theta, (1 + states + size, len(theta))).copy()
     for i in range(states):
         starts[1 + i, :, i] += nudge[i]
-    for i in range(size):
-        thetas[1 + states + i, i] += step[i]
-    model = hypothesis.model(base, thetas) if size else base
+    for row, i in enumerate(moved, 1 + states):
+        thetas[row, i] += step[i]
+    model = hypothesis.model(base, thetas) if len(theta) else base
     e = whiten(windows, predict(model, windows, starts), sigma)
     if by_start is None:
         starting = np.stack([(e[1 + i] - e[0]) / nudge[i] for i in range(states)], axis=-1)
     else:
         noise = per_window(sigma, windows)[..., None]
         starting = -(by_start / noise).reshape(*e[0].shape, start.shape[-1])
-    columns = [(e[1 + states + i] - e[0]) / step[i] for i in range(size)]
-    by_theta = np.stack(columns, axis=-1) if size else np.zeros((*e[0].shape, 0))
+    by_theta = np.zeros((*e[0].shape, len(theta)))
+    for row, i in enumerate(moved, 1 + states):
+        by_theta[..., i] = (e[row] - e[0]) / step[i]
     return Linear(e[0], starting, by_theta)
 
 

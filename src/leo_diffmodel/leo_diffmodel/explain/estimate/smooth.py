@@ -138,7 +138,8 @@ def _joint(problem: Problem, null: Fit, iterations: int, point: Point) -> Fit:
     fitted = fit(problem, hypothesis, _between(null, values), null.start, iterations)
     if fitted.loss[problem.train].sum() <= null.loss[problem.train].sum():
         return fitted
-    neutral = np.array([p.neutral for c in added for p in c.parameters])
+    parameters = [p for c in added for p in c.parameters]
+    neutral = np.where([p.whole for p in parameters], values, [p.neutral for p in parameters])
     return fit(problem, hypothesis, _between(null, neutral), null.start, iterations=3)
 
 

@@ -39,7 +39,11 @@ def uncertain(model: Model) -> tuple[Constant, ...]:
 
 
 def _places(effect: Effect, model: Model) -> list[str]:
+    """Where it is tried; what a motor does, only at joints with one."""
     places = list(effect.places(model.robot))
+    if effect.family == 'motor':
+        driven = {a.joint for a in model.robot.actuators}
+        places = [p for p in places if p in driven]
     if effect.late:
         return places if len(places) == 1 else ['all']
     return [*places, 'all'] if len(places) > 1 and effect.hook != 'body' else places

@@ -32,8 +32,8 @@ LIGHTER = 0.95
 LAG_SECONDS = 0.5
 TURNS = (0.5, 64.0)
 """Periods of a ripple per turn: fewer make it a constant torque."""
-SLOWEST, FASTEST = 1e-3, 30.0
-"""rad/s: where friction falls from its static to its dynamic level."""
+SLOWEST, FASTEST = 0.02, 30.0
+"""rad/s: where friction falls from its static to its dynamic level; slower is sticking itself."""
 OFFSET, GAP = 1.6, 0.5
 """rad: a zero that is a quarter turn off, and a backlash that anybody sees."""
 GROUND = 100.0

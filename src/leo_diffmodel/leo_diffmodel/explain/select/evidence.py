@@ -139,7 +139,7 @@ class Weight:
         return saved.nats > max(least, self.settings.least_errors * saved.error)
 
     def unexplained(self, scored: Scored) -> float:
-        """Loss that is left beyond measurement noise [nats].
+        """Loss that is left beyond measurement noise [nats], no window out of line.
 
         Residuals are weighed by what the best hypothesis is off by, so the share of a recording
         that is noise follows from how many times the noise that is.
@@ -189,8 +189,7 @@ def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[in
     weight = shooting.robust_weight(residual)[..., None]
     grams = np.einsum('wnp,wnq->wpq', columns * weight, columns, optimize=True)
     slopes = np.einsum('wnp,wn->wp', columns * weight, residual)
-    free = (fitted.theta > fitted.hypothesis.low) & (fitted.theta < fitted.hypothesis.high)
-    free &= np.diagonal(grams.sum(axis=0)) > 0
+    free = fitted.hypothesis.free(fitted.theta) & (np.diagonal(grams.sum(axis=0)) > 0)
     bound = FARTHEST * np.sqrt(np.diagonal(fitted.covariance))[free]
     moves = {}
     for number in np.unique(fold):

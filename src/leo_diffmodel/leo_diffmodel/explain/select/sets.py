@@ -17,8 +17,8 @@ from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray
 Names = frozenset[Candidate]
-EQUAL_NATS = 0.01
-"""Sets no further apart than this are one thing by two names; one of them is extended."""
+EQUAL_NATS = 0.5
+"""Sets no further apart are one thing by two names, as fits end so far apart; one is extended."""
 
 
 @dataclass
@@ -33,6 +33,7 @@ class Sets:
         until: when to stop [s of `time.monotonic`].
         known: the fitted sets by their effects.
         extensions: what was tried on top of which set.
+        carried: which set was fitted from the values of which larger one.
     """
 
     estimator: Estimator
@@ -42,6 +43,7 @@ class Sets:
     until: float = np.inf
     known: dict[Names, Scored] = field(default_factory=dict)
     extensions: dict[Names, Extension] = field(default_factory=dict)
+    carried: set[tuple[Names, Names]] = field(default_factory=set)
 
     @property
     def weight(self) -> Weight:
@@ -71,22 +73,35 @@ class Sets:
                 self.known[at.names] = mine
 
     def extend(self, names: Names, few: bool = False) -> None:
-        """Find what one or two more effects do to a set; once for each."""
+        """Find what one or two more effects do to a set; once for each.
+
+        Args:
+            names: the set.
+            few: only single effects, and none that was fitted beside the set already.
+        """
         if names in self.extensions:
             return
         pool = [c for c in self.pool if compatible(names, c)]
+        if few:
+            pool = [c for c in pool if names | {c} not in self.known] or pool
         found = self.estimator.extended(self.known[names].at, pool, self.told, few)
         self.extensions[names] = found
         self.add([found.base, *found.larger])
 
-    def fitted(self, names: Names, near: Estimate) -> Scored:
-        """A set, fitted from the values that it has in another one that holds all of it."""
-        if names not in self.known:
-            full = near.fit.hypothesis
-            part = Hypothesis(tuple(c for c in full.candidates if c in names), full.constants)
-            theta = part.carried(full, near.fit.theta)
-            self.add([self.estimator.refitted(near, part, theta)])
-        return self.known[names]
+    def add_parts(self, whole: Scored) -> bool:
+        """Fit a set less one effect, for each of them, from its values; False where it was done.
+
+        A part that was fitted from elsewhere may have come to rest in a worse place.
+        """
+        new = [n for n in _parts(whole) if (n, whole.names) not in self.carried]
+        self.carried |= {(n, whole.names) for n in new}
+        self.add(self._part(n, whole.at) for n in new)
+        return bool(new)
+
+    def _part(self, names: Names, near: Estimate) -> Estimate:
+        full = near.fit.hypothesis
+        part = Hypothesis(tuple(c for c in full.candidates if c in names), full.constants)
+        return self.estimator.refitted(near, part, part.carried(full, near.fit.theta))
 
 
 def compatible(names: Iterable[Candidate], other: Candidate) -> bool:
@@ -120,9 +135,7 @@ def best_of(sets: Sets) -> Scored:
     for scored in sets.ordered()[: sets.settings.width]:
         if scored is best or sets.late:
             break
-        if not _parts(scored) <= sets.known.keys():
-            for names in _parts(scored):
-                sets.fitted(names, scored.at)
+        if not _parts(scored) <= sets.known.keys() and sets.add_parts(scored):
             return best_of(sets)
     return best
 
@@ -202,8 +215,8 @@ def _front(sets: Sets) -> list[Names]:
     if frozenset() not in sets.extensions:
         return [frozenset()]
     best = best_of(sets)
+    sets.add_parts(best)
     for candidate in best.fit.hypothesis.candidates:
-        sets.fitted(best.names - {candidate}, best.at)
         _split(sets, best, candidate)
     ordered = _distinct(sets.ordered(), sets.weight)
     alike = [s for s in ordered if len(s.names) == len(best.names) and s.names]

@@ -207,7 +207,24 @@ def doubts(context: Context) -> list[str]:
     best = stability(context)[0]
     if best['share'] < context.settings.stable:
         told.append(f'this set is chosen in {best["share"]:.0%} of the held-out turns')
+    if other := _other(context):
+        told.append(f'{other} would leave less unexplained')
     return told if found.complete else [*told, 'the time was over: the best answer so far']
+
+
+def _other(context: Context) -> str:
+    """The set that shares no effect with the chosen one and leaves least, if less; '' for none.
+
+    It may have one effect more: what is little for one effect is no reason against two.
+    """
+    found, chosen = context.found, context.found.chosen
+    weight, left = found.weight, found.weight.unexplained(found.chosen)
+    others = [s for s in found.sets if 0 < len(s.names) <= len(chosen.names) + 1
+              and not any(context.alike(a, b) for a in s.names for b in chosen.names)]  # fmt: skip
+    best = min(others, key=weight.unexplained, default=chosen)
+    if not chosen.names or weight.unexplained(best) >= left:
+        return ''
+    return ' + '.join(sorted(c.label for c in best.names))
 
 
 def stability(context: Context) -> list[dict]:

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Names from anywhere on a terminal: shown as they are spelt, never obeyed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+import re
+import sys
+from typing import Any, TextIO
+
+_OBEYED = re.compile(
+    '[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]'
+)
+"""Control codes, what turns the direction of writing, and bytes that are no text."""
+
+
+def visible(text: str) -> str:
+    """Return a text in which what a terminal would obey is spelt out; lines and tabs stay."""
+    return _OBEYED.sub(lambda match: match[0].encode('unicode_escape').decode(), text)
+
+
+class Output:
+    """A stream for `print`, on which everything is visible.
+
+    Attributes:
+        rich_proxied_file: where rich writes, whose own codes are meant (see `console.Terminal`).
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self.rich_proxied_file = stream
+
+    def write(self, text: str) -> int:
+        """Write a text visibly."""
+        return self.rich_proxied_file.write(visible(text))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.rich_proxied_file, name)
+
+
+@contextmanager
+def visible_output() -> Iterator[None]:
+    """Have `print` spell out control codes as long as this lasts."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (
+        stream if isinstance(stream, Output) else Output(stream) for stream in before
+    )
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Between joints and servos: counts, signs, gears, volts, and what a joint may be asked for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+from leo_sim.drivers.dynamixel_bus import Block
+from leo_sim.robot import Robot
+from leo_sim.robot_file import DynamixelFile
+from leo_sim.servos import servo_model
+
+Array = np.ndarray
+
+
+class JointUnits:
+    """Angles and rates of all joints from the counts of their servos.
+
+    Args:
+        robot: whose joints they are.
+        bus: its servos.
+
+    Attributes:
+        ids: of the servos, in the order of the joints.
+    """
+
+    def __init__(self, robot: Robot, bus: DynamixelFile) -> None:
+        servos = [bus.servos[joint] for joint in robot.joint_names]
+        models = [servo_model(servo.model) for servo in servos]
+        turn = np.array([servo.direction * servo.gear for servo in servos])
+        self.ids = [servo.id for servo in servos]
+        self._zero = np.array([servo.zero for servo in servos])
+        self._angle = np.array([model.angle_unit for model in models]) / turn
+        self._rate = np.array([model.rate_unit for model in models]) / turn
+
+    def angles(self, blocks: dict[int, Block]) -> Array:
+        """Of the joints [rad or m], (J,)."""
+        counts = np.array([blocks[n].get('present_position') for n in self.ids])
+        return self._angle * (counts - self._zero)
+
+    def rates(self, blocks: dict[int, Block]) -> Array:
+        """Of the joints [rad/s or m/s], (J,)."""
+        return self._rate * np.array([blocks[n].get('present_velocity') for n in self.ids])
+
+
+class MotorUnits:
+    """Inputs of the actuators as PWM or current counts of their servos, and back.
+
+    Args:
+        robot: whose actuators they are.
+        bus: its servos.
+
+    Attributes:
+        ids: of the servos, in the order of the actuators.
+        goal: the register that drives them.
+        limit: the register that limits it.
+        own_limits: what the servos have there, counts, (A,).
+
+    Raises:
+        UserError: torques are asked of a servo that knows no current.
+    """
+
+    def __init__(self, robot: Robot, bus: DynamixelFile) -> None:
+        servos = [bus.servos[actuator.joint] for actuator in robot.actuators]
+        models = [servo_model(servo.model) for servo in servos]
+        self.ids = [servo.id for servo in servos]
+        self.by_voltage = robot.input == 'voltage'
+        self.goal = 'goal_pwm' if self.by_voltage else 'goal_current'
+        self.limit = 'pwm_limit' if self.by_voltage else 'current_limit'
+        self.own_limits = np.full(len(servos), np.iinfo(np.int16).max)
+        self._direction = np.array([servo.direction for servo in servos])
+        self._full = np.array([model.pwm_of_supply for model in models])
+        self._ampere = np.array([model.current_unit for model in models])
+        if not self.by_voltage and not self._ampere.all():
+            raise UserError(f'{robot.name} is driven by torques, but {models[0].name} knows no '
+                            'current; give input: voltage, or other servos')
+        self._low = np.array([servo.low for servo in servos])
+        self._high = np.array([servo.high for servo in servos])
+        self._current_limit = np.array([
+            servo.current_limit.value if servo.current_limit else np.inf for servo in servos])
+        constants = [servo.torque_constant for servo in servos]
+        self._torque = np.array([constant.value if constant else np.nan for constant in constants])
+        self._emf = np.array([a.torque_constant or np.nan for a in robot.actuators])
+        self._ohm = np.array([a.resistance or np.nan for a in robot.actuators])
+        self._strongest = np.array([a.limit for a in robot.actuators])
+
+    def allowed(self, wanted: Array, angle: Array, rate: Array) -> Array:
+        """What may be asked of the actuators [V or N m], (A,), at their angles and rates.
+
+        Beyond its range a joint is driven back only; the current stays within its limit. Either
+        only ever takes away: 0 stays 0.
+        """
+        low, high = self._within_current(rate)
+        values = np.clip(wanted, np.minimum(low, 0.0), np.maximum(high, 0.0))
+        outward = ((angle > self._high) & (values > 0.0)) | ((angle < self._low) & (values < 0.0))
+        return np.where(outward, 0.0, values)
+
+    def counts(self, values: Array, supply: Array) -> Array:
+        """The goal register for inputs [V or N m], (A,), at measured supply voltages [V], (A,)."""
+        per_count = self._per_count(supply)
+        counts = np.rint(values / per_count).astype(int)
+        return np.clip(counts, -self.largest(supply), self.largest(supply))
+
+    def values(self, counts: Array, supply: Array) -> Array:
+        """The inputs [V or N m], (A,), of goal registers at measured supply voltages [V], (A,)."""
+        return counts * self._per_count(supply)
+
+    def largest(self, supply: Array) -> Array:
+        """Counts that stay within the limits of the robot and of the servos, (A,)."""
+        within = np.floor(self._strongest / np.abs(self._per_count(supply)) + 1e-9).astype(int)
+        return np.minimum(within, self.own_limits)
+
+    def currents(self, blocks: dict[int, Block]) -> Array | None:
+        """Currents [A] along the joints, (A,); None where a servo measures none."""
+        if not self._ampere.all():
+            return None
+        counts = np.array([blocks[n].get('present_current') for n in self.ids])
+        return self._direction * self._ampere * counts
+
+    def _per_count(self, supply: Array) -> Array:
+        """V or N m a count, with the joint's sign."""
+        if self.by_voltage:
+            return self._direction * supply / self._full
+        return self._direction * self._ampere * self._torque
+
+    def _within_current(self, rate: Array) -> tuple[Array, Array]:
+        """The inputs that make the largest currents, (A,) each."""
+        if not np.isfinite(self._current_limit).any():
+            return np.full_like(rate, -np.inf), np.full_like(rate, np.inf)
+        if not self.by_voltage:
+            largest = self._current_limit * self._torque
+            return -largest, largest
+        spread = self._current_limit * self._ohm
+        return self._emf * rate - spread, self._emf * rate + spread

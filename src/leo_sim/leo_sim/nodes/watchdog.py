@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What brings the motors to 0 whatever the robot node's own thread is waiting for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from threading import Lock
+import time
+
+import numpy as np
+from rclpy.node import Node
+
+from leo_msgs_py import topics
+from leo_msgs_py.node import served_apart
+from leo_msgs_py.values import Applied
+from leo_sim.drivers.base import Driver, DriverFault, Haltable
+from leo_sim.nodes.services import answered
+from leo_sim.safety import Safety
+
+HURRY = 0.005
+"""How long the watchdog waits for a write to end before it halts the motors beside it [s]."""
+
+
+class Gate:
+    """The one way to a driver's motors, for the node's thread and for the watchdog's.
+
+    Args:
+        driver: what moves.
+        safety: what it may be told.
+        clock: the time that `safety` goes by [s].
+        silence: time without a write [s] after which the motors are brought to 0; 0 disables.
+
+    Attributes:
+        halts: how often the watchdog was needed.
+    """
+
+    def __init__(
+        self, driver: Driver, safety: Safety, clock: Callable[[], float], silence: float
+    ) -> None:
+        self._driver, self._safety, self._clock = driver, safety, clock
+        self._silence = silence
+        self._lock = Lock()
+        self._driven = False
+        self._written = time.monotonic()
+        self.halts = 0
+
+    @property
+    def can_halt(self) -> bool:
+        """Whether the driver can be brought to 0 beside its other calls."""
+        return isinstance(self._driver, Haltable)
+
+    def write(self, blind: bool) -> Applied | None:
+        """Send what safety allows now, 0 when blind; returns what was applied."""
+        with self._lock:
+            values = self._safety.output(self._clock(), blind)
+            self._driven = self._driven or bool(np.any(values))
+            applied = self._driver.write(values)
+            self._driven = bool(np.any(values))
+            self._written = time.monotonic()
+        return applied
+
+    def watch(self) -> Applied | None:
+        """Halt a driver that is driven though it must not be; returns what was applied then.
+
+        Where the node's thread is stuck in a write of its own, this does not wait for it, and
+        comes again until a write of 0 has gone through.
+        """
+        if not (self._driven and isinstance(self._driver, Haltable) and self._must_stop()):
+            return None
+        free = self._lock.acquire(timeout=HURRY)
+        try:
+            applied = self._driver.halt()
+            self._driven = not free
+        except (DriverFault, OSError):
+            return None  # it stays driven, and is halted again
+        finally:
+            if free:
+                self._lock.release()
+        self.halts += 1
+        return applied
+
+    def _must_stop(self) -> bool:
+        silent = time.monotonic() - self._written
+        return self._safety.stops(self._clock()) or (0.0 < self._silence < silent)
+
+
+@contextmanager
+def watchdog(
+    robot: Node, period: float, e_stop: Callable[[], str], tick: Callable[[], None]
+) -> Iterator[None]:
+    """Serve the e-stop, and call `tick` every period [s], in a thread and a node of their own."""
+    node = Node(
+        f'{robot.get_name()}_watchdog',
+        namespace=robot.get_namespace(),
+        use_global_arguments=False,  # which would rename it too
+        start_parameter_services=False,
+    )
+    kind, name = topics.E_STOP
+    node.create_service(kind, robot.resolve_service_name(name), partial(answered, e_stop))
+    with served_apart(node, period, tick):
+        yield

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Python files of the user's: loaded, and what fails in them is one line with its place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+import importlib.util
+from pathlib import Path
+import traceback
+from types import ModuleType
+from typing import Any
+
+from leo_msgs_py.errors import UserError
+
+
+def load_file(path: Path, what: str) -> ModuleType:
+    """The module that a Python file makes when it runs.
+
+    Args:
+        path: the file.
+        what: what it should hold, for the error: 'effect', 'driver'.
+
+    Raises:
+        UserError: no such file, or it fails.
+    """
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise UserError(f'no {what} file {path}')
+    module = importlib.util.module_from_spec(spec)
+    guarded(path, what, spec.loader.exec_module)(module)
+    return module
+
+
+def classes_of(module: ModuleType) -> list[type]:
+    """The classes that a module itself defines."""
+    return [c for c in vars(module).values() if isinstance(c, type)
+            and c.__module__ == module.__name__]
+
+
+def guarded(path: Path, what: str, run: Callable[..., Any]) -> Callable[..., Any]:
+    """`run` with any error of the user's code as one line: file, line, what."""
+
+    @wraps(run)
+    def call(*args: Any, **named: Any) -> Any:
+        try:
+            return run(*args, **named)
+        except UserError:
+            raise
+        except Exception as error:  # a user's code may raise anything
+            raise UserError(f'{path}{_line(path, error)}: {type(error).__name__}: {error}; '
+                            f'mend the {what}') from error
+
+    return call
+
+
+def _line(path: Path, error: Exception) -> str:
+    """Where in the file it went wrong, as ' line N'."""
+    if isinstance(error, SyntaxError):
+        return f' line {error.lineno}'
+    frames = traceback.extract_tb(error.__traceback__)
+    lines = [f.lineno for f in frames if Path(f.filename).resolve() == path.resolve()]
+    return f' line {lines[-1]}' if lines else ''

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo check-driver`: does a driver keep to the contract?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict
+import json
+import sys
+from typing import TYPE_CHECKING
+
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.verbs import common
+
+if TYPE_CHECKING:
+    from leo_sim.driver_check.suite import Result
+
+_EXAMPLES = """\
+  leo check-driver simulated --robot pendulum --move --share 1
+  leo check-driver my_driver.py --robot arm                    # nothing is driven
+  leo check-driver dynamixel --robot leo --port /dev/ttyUSB0 --move --range 0.1
+  leo check-driver dynamixel --robot leo --by-hand             # you turn each joint
+"""
+
+
+def main(argv: list[str]) -> int:
+    """Put a driver to all trials; 0 if it passes, 1 if it fails one."""
+    parser = common.Parser(
+        'leo check-driver',
+        'Try a driver against the contract, without moving the robot unless you allow it.',
+        _EXAMPLES,
+    )
+    parser.add_argument('driver', metavar='DRIVER|FILE.py')
+    parser.add_argument('--robot', required=True, metavar='R', help='the model of what it drives')
+    parser.add_argument('--port', default='', help='where it is connected')
+    parser.add_argument('--bag', default='', help='what driver replay plays')
+    parser.add_argument('--state-rate', type=float, default=0.0, metavar='HZ')
+    parser.add_argument('--move', action='store_true', help='push each joint, after a question')
+    parser.add_argument('--range', type=float, default=0.2, metavar='RAD',
+                        help='how far a joint may go from where it is (0.2; slides: m)')
+    parser.add_argument('--share', type=float, default=0.25, metavar='S',
+                        help='of the limits of the actuators that may be used (0.25)')
+    parser.add_argument('--by-hand', action='store_true', help='ask you to turn joints')
+    parser.add_argument('--yes', action='store_true', help='do not ask before moving')
+    parser.add_json()
+    options = parser.parse_args(argv)
+
+    from leo_sim.driver_check.suite import examine, FAILED
+    from leo_sim.driver_check.trial import Moving, Trial
+    from leo_sim.drivers import load_driver
+    from leo_sim.drivers.base import DriverOptions
+    from leo_sim.robot import load_robot
+
+    if not (0.0 < options.range < 10.0 and 0.0 < options.share <= 1.0):
+        raise UserError('--range is above 0 rad, --share above 0 and at most 1')
+    robot = load_robot(options.robot)
+    driver = load_driver(options.driver, DriverOptions(
+        robot, state_rate=options.state_rate, port=options.port, bag=options.bag))
+    moving = Moving(options.range, options.share) if options.move else None
+    if moving and not options.yes:
+        _agree(f'each joint of {robot.name} will move by up to {options.range:g} rad with up to '
+               f'{options.share:.0%} of its limit; is it free to?')
+    trial = Trial(driver, robot, moving, _asker() if options.by_hand else None)
+    results = examine(trial)
+    failed = sum(result.verdict == FAILED for result in results)
+    if options.json:
+        print(json.dumps({'driver': options.driver, 'robot': robot.name, 'failed': failed,
+                          'lost_packets': trial.lost, 'checks': [asdict(r) for r in results]}))
+    else:
+        _table(results)
+        lost = f'; {trial.lost} packets were lost' if trial.lost else ''
+        print(f'{failed} of {len(results)} checks failed{lost}')
+        if not failed:
+            print(f'next: leo run leo_sim robot --ros-args -p robot:={options.robot} '
+                  f'-p driver:={options.driver}')
+    return 1 if failed else 0
+
+
+def _agree(question: str) -> None:
+    if not sys.stdin.isatty():
+        raise UserError(f'{question} Nobody is there to say so; give --yes')
+    if input(f'{question} [y/N] ').strip().lower() not in ('y', 'yes'):
+        raise UserError('nothing was moved')
+
+
+def _asker() -> Callable[[str], None]:
+    if not sys.stdin.isatty():
+        raise UserError('--by-hand needs somebody at the keyboard')
+
+
+    def ask(what: str) -> None:
+        input(f'{what}, then press Enter ')
+
+    return ask
+
+
+def _table(results: list[Result]) -> None:
+    from rich.table import Table
+
+    from leo_msgs_py.console import Terminal
+
+    table = Table()
+    for heading in ('check', 'verdict', 'what', 'what to mend'):
+        table.add_column(heading, overflow='fold')
+    for result in results:
+        table.add_row(result.name, result.verdict, result.what, result.mend)
+    Terminal().print(table)

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A rig that stands still and does what a test tells it through a file; it writes down all calls.
+
+The file `orders` in the working directory holds one of: `lose N` (the next N reads lose
+their packet), `block S` (the next read takes S seconds), `break` (the cable is out).
+"""
+
+from pathlib import Path
+import time
+
+import numpy as np
+
+from leo_msgs_py.values import Applied, JointStates
+from leo_sim.drivers.base import NotPossible, robot_info, TransientFault
+
+ORDERS, CALLS = Path('orders'), Path('calls')
+
+
+class Rig:
+    def __init__(self, options):
+        self.info = robot_info(options.robot, options.state_rate, own_clock=False)
+        self.starts = 0
+        self._lose = 0
+
+    def connect(self):
+        self._note('connect')
+
+    def read(self):
+        self._obey()
+        if self._lose:
+            self._lose -= 1
+            raise TransientFault('no answer from servo 1')
+        zeros = np.zeros(len(self.info.joints))
+        return JointStates(time.time_ns(), self.info.joints, zeros, zeros)
+
+    def write(self, values):
+        self._note('write', values)
+        return Applied(time.time_ns(), self.info.actuators, values, self.info.interface)
+
+    def halt(self):
+        values = np.zeros(len(self.info.actuators))
+        self._note('halt', values)
+        return Applied(time.time_ns(), self.info.actuators, values, self.info.interface)
+
+    def advance(self, seconds):
+        return seconds
+
+    def set_torque(self, on):
+        self._note(f'torque {on}')
+
+    def reset(self):
+        raise NotPossible('put it there by hand')
+
+    def stop(self):
+        self._note('stop')
+
+    def _obey(self):
+        if not ORDERS.exists():
+            return
+        word, _, number = ORDERS.read_text().strip().partition(' ')
+        ORDERS.unlink()
+        self._note(f'begin {word}')
+        if word == 'lose':
+            self._lose = int(number)
+        elif word == 'block':
+            time.sleep(float(number))
+        elif word == 'break':
+            raise OSError(5, 'Input/output error')
+        self._note(f'end {word}')
+
+    def _note(self, what, values=()):
+        with CALLS.open('a') as file:
+            file.write(f'{time.monotonic():.6f} {what} {" ".join(map(str, values))}\n')

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Nodes run a Python file that a model names only where a parameter names it too."""
+
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+from tests.unit.test_effect_consent import LAW, WIND
+import yaml
+
+from leo_msgs_py.node import call, spin_until
+
+pytestmark = pytest.mark.graph
+LEO = str(Path(sys.executable).with_name('leo'))
+NODES = {
+    'robot': ['leo_sim', 'robot', '-p', 'robot:=pendulum', '-p', 'hidden:=model.yaml'],
+    'diffmodel': ['leo_diffmodel', 'diffmodel', '-p', 'record:=false', '-p', 'model:=model.yaml'],
+    'learner': ['leo_learner', 'learner', '-p', 'model:=model.yaml'],
+}
+
+
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    (tmp_path / 'wind.py').write_text(LAW)
+    (tmp_path / 'model.yaml').write_text(yaml.safe_dump({'robot': 'pendulum', 'effects': [WIND]}))
+    return tmp_path
+
+
+def command(name: str, *given: str) -> list[str]:
+    package, executable, *parameters = NODES[name]
+    return [LEO, 'run', package, executable, '--ros-args', *parameters, *given]
+
+
+@pytest.mark.parametrize('name', NODES)
+def test_a_node_refuses(name, folder, domain):
+    done = subprocess.run(command(name), cwd=folder, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith('leo: error')]
+    assert '-p effect:=wind.py' in line
+    assert not (folder / 'ran').exists()
+
+
+@pytest.mark.parametrize('name', NODES)
+def test_a_node_runs_what_its_parameter_names_and_tells_nobody(name, folder, node):
+    from rcl_interfaces.srv import ListParameters
+
+    process = subprocess.Popen(command(name, '-p', 'effect:=wind.py'), cwd=folder)
+    try:
+        assert spin_until(lambda: (folder / 'ran').exists(), 120.0)
+        client = node.create_client(ListParameters, f'/{name}/list_parameters')
+        listed = call(client, ListParameters.Request(), 120.0).result.names
+        assert 'robot' in listed or 'model' in listed
+        assert 'effect' not in listed
+    finally:
+        process.terminate()
+        process.wait(30)

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the robot node does when its hardware fails, hangs, or is commanded by two."""
+
+from pathlib import Path
+import time
+
+import pytest
+from tests.graph.robot_process import PATIENCE, Robot
+
+from leo_msgs_py import topics
+from leo_msgs_py.node import spin_once, spin_until
+from leo_msgs_py.values import Command
+
+pytestmark = pytest.mark.graph
+RIG = Path(__file__).parents[1] / 'drivers' / 'rig.py'
+
+
+class Rig(Robot):
+    """A robot process with the driver in tests/drivers/rig.py."""
+
+    def __init__(self, start, space: str, **parameters) -> None:
+        self.__dict__ = start(space, driver=RIG, **parameters).__dict__
+
+    def order(self, text: str) -> None:
+        made = self.folder / 'orders.new'
+        made.write_text(text)
+        made.rename(self.folder / 'orders')
+
+    def calls(self) -> list[str]:
+        """What the driver was asked for, without times: 'write 1.0'."""
+        lines = (self.folder / 'calls').read_text().splitlines()
+        return [line.split(' ', 1)[1].strip() for line in lines]
+
+    def waits_for(self, call: str, command: float | None = None) -> None:
+        def made() -> bool:
+            if command is not None:
+                self.send(command)
+            return call in self.calls()
+
+        self.wait(made, f'no {call}')
+
+    def during(self, order: str) -> list[str]:
+        """What was asked between the begin and the end of an order."""
+        calls = self.calls()
+        return calls[calls.index(f'begin {order}') : calls.index(f'end {order}')]
+
+    def diagnosis(self) -> dict[str, str]:
+        """The next words on /diagnostics."""
+        heard = []
+        listener = self.node.create_subscription(*topics.DIAGNOSTICS[:2], heard.append, 10)
+        self.wait(lambda: any(m.status[0].name.startswith(self.space) for m in heard))
+        self.node.destroy_subscription(listener)
+        status = next(m.status[0] for m in heard if m.status[0].name.startswith(self.space))
+        return {'message': status.message, **{pair.key: pair.value for pair in status.values}}
+
+
+@pytest.fixture
+def rig(robots):
+    return lambda space, **parameters: Rig(robots, space, **parameters).ready()
+
+
+def test_a_lost_packet_is_counted_and_answered_by_zero_and_no_state(rig):
+    robot = rig('/lost')
+    robot.waits_for('write 1.0', command=1.0)
+    robot.order('lose 3')
+    robot.waits_for('end lose', command=1.0)
+    robot.wait(lambda: robot.calls()[robot.calls().index('end lose') :].count('write 0.0') >= 3)
+    calls = robot.calls()
+    after = calls[calls.index('end lose') + 1 :]
+    assert after[:3] == 3 * ['write 0.0'], 'whatever is commanded'
+    robot.wait(lambda: robot.send(1.0) or 'write 1.0' in robot.calls()[len(calls) :])
+    assert robot.diagnosis()['driver faults'] == '3'
+    assert robot.diagnosis()['last driver fault'] == 'no answer from servo 1'
+    assert robot.stop() == 0
+
+
+def test_no_state_is_published_that_was_not_measured(rig):
+    robot = rig('/blind', state_rate=20)
+    robot.order('lose 4')
+    robot.waits_for('end lose')
+    robot.wait(lambda: len(robot.states) > 20)
+    gaps = [b.stamp - a.stamp for a, b in zip(robot.states, robot.states[1:], strict=False)]
+    assert max(gaps) > 4 * 0.05, 'a state without a measurement'
+
+
+def test_a_driver_that_keeps_failing_ends_the_node_with_one_line(rig):
+    robot = rig('/broken', fault_periods=4)
+    episode = robot.episodes[-1]
+    robot.order('lose 1000')
+    assert robot.process.wait(PATIENCE) == 1
+    assert 'Traceback' not in robot.said()
+    (line,) = (line for line in robot.said().splitlines() if '[FATAL]' in line)
+    assert '5 periods in a row failed, the last one: no answer from servo 1' in line
+    assert robot.calls()[-1] == 'stop'
+    robot.process = robot.start()
+    robot.wait(lambda: robot.episodes[-1] == episode + 1, 'the episode is not picked up')
+
+
+def test_a_cable_that_is_out_ends_the_node_with_one_line(rig):
+    robot = rig('/unplugged')
+    robot.order('break')
+    assert robot.process.wait(PATIENCE) == 1
+    assert 'Traceback' not in robot.said() and 'Input/output error' in robot.said()
+    assert robot.calls()[-1] == 'stop'
+
+
+@pytest.mark.parametrize('timeout', [0.2, 0.0])
+def test_a_read_that_hangs_delays_no_zero(rig, timeout):
+    """Without a time-out too: who is not measured is not driven."""
+    robot = rig('/hung', command_timeout=timeout)
+    robot.waits_for('write 1.0', command=1.0)
+    robot.order('block 3')
+    robot.waits_for('end block', command=1.0)
+    assert 'halt 0.0' in robot.during('block')
+    assert int(robot.diagnosis()['stopped by the watchdog']) >= 1
+
+
+def test_an_e_stop_acts_while_a_read_hangs(rig):
+    robot = rig('/stopped', command_timeout=60.0, fault_periods=10000)
+    robot.waits_for('write 1.0', command=1.0)
+    robot.order('block 5')
+    robot.waits_for('begin block')
+    assert robot.call(topics.E_STOP).success
+    robot.waits_for('end block', command=1.0)
+    assert 'halt 0.0' in robot.during('block')
+    calls = robot.calls()
+    robot.wait(lambda: robot.send(1.0) or len(robot.calls()) > len(calls) + 10)
+    assert set(robot.calls()[calls.index('end block') + 1 :]) == {'write 0.0'}
+
+
+def test_a_command_that_waited_too_long_does_not_move_the_robot(rig):
+    robot = rig('/late')
+    robot.order('block 2')
+    robot.waits_for('begin block')
+    robot.send(2.0)
+    robot.wait(lambda: 'it was sent' in robot.said(), 'a stale command was taken')
+    assert 'write 2.0' not in robot.calls()
+    assert robot.diagnosis()['stale commands'] == '1'
+
+
+def test_two_that_command_in_turns_stop_the_robot(rig):
+    robot = rig('/two')
+    rival = robot.node.create_publisher(
+        topics.COMMANDS['voltage'].type, robot.commands.topic_name, 1
+    )
+    robot.wait(lambda: '2 publishers' in robot.said(), 'no warning of a second one')
+    assert robot.diagnosis()['commanders'] == '2'
+    for _ in range(4):
+        robot.send(1.0)
+    robot.wait(lambda: robot.obeyed(1.0))
+    assert not robot.e_stopped[-1], 'a silent second one harms nothing'
+    robot.wait(lambda: _in_turns(robot, rival) or robot.e_stopped[-1], 'they are not stopped')
+    assert 'two send commands in turns' in robot.said()
+    assert robot.stop() == 0
+
+
+def _in_turns(robot: Rig, rival) -> None:
+    for publisher, volts in ((robot.commands, 1.0), (rival, -1.0)):
+        publisher.publish(Command([volts]).to_message())
+        spin_once(0.02)
+
+
+def test_one_commander_after_another_is_no_conflict(rig):
+    robot = rig('/after')
+    for volts in (0.5, 1.0, 1.5):
+        made = robot.node.create_publisher(
+            topics.COMMANDS['voltage'].type, robot.commands.topic_name, 1
+        )
+        assert spin_until(lambda p=made: p.get_subscription_count() > 0, PATIENCE)
+        robot.wait(lambda p=made, v=volts: p.publish(Command([v]).to_message()) or robot.obeyed(v))
+        robot.node.destroy_publisher(made)
+        end = time.monotonic() + 1.1
+        robot.wait(lambda e=end: time.monotonic() > e)
+    assert not robot.e_stopped[-1]

@@ -1,0 +1,316 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What goes wrong around a recorder: full disks, removed folders, second robots, set clocks."""
+
+import errno
+import os
+from pathlib import Path
+import shutil
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.bags import recorder as recording
+from leo_diffmodel.bags import spool
+from leo_diffmodel.bags.arrival import ArrivalTimes
+from leo_diffmodel.bags.contents import load
+from leo_diffmodel.bags.finish import BagState, finish_bag
+from leo_diffmodel.bags.info import bag_info
+from leo_diffmodel.bags.mcap_file import find_files
+from leo_diffmodel.bags.recorder import finish_left_over, RecordedTopic, Recorder, TWO
+from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.writer import BagWriter
+from leo_msgs_py.cdr import decode, joint_state, uint32
+from leo_msgs_py.errors import UserError
+from leo_sim.robot import load_robot
+
+PENDULUM = load_robot('pendulum')
+STATES = RecordedTopic('/joint_states', 'sensor_msgs/msg/JointState')
+APPLIED = RecordedTopic('/robot/applied_voltage', 'sensor_msgs/msg/JointState')
+EPISODE = RecordedTopic('/robot/episode', 'std_msgs/msg/UInt32', latched=True)
+PERIOD = 10_000_000
+
+
+def state(stamp_ns: int, q: float = 0.0, joint: str = 'pivot') -> bytes:
+    return joint_state(stamp_ns, [joint], [q], [0.0])
+
+
+class Disk:
+    """`os.write` of a disk that has room for so many bytes, and takes what fits of a write."""
+
+    def __init__(self, room: float) -> None:
+        self.room = room
+
+    def __call__(self, file: int, data: bytes) -> int:
+        fits = int(min(self.room, len(data)))
+        if not fits:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        self.room -= fits
+        return WRITE(file, data[:fits])
+
+
+WRITE = os.write
+
+
+@pytest.fixture
+def disk(monkeypatch) -> Disk:
+    full = Disk(float('inf'))
+    monkeypatch.setattr(spool.os, 'write', full)
+    return full
+
+
+@pytest.fixture
+def clock(monkeypatch) -> list[float]:
+    """The monotonic time [s] of the recorder, set by the test."""
+    now = [1000.0]
+    monkeypatch.setattr(recording.time, 'monotonic', lambda: now[0])
+    return now
+
+
+def send(recorder: Recorder, numbers: range) -> None:
+    for k in numbers:
+        recorder.record(STATES, state(k * PERIOD, 0.01 * k), logged_ns=1 + k * PERIOD)
+        recorder.flush()
+
+
+def stamps(bag: Path) -> list[int]:
+    """Numbers of the states in a bag."""
+    messages = load(bag).topics['/joint_states'].messages
+    decoded = (decode(m.data, STATES.type) for m in messages)
+    return [round((d.header.stamp.sec * 10**9 + d.header.stamp.nanosec) / PERIOD) for d in decoded]
+
+
+@pytest.mark.parametrize('room', [0, 1, 37, 500])
+def test_a_full_disk_costs_what_came_meanwhile_and_nothing_else(room, tmp_path, disk):
+    recorder = Recorder(tmp_path / 'bag')
+    recorder.describe({'robot': 'pendulum'})
+    recorder.record(EPISODE, uint32(1))
+    send(recorder, range(50))
+    disk.room = room
+    send(recorder, range(50, 80))
+    assert 'No space left' in recorder.full and recorder.lost >= 25
+    assert any('messages are lost' in text for text in recorder.troubles)
+    recorder.record(EPISODE, uint32(2))
+    disk.room = float('inf')
+    recorder.flush()
+    assert recorder.full == '' and recorder.troubles == []
+    send(recorder, range(80, 120))
+    recorder.close()
+    kept = stamps(tmp_path / 'bag')
+    states_lost = 120 - len(kept)
+    assert kept == [*range(80 - states_lost), *range(80, 120)]
+    assert recorder.lost == states_lost + 1 and recorder.messages == len(kept) + 1
+    assert finish_bag(tmp_path / 'bag') is BagState.FINISHED
+    contents = load(tmp_path / 'bag')
+    assert contents.damaged == 0
+    numbers = [decode(m.data, EPISODE.type).data
+               for m in contents.topics['/robot/episode'].messages]  # fmt: skip
+    assert (numbers[0], numbers[-1]) == (1, 2)
+    warnings = read_bag(tmp_path / 'bag', PENDULUM).warnings
+    assert any(f'{recorder.lost} messages were lost' in warning for warning in warnings)
+
+
+def test_a_disk_that_stays_full_leaves_a_bag_that_reads(tmp_path, disk):
+    recorder = Recorder(tmp_path / 'bag')
+    send(recorder, range(50))
+    disk.room = 30
+    send(recorder, range(50, 80))
+    recorder.close()
+    kept = stamps(tmp_path / 'bag')
+    assert kept[:50] == [*range(50)] and len(kept) == recorder.messages
+    assert recorder.messages + recorder.lost == 80
+    disk.room = float('inf')
+    assert bag_info(tmp_path / 'bag').state == 'repaired'
+
+
+def test_a_restart_on_a_full_disk_waits_for_room_for_its_bag(tmp_path, disk, monkeypatch):
+    recorder = Recorder(tmp_path / 'bag')
+    send(recorder, range(100))
+    disk.room = 0
+
+    def no_room(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, 'mkdir', no_room)
+        send(recorder, range(20))
+        assert 'No space left' in recorder.full
+    disk.room = float('inf')
+    recorder.flush()
+    send(recorder, range(20, 60))
+    recorder.close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'bag_1']
+    assert stamps(tmp_path / 'bag_1') == [*range(20, 60)] and recorder.lost == 20
+    assert load(tmp_path / 'bag_1').metadata['leo'] == {'lost': '20'}
+
+
+def test_a_file_that_cannot_be_made_leaves_no_folder(tmp_path, monkeypatch):
+    def no_room(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr('leo_diffmodel.bags.writer.Spool', no_room)
+    with pytest.raises(UserError, match=r'cannot write to .*bag: No space left'):
+        BagWriter(tmp_path / 'bag')
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_room_to_finish_a_left_over_bag_leaves_it_as_it_was(tmp_path, monkeypatch):
+    writer = BagWriter(tmp_path / 'whole')
+    writer.write(writer.add_topic(STATES.name, STATES.type), state(0), 0)
+    writer.flush()
+    content = writer.file.read_bytes()
+    writer.close()
+    (tmp_path / 'bag').mkdir()
+    (tmp_path / 'bag' / 'bag_0.mcap').write_bytes(content)
+
+    def no_room(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr('leo_diffmodel.bags.finish.os.fsync', no_room)
+    assert finish_left_over(tmp_path / 'bag') == []
+    assert bag_info(tmp_path / 'bag').state == 'unfinished'
+    assert [path.name for path in (tmp_path / 'bag').iterdir()] == ['bag_0.mcap']
+    assert (tmp_path / 'bag' / 'bag_0.mcap').read_bytes() == content
+
+
+def test_a_removed_folder_is_noticed_at_once_and_the_next_bag_begins(tmp_path):
+    recorder = Recorder(tmp_path / 'bag')
+    recorder.record(EPISODE, uint32(4))
+    send(recorder, range(50))
+    shutil.rmtree(tmp_path / 'bag')
+    recorder.flush()
+    assert any('moved or removed' in text for text in recorder.troubles)
+    assert (recorder.messages, recorder.lost) == (0, 51)
+    send(recorder, range(50, 90))
+    recorder.close()
+    assert stamps(tmp_path / 'bag') == [*range(50, 90)] and recorder.messages == 40
+    assert len(load(tmp_path / 'bag').topics['/robot/episode'].messages) == 1
+
+
+def test_a_folder_moved_away_keeps_what_it_has_and_the_next_bag_begins(tmp_path):
+    recorder = Recorder(tmp_path / 'bag')
+    send(recorder, range(50))
+    (tmp_path / 'bag').rename(tmp_path / 'away')
+    send(recorder, range(50, 90))
+    recorder.close()
+    found = stamps(find_files(tmp_path / 'away')[0]) + stamps(tmp_path / 'bag')
+    assert found == [*range(90)] and recorder.lost == 0
+
+
+class Speaker:
+    """A robot in a test: its stamps begin at `start`, its messages are numbered or not."""
+
+    def __init__(self, recorder: Recorder, start: int, q: float, numbered: bool) -> None:
+        self.recorder, self.q, self.sent = recorder, q, 0
+        self.start, self.numbered = start, numbered
+
+    def speak(self) -> None:
+        self.sent += 1
+        number = self.sent if self.numbered else None
+        for topic in (STATES, APPLIED):
+            data = state(self.start + self.sent * PERIOD, self.q)
+            self.recorder.record(topic, data, number=number)
+
+
+def heard(tmp_path: Path, topic: str = '/joint_states') -> list[tuple[int, int]]:
+    """How many states of the robots at 1 rad and at 2 rad are in each bag, in order."""
+    found = []
+    for bag in sorted(tmp_path.iterdir(), key=lambda path: int(path.name[4:] or 0)):
+        log = load(bag).topics.get(topic)
+        q = [decode(m.data, STATES.type).position[0] for m in log.messages] if log else []
+        found.append((q.count(1.0), q.count(2.0)))
+    return found
+
+
+@pytest.mark.parametrize(('start', 'numbered'), [
+    (0, True), (0, False), (3_600 * 10**9, True), (10**10 + 5 * PERIOD, True),
+])  # fmt: skip
+def test_of_two_robots_the_first_goes_on_and_the_other_is_told(start, numbered, tmp_path, clock):
+    recorder = Recorder(tmp_path / 'bag')
+    first = Speaker(recorder, 10**10, 1.0, numbered)
+    second = Speaker(recorder, start, 2.0, numbered)
+    for _ in range(100):
+        first.speak()
+        clock[0] += 0.01
+    assert recorder.troubles == []
+    for _ in range(200):
+        second.speak()
+        first.speak()
+        clock[0] += 0.01
+    assert recorder.troubles == [TWO] and recorder.foreign > 390
+    second_gone = clock[0]
+    while clock[0] < second_gone + 10.0:
+        first.speak()
+        clock[0] += 0.01
+    assert recorder.troubles == []
+    recorder.close()
+    for topic in (STATES.name, APPLIED.name):
+        counts = heard(tmp_path, topic)
+        assert len(counts) <= 3
+        assert sum(one for one, _ in counts) >= first.sent - 3
+        assert sum(two for _, two in counts) <= 3
+        assert max(one for one, _ in counts) >= first.sent - 103
+
+
+def test_after_the_first_of_two_robots_has_ended_the_other_is_recorded(tmp_path, clock):
+    recorder = Recorder(tmp_path / 'bag')
+    first, second = (Speaker(recorder, s, q, True) for s, q in ((10**10, 1.0), (0, 2.0)))
+    for _ in range(100):
+        first.speak()
+        second.speak()
+        clock[0] += 0.01
+    for _ in range(300):
+        second.speak()
+        clock[0] += 0.01
+    recorder.close()
+    assert 190 <= sum(two for _, two in heard(tmp_path)) <= 210
+
+
+def test_a_robot_killed_and_started_again_is_one_robot(tmp_path, clock):
+    recorder = Recorder(tmp_path / 'bag')
+    for _ in range(5):
+        robot = Speaker(recorder, 0, 1.0, True)
+        for _ in range(100):
+            robot.speak()
+            clock[0] += 0.01
+        clock[0] += 0.3
+    recorder.close()
+    assert recorder.troubles == [] and recorder.foreign == 0
+    assert heard(tmp_path) == [(100, 0)] * 5
+
+
+def test_two_nodes_that_publish_other_joints_are_both_recorded(tmp_path):
+    recorder = Recorder(tmp_path / 'bag')
+    for k in range(100):
+        recorder.record(STATES, state(k * PERIOD, joint='pivot'), number=k + 1)
+        recorder.record(STATES, state(k * PERIOD, joint='gripper'), number=5 * k + 1)
+    recorder.close()
+    assert recorder.foreign == 0 and len(stamps(tmp_path / 'bag')) == 200
+
+
+@pytest.mark.parametrize('jump', [-3_600 * 10**9, 3_600 * 10**9])
+def test_a_clock_that_is_set_reorders_nothing(jump, tmp_path):
+    """Takes every 20 ms of states every 2 ms; the wall clock jumps in the middle of one."""
+    now = {'steady': 5 * 10**9, 'wall': 1_800_000_000 * 10**9}
+    times = ArrivalTimes(lambda: now['wall'], lambda: now['steady'])
+    recorder = Recorder(tmp_path / 'bag')
+    recorder.record(EPISODE, uint32(1), now['wall'], times.logged(now['wall']))
+    for take in range(50):
+        received = []
+        for k in range(10):
+            now['steady'] += 2_000_000
+            now['wall'] += 2_000_000 + (jump if (take, k) == (25, 5) else 0)
+            received.append(now['wall'])
+        times.begin()
+        times.end()
+        logged = [times.logged(at) for at in received]
+        assert logged == sorted(logged)
+        if take == 30:
+            recorder.record(EPISODE, uint32(2), received[0] - 1000, logged[0] - 1000)
+        for k, (at, log) in enumerate(zip(received, logged, strict=True)):
+            number = 10 * take + k
+            recorder.record(STATES, state(number * 2_000_000, 0.001 * number), at, log)
+    recorder.close()
+    found = read_bag(tmp_path / 'bag', PENDULUM)
+    assert [len(e.t) for e in found.episodes] == [300, 200]
+    q = np.concatenate([e.q[:, 0] for e in found.episodes])
+    np.testing.assert_allclose(q, 0.001 * np.arange(500), atol=1e-12)

@@ -1,0 +1,344 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The Dynamixel driver on an emulated bus: units, signs, limits, and every fault."""
+
+import time
+
+from dynamixel_sdk import Protocol2PacketHandler
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+from tests.drivers.bus import driven, LATE, patient, robot_with_servo, running, until
+
+from leo_msgs_py.errors import UserError
+from leo_sim.drivers import dynamixel, dynamixel_bus, load_driver
+from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
+from leo_sim.drivers.dynamixel_bus import _Packets
+from leo_sim.drivers.dynamixel_joints import MotorUnits
+from leo_sim.robot import load_robot
+from leo_sim.servo_bus.packets import encoded, status
+
+LEO = patient(load_robot('leo'))
+PWM_STEP = 13.8 / 885
+finite = st.floats(-1e6, 1e6)
+SIX = st.lists(finite, min_size=6, max_size=6)
+
+
+@pytest.fixture(autouse=True)
+def busy_machine(monkeypatch):
+    monkeypatch.setattr(dynamixel, 'LATE', LATE)
+    monkeypatch.setattr(dynamixel_bus, 'CONFIGURE', 1.0)
+
+
+@pytest.fixture
+def leo():
+    with running(LEO, 13.8, 'hanging') as rig, driven(LEO, rig) as driver:
+        driver.read()
+        yield rig, driver
+
+
+@pytest.fixture
+def servo(tmp_path):
+    """One servo behind a pendulum, turned the other way, with a gear and limits."""
+    robot = robot_with_servo(
+        tmp_path, 'servo_pendulum', 'XM430-W210', direction=-1, gear=2, zero=1000,
+        low=-0.5, high=0.5,
+    )
+    with running(robot, 7.4) as rig, driven(robot, rig) as driver:
+        driver.read()
+        yield rig, driver
+
+
+def test_angles_are_the_robots_within_a_count(leo):
+    rig, driver = leo
+    until(lambda: np.abs(rig.plant._state.dq).max() < 1e-6 or rig.plant.seconds > 5)
+    found = driver.read()
+    q, _ = rig.plant._model.sense(rig.plant._state)
+    assert found.names == LEO.joint_names
+    assert found.position == pytest.approx(q, abs=0.02)
+    assert abs(found.stamp_ns - time.time_ns()) < 60e9
+
+
+def test_volts_are_on_the_motors_as_they_are_told_within_a_step_of_pwm(leo):
+    rig, driver = leo
+    asked = np.array([1.0, -2.0, 0.5, 3.0, -8.6, 100.0])
+    applied = driver.write(asked)
+    wanted = np.clip(asked, -8.6, 8.6)
+    until(lambda: np.allclose(rig.plant.volts, applied.values), 'not what was told')
+    assert applied.values == pytest.approx(wanted, abs=PWM_STEP)
+    assert np.abs(applied.values).max() <= 8.6
+    assert applied.names == tuple(LEO.joint_names[3:]) and applied.enabled.all()
+    driver.read()
+
+
+def test_connecting_never_drives_a_motor(monkeypatch):
+    with running(LEO, 13.8, 'hanging') as rig:
+        seen, drive = [], rig.plant.drive
+        monkeypatch.setattr(
+            rig.plant, 'drive', lambda: drive() or seen.append(rig.plant.volts.copy()))
+        with driven(LEO, rig) as driver:
+            driver.read()
+            until(lambda: (rig.plant.volts == 0.0).all(), 'motors are not on')
+        assert len(seen) > 10 and not np.nan_to_num(seen).any()
+
+
+def test_signs_zero_and_gear(servo):
+    rig, driver = servo
+    driver.write(np.array([1.0]))
+    until(lambda: rig.plant.volts[0] > 0.9)
+    until(lambda: driver.read().position[0] > 0.05)
+    q, _ = rig.plant._model.sense(rig.plant._state)
+    assert driver.read().position[0] == pytest.approx(q[0], abs=0.2)
+    assert rig.plant.servos['pivot'].get('goal_pwm') < 0
+
+
+def test_a_joint_past_its_limit_is_driven_back_only(servo):
+    _, driver = servo
+    driver.write(np.array([7.4]))
+    until(lambda: driver.read().position[0] > 0.5)
+    assert driver.write(np.array([7.4])).values.tolist() == [0.0]
+    assert driver.write(np.array([-1.0])).values[0] < -0.9
+
+
+@given(SIX, SIX, SIX, st.floats(0.1, 3.0), st.floats(10.0, 14.8))
+def test_what_is_allowed_only_takes_away(wanted, angle, rate, limit, supply):
+    file = LEO.driver.dynamixel
+    servos = {
+        joint: s.model_copy(update={
+            'low': -1.0, 'high': 1.0,
+            'current_limit': LEO_LIMIT.model_copy(update={'value': limit}),
+        })
+        for joint, s in file.servos.items()
+    }
+    units = MotorUnits(LEO, file.model_copy(update={'servos': servos}))
+    wanted, angle, rate = np.array([wanted, angle, rate])
+    values = units.allowed(wanted, angle, rate)
+    assert np.all(np.abs(values) <= np.abs(wanted)) and np.all(values * wanted >= 0.0)
+    assert not units.allowed(np.zeros(6), angle, rate).any()
+    supplies = np.full(6, supply)
+    told = units.values(units.counts(values, supplies), supplies)
+    assert np.all(np.abs(told) <= 8.6 + 1e-9)
+    driving = values * rate <= 0.0
+    current = (values - 1.344712182 * rate) / 4.6
+    assert np.all(np.abs(current[~driving]) <= np.maximum(
+        limit + 1e-6, np.abs(1.344712182 * rate[~driving]) / 4.6))
+
+
+LEO_LIMIT = LEO.driver.dynamixel.watchdog
+
+
+def test_torques_are_asked_for_as_currents(tmp_path):
+    robot = robot_with_servo(
+        tmp_path, 'torque_pendulum', 'XM430-W210', direction=-1,
+        torque_constant='{value: 1.8, unit: N m/A}',
+    )
+    with running(robot) as rig, driven(robot, rig) as driver:
+        driver.read()
+        applied = driver.write(np.array([0.5]))
+        until(lambda: rig.plant.volts[0] > 0.4)
+        assert rig.plant.volts == pytest.approx(applied.values)
+        assert applied.values == pytest.approx([0.5], abs=1.8 * 0.00269)
+        assert applied.interface == 'effort'
+        assert driver.read().velocity.shape == (1,)
+        assert driver.readings().current[0] == pytest.approx(0.5 / 1.8, abs=0.003)
+
+
+def test_readings(leo):
+    rig, driver = leo
+    rig.plant.servos['left_knee'].set('present_temperature', 61)
+    driver.write(np.array([2.0, 0, 0, 0, 0, 0]))
+    until(lambda: driver.read() and abs(driver.readings().current[0]) > 0.05)
+    found = driver.readings()
+    assert found.supply == pytest.approx(13.8) and found.temperature.tolist()[2] == 61
+    assert 'usb latency timer ms' in driver.figures()
+
+
+def test_halt_does_not_wait_for_a_read_that_hangs(leo):
+    rig, driver = leo
+    driver.write(np.full(6, 2.0))
+    until(lambda: np.nanmax(rig.plant.volts) > 1.9)
+    data = driver._bus.packet('goal_pwm', dict.fromkeys(range(1, 7), 0))
+    assert driver._zeros == data
+    applied = driver.halt()
+    until(lambda: not rig.plant.volts.any())
+    assert applied.values.tolist() == 6 * [0.0] and applied.enabled.all()
+    driver.read()
+
+
+def test_stop_twice_leaves_zero_volts_on_motors_that_are_on(leo):
+    rig, driver = leo
+    driver.write(np.full(6, 2.0))
+    driver.stop()
+    driver.stop()
+    until(lambda: (rig.plant.volts == 0.0).all(), 'free or driven')
+
+
+def test_torque_off_frees_and_on_begins_at_zero(leo):
+    rig, driver = leo
+    driver.write(np.full(6, 2.0))
+    driver.set_torque(False)
+    until(lambda: np.isnan(rig.plant.volts).all())
+    assert not driver.write(np.full(6, 2.0)).enabled.any()
+    driver.read()
+    driver.set_torque(True)
+    until(lambda: (rig.plant.volts == 0.0).all())
+
+
+def test_a_reset_is_possible_where_somebody_has_put_the_robot_up(leo):
+    rig, driver = leo
+    driver.read()
+    with pytest.raises(NotPossible, match=r'by hand: right_knee is 1\.\d+ off'):
+        driver.reset()
+    rig.order(lambda: rig.plant.start_in('nominal'))
+    driver.read()
+    driver.reset()
+    assert driver.starts == 1
+    with pytest.raises(UserError, match="no start pose 'nominale'"):
+        load_driver('dynamixel', DriverOptions(LEO, start='nominale'))
+
+
+def test_a_lost_packet_is_a_fault_that_passes(leo):
+    rig, driver = leo
+    driver._bus.wait_at_most(0.05)
+    rig._line.trouble.lose = 1.0
+    with pytest.raises(TransientFault, match=r'servo \d \(\w+\): There is no status packet'):
+        driver.read()
+    rig._line.trouble.lose = 0.0
+    driver._bus.wait_at_most(30.0)
+    driver.read()
+
+
+def test_a_command_that_got_lost_is_noticed_at_the_next_reading(leo, monkeypatch):
+    _, driver = leo
+    driver.write(np.zeros(6))
+    with monkeypatch.context() as lost:
+        lost.setattr(driver._bus, 'send', lambda data: None)
+        driver.write(np.full(6, 2.0))
+    with pytest.raises(TransientFault, match='has not taken the last command'):
+        driver.read()
+    driver.write(np.full(6, 1.0))
+    driver.read()
+
+
+def test_an_answer_of_an_earlier_reading_is_refused(leo):
+    _, driver = leo
+    servo, (tick, sent) = next(iter(driver._ticks.items()))
+    driver._ticks[servo] = tick, sent - 60.0
+    with pytest.raises(TransientFault, match='answered late'):
+        driver.read()
+    driver.read()
+
+
+def test_a_silent_servo_is_named(leo):
+    rig, driver = leo
+    rig.bus.silent = frozenset({3})
+    driver._bus.wait_at_most(0.05)
+    with pytest.raises(TransientFault, match=r'servo 3 \(left_knee\)'):
+        driver._bus.sync_read([3], 'present_pwm', 'present_temperature')
+
+
+@pytest.mark.parametrize(
+    ('break_it', 'said'),
+    [
+        (lambda rig: rig.bus.servos[3].fail(0x04), r'servo 3 .* has let go: too hot; it is free'),
+        (lambda rig: rig.bus.servos[3].fail(0x20), 'has let go: overloaded'),
+        (lambda rig: rig.bus.servos[3].restart(), 'servo 3 .* free though nobody asked'),
+    ],
+)
+def test_a_servo_that_lets_go_ends_the_run(leo, break_it, said):
+    rig, driver = leo
+    driver.write(np.full(6, 1.0))
+    driver.read()
+    rig.order(lambda: break_it(rig))
+    with pytest.raises(DriverFault, match=said) as raised:
+        driver.read()
+    assert not isinstance(raised.value, TransientFault)
+
+
+def test_a_supply_out_of_range_is_told_and_the_robot_goes_on(leo):
+    rig, driver = leo
+    rig.plant.open_circuit = 9.0
+    until(lambda: driver.read() and any(driver.readings().condition))
+    assert driver.readings().condition[0] == 'the supply is out of its range'
+    assert driver.readings().supply == pytest.approx(9.0, abs=0.1)
+
+
+def test_the_servos_stop_by_themselves_when_no_packet_comes(leo):
+    rig, driver = leo
+    driver.write(np.full(6, 2.0))
+    until(lambda: (rig.plant.volts > 1.9).all(), 'not driven')
+    until(lambda: (rig.plant.volts == 0.0).all(), 'still driven')
+    with pytest.raises(DriverFault, match=r'stopped itself: no packet came for 2.5 s'):
+        driver.read()
+    again = load_driver('dynamixel', DriverOptions(LEO, port=rig.port))
+    driver.stop()
+    again.connect()
+    again._bus.wait_at_most(30.0)
+    again.read()
+    again.write(np.full(6, 2.0))
+    until(lambda: (rig.plant.volts > 1.9).all(), 'a restart does not clear the watchdog')
+    again.stop()
+
+
+def test_a_port_that_is_gone_is_an_os_error(leo):
+    rig, driver = leo
+    rig.order(rig.unplug)
+    until(lambda: not rig.port)
+    with pytest.raises(OSError):
+        driver.read()
+    with pytest.raises(OSError):
+        driver.stop()
+    driver.stop()
+
+
+def refused(robot, port, said):
+    with pytest.raises(UserError, match=said) as raised:
+        load_driver('dynamixel', DriverOptions(robot, port=port)).connect()
+    assert '\n' not in str(raised.value)
+
+
+def test_what_is_wrong_with_the_connection_is_one_line(tmp_path):
+    pendulum = load_robot('servo_pendulum')
+    refused(pendulum, '/dev/ttyNOTHING', 'cannot open /dev/ttyNOTHING: there is no such port')
+    refused(load_robot('pendulum'), '', 'pendulum has no servos')
+    with running(LEO, 13.8, 'hanging') as rig:
+        refused(pendulum, rig.port, r'model number 1030, robot.yaml says XL330-M288 \(1200\)')
+        rig.bus.silent = frozenset({4})
+        refused(LEO, rig.port, r'servo 4 \(right_knee\) does not answer')
+        rig.bus.silent = frozenset()
+        rig.bus.servos[2].fail(0x20)
+        refused(LEO, rig.port, r'servo 2 \(right_hip\) has stopped itself: overloaded')
+        rig.bus.servos[2].restart()
+        with driven(LEO, rig):
+            refused(LEO, rig.port, 'another program has it open')
+
+
+def test_servos_that_do_not_fit_are_one_line(tmp_path):
+    with pytest.raises(UserError, match='torque_constant is missing'):
+        robot_with_servo(tmp_path / 'a', 'torque_pendulum', 'XM430-W210')
+    constant = '{value: 1, unit: N m/A}'
+    robot = robot_with_servo(
+        tmp_path / 'b', 'torque_pendulum', 'XL430-W250', torque_constant=constant)
+    with pytest.raises(UserError, match='XL430-W250 knows no current'):
+        load_driver('dynamixel', DriverOptions(robot))
+    robot = robot_with_servo(tmp_path / 'c', 'servo_pendulum', 'XM430-W211')
+    with pytest.raises(UserError, match='did you mean XM430-W210'):
+        load_driver('dynamixel', DriverOptions(robot))
+    with pytest.raises(UserError, match='low is not below high'):
+        robot_with_servo(tmp_path / 'd', 'servo_pendulum', 'XM430-W210', low=1, high=1)
+
+
+@given(st.lists(st.sampled_from([0xFF, 0xFD, 0x00]), max_size=30))
+def test_stuffing_comes_off_whatever_is_stuffed(values):
+    body = bytes(values)
+    packet = list(encoded(status(3, 0, body)))
+    found = _Packets().removeStuffing(packet)
+    assert bytes(found[9:-2]) == body
+    assert found[5] == len(body) + 4
+
+
+def test_the_sdk_alone_mistakes_some_stuffing():
+    """Why the removal is ours; with an SDK that does it right, ours can go."""
+    body = bytes([0xFF, 0xFF, 0xFD, 0xFF, 0xFD, 0xFD])
+    packet = list(encoded(status(3, 0, body)))
+    assert bytes(Protocol2PacketHandler().removeStuffing(packet)[9 : 9 + len(body)]) != body

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drivers by name and by file."""
+
+from pathlib import Path
+
+import pytest
+
+from leo_msgs_py.errors import UserError
+from leo_sim.drivers import load_driver
+from leo_sim.drivers.base import DriverOptions, Haltable
+from leo_sim.robot import load_robot
+
+OPTIONS = DriverOptions(load_robot('pendulum'))
+RIG = Path(__file__).parents[1] / 'drivers' / 'rig.py'
+
+
+def test_a_file_is_a_driver():
+    driver = load_driver(str(RIG), OPTIONS)
+    assert driver.info.actuators == ('pivot',) and isinstance(driver, Haltable)
+
+
+@pytest.mark.parametrize(
+    ('text', 'said'),
+    [
+        ('', 'defines 0 drivers; it must define exactly one class with the methods connect'),
+        (RIG.read_text() + '\n\nclass Other(Rig):\n    pass\n', 'defines 2 drivers'),
+        ('import nothing_there', 'line 1: ModuleNotFoundError'),
+        ('def f(:', 'line 1: SyntaxError'),
+        (RIG.read_text().replace('self._lose = 0', '1 / 0'), 'ZeroDivisionError'),
+    ],
+)
+def test_a_file_that_is_none_is_one_line(tmp_path, text, said):
+    path = tmp_path / 'mine.py'
+    path.write_text(text)
+    with pytest.raises(UserError, match=said) as raised:
+        load_driver(str(path), OPTIONS)
+    assert str(path) in str(raised.value) and '\n' not in str(raised.value)
+
+
+def test_an_unknown_driver_names_the_nearest():
+    with pytest.raises(UserError, match='did you mean simulated'):
+        load_driver('simulate', OPTIONS)
+    with pytest.raises(UserError, match='no driver file'):
+        load_driver('nowhere.py', OPTIONS)

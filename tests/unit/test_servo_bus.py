@@ -1,0 +1,313 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The emulated bus against the packet handler of ROBOTIS' own SDK, over a pseudo-terminal."""
+
+from importlib.resources import files
+from threading import Event, Thread
+import time
+
+from dynamixel_sdk import (
+    COMM_RX_TIMEOUT,
+    COMM_SUCCESS,
+    GroupBulkRead,
+    GroupSyncRead,
+    GroupSyncWrite,
+    PortHandler,
+    Protocol2PacketHandler,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+from tests.drivers.bus import until
+
+from leo_sim.drivers.base import DriverOptions
+from leo_sim.robot import load_robot
+from leo_sim.servo_bus.line import Line, Trouble
+from leo_sim.servo_bus.packets import crc16, encoded, Packet, Reader, status, stuffed, unstuffed
+from leo_sim.servo_bus.plant import Plant
+from leo_sim.servo_bus.rig import Rig
+from leo_sim.servos import CURRENT_MODE, PWM_MODE, registers, servo_models
+
+SDK = Protocol2PacketHandler()
+R = registers()
+LEGS = (1, 2, 3, 4, 5, 6)
+ACCESS, RANGE, LIMIT, ALERT = 7, 4, 6, 0x80
+
+
+@pytest.fixture
+def rig():
+    """A running rig with LEO hanging; the bus has no baud rate to wait for."""
+    robot = load_robot('leo')
+    made = Rig(Plant(DriverOptions(robot, start='hanging'), 13.8, 0.0), Line(1e9, Trouble()))
+    ended = Event()
+    thread = Thread(target=made.run, args=(ended,))
+    thread.start()
+    yield made
+    ended.set()
+    thread.join()
+
+
+class PatientPort(PortHandler):
+    """Waits for an answer as a busy machine needs it; `patience` ms."""
+
+    def __init__(self, path, patience=30_000):
+        super().__init__(path)
+        self.patience = patience
+        self.setBaudRate(1_000_000)
+        self.ser.timeout = 0.005
+
+    def setPacketTimeout(self, packet_length):
+        self.setPacketTimeoutMillis(self.patience)
+
+
+@pytest.fixture
+def port(rig):
+    handler = PatientPort(rig.port)
+    yield handler
+    handler.closePort()
+
+
+def write(port, servo, name, value):
+    """The error of a write instruction."""
+    register = R[name]
+    result, error = SDK.writeTxRx(
+        port, servo, register.address, register.size, list(register.encode(value))
+    )
+    assert result == COMM_SUCCESS
+    return error
+
+
+def read(port, servo, name):
+    register = R[name]
+    data, result, _ = SDK.readTxRx(port, servo, register.address, register.size)
+    assert result == COMM_SUCCESS
+    return register.decode(bytes(data))
+
+
+def in_pwm_mode(port, servo):
+    assert write(port, servo, 'operating_mode', PWM_MODE) == 0
+    assert write(port, servo, 'goal_pwm', 0) == 0
+    assert write(port, servo, 'torque_enable', 1) == 0
+
+
+def _ping_for_long(port):
+    for _ in range(10000):
+        SDK.ping(port, 1)
+        port.is_using = False
+
+
+@given(st.binary(max_size=60))
+def test_the_crc_is_the_sdks(data):
+    assert crc16(data) == SDK.updateCRC(0, data, len(data))
+
+
+@given(st.lists(st.sampled_from([0xFF, 0xFD, 0x00, 0x55]), max_size=40))
+def test_the_sdk_stuffs_the_same_way(values):
+    body = bytes(values)
+    assert unstuffed(stuffed(body)) == body
+    packet = [0xFF, 0xFF, 0xFD, 0, 3, len(body) + 3, 0, 0x02, *body, 0, 0]
+    assert bytes(SDK.addStuffing(packet)[7:-2]) == stuffed(b'\x02' + body)
+
+
+@given(st.lists(st.binary(max_size=20), min_size=1, max_size=4), st.integers(1, 7))
+def test_packets_are_found_in_pieces_and_between_rubbish(bodies, size):
+    sent = [Packet(3, 0x02, body) for body in bodies]
+    stream = b''.join(b'\xff\x00\xff' + encoded(packet) for packet in sent)
+    reader, found = Reader(), []
+    for start in range(0, len(stream), size):
+        found += reader.feed(stream[start : start + size])
+    assert found == sent and reader.damaged == 0
+
+
+def test_the_registers_are_those_of_robotis_model_files():
+    folder = files('dynamixel_easy_sdk') / 'control_table'
+    lines = (folder / 'dynamixel.model').read_text().splitlines()
+    numbers = dict(line.split('\t')[:2][::-1] for line in lines)
+    for model in servo_models().values():
+        file = model.name.lower().replace('-', '_')
+        assert int(numbers[f'{file}.model']) == model.number
+        rows = (folder / f'{file}.model').read_text().split('[control table]')[1].splitlines()[2:]
+        theirs = {
+            name.strip().lower().replace(' ', '_'): (int(address), int(size))
+            for address, size, name in (row.split('\t')[:3] for row in rows if row.strip())
+        }
+        ours = {name: (r.address, r.size) for name, r in R.items()}
+        assert {n: at for n, at in ours.items() if n in theirs and theirs[n] != at} == {}
+        assert len(ours.keys() & theirs.keys()) > 20
+
+
+def test_ping_and_broadcast_ping(port):
+    assert SDK.ping(port, 1) == (1030, COMM_SUCCESS, 0)
+    found, result = SDK.broadcastPing(port)
+    assert result == COMM_SUCCESS
+    assert {n: model for n, (model, _) in found.items()} == dict.fromkeys(range(1, 10), 1030)
+    port.patience = 100
+    assert SDK.ping(port, 77)[1] == COMM_RX_TIMEOUT
+
+
+def test_eeprom_is_locked_while_torque_is_on_and_limits_hold(port):
+    in_pwm_mode(port, 1)
+    assert write(port, 1, 'operating_mode', CURRENT_MODE) == ACCESS
+    assert write(port, 1, 'present_position', 0) == ACCESS, 'read only'
+    assert write(port, 1, 'goal_pwm', 886) == LIMIT
+    assert write(port, 1, 'torque_enable', 2) == RANGE
+    assert write(port, 1, 'torque_enable', 0) == 0
+    assert write(port, 1, 'pwm_limit', 300) == 0
+    assert write(port, 1, 'goal_pwm', 301) == LIMIT
+    assert write(port, 1, 'goal_pwm', -300) == 0
+    assert read(port, 1, 'goal_pwm') == -300
+
+
+def test_sync_write_and_both_sync_reads(rig, port):
+    for servo in LEGS:
+        in_pwm_mode(port, servo)
+    goal = R['goal_pwm']
+    writer = GroupSyncWrite(port, SDK, goal.address, goal.size)
+    for servo in LEGS:
+        writer.addParam(servo, list(goal.encode(10 * servo)))
+    assert writer.txPacket() == COMM_SUCCESS
+    reader = GroupSyncRead(port, SDK, R['present_pwm'].address, 23)
+    for servo in LEGS:
+        reader.addParam(servo)
+    for ask in (reader.txRxPacket, reader.fastSyncRead):
+        assert ask() == COMM_SUCCESS
+        assert [reader.getData(n, 124, 2) for n in LEGS] == [10 * n for n in LEGS]
+        assert [reader.getData(n, 144, 2) for n in LEGS] == 6 * [138]
+        assert [reader.getData(n, 146, 1) for n in LEGS] == 6 * [30]
+    signs = [1, -1, 1, -1, 1, -1]
+    expected = [sign * 10 * n / 885 * 13.8 for sign, n in zip(signs, LEGS, strict=True)]
+    until(lambda: np.allclose(rig.plant.volts, expected), 'not what was written')
+
+
+def test_bulk_read(port):
+    reader = GroupBulkRead(port, SDK)
+    reader.addParam(1, 132, 4)
+    reader.addParam(2, 144, 2)
+    assert reader.txRxPacket() == COMM_SUCCESS
+    assert reader.getData(2, 144, 2) == 138
+
+
+def test_registered_writes_wait_for_the_action(port):
+    in_pwm_mode(port, 1)
+    assert SDK.regWriteTxRx(port, 1, 100, 2, [5, 0]) == (COMM_SUCCESS, 0)
+    assert read(port, 1, 'goal_pwm') == 0
+    assert SDK.action(port, 0xFE) == COMM_SUCCESS
+    assert read(port, 1, 'goal_pwm') == 5
+
+
+def test_the_robot_moves_as_its_motor_is_told_and_is_measured_in_counts(rig, port):
+    in_pwm_mode(port, 5)
+    before = read(port, 5, 'present_position')
+    write(port, 5, 'goal_pwm', 100)
+    deadline = time.monotonic() + 60
+    while read(port, 5, 'present_position') < before + 100:
+        assert time.monotonic() < deadline
+    angle = rig.plant._state.q[rig.plant.info.joints.index('left_ankle')]
+    count = read(port, 5, 'present_position')
+    assert (count - 2048) * 2 * np.pi / 4096 == pytest.approx(angle, abs=0.2)
+    assert angle > 0.0
+
+
+def test_whoever_forgets_the_goal_finds_it_at_the_whole_pwm(port):
+    assert write(port, 1, 'operating_mode', PWM_MODE) == 0
+    assert read(port, 1, 'goal_pwm') == 885
+
+
+def test_the_bus_watchdog_stops_and_keeps_goals_from_being_written(rig, port):
+    in_pwm_mode(port, 1)
+    assert write(port, 1, 'bus_watchdog', 5) == 0
+    write(port, 1, 'goal_pwm', 200)
+    deadline = time.monotonic() + 60
+    while rig.plant.servos['left_hip'].get('bus_watchdog') == 5:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    assert read(port, 1, 'bus_watchdog') == -1
+    assert (read(port, 1, 'goal_pwm'), read(port, 1, 'torque_enable')) == (0, 1)
+    assert write(port, 1, 'goal_pwm', 10) == RANGE
+    assert write(port, 1, 'bus_watchdog', 0) == 0
+    assert write(port, 1, 'goal_pwm', 10) == 0
+
+
+def test_an_overheated_servo_lets_go_and_says_so_until_it_is_restarted(rig, port):
+    in_pwm_mode(port, 1)
+    rig.order(lambda: rig.bus.servos[1].fail(0x04))
+    assert read(port, 1, 'hardware_error_status') == 4
+    assert SDK.ping(port, 1)[2] == ALERT
+    assert read(port, 1, 'torque_enable') == 0
+    assert write(port, 1, 'torque_enable', 1) & 0x7F == 1, 'refused'
+    assert SDK.reboot(port, 1)[0] == COMM_SUCCESS
+    assert read(port, 1, 'hardware_error_status') == 0
+    assert read(port, 1, 'operating_mode') == PWM_MODE, 'the EEPROM is kept'
+    assert write(port, 1, 'torque_enable', 1) == 0
+
+
+def test_behind_a_silent_servo_all_are_silent(rig, port):
+    rig.bus.silent = frozenset({2})
+    reader = GroupSyncRead(port, SDK, 132, 4)
+    for servo in (1, 2, 3):
+        reader.addParam(servo)
+    port.patience = 200
+    assert reader.txRxPacket() == COMM_RX_TIMEOUT
+    port.patience = 30_000
+    assert SDK.ping(port, 3)[1] == COMM_SUCCESS
+
+
+@pytest.mark.parametrize('trouble', ['lose', 'cut', 'wrong_crc', 'rubbish', 'late'])
+def test_troubles_are_as_frequent_as_asked(trouble):
+    line = Line(1e6, Trouble(**{trouble: 0.3}), seed=1)
+    sent = encoded(status(1, 0, bytes(20)))
+    bad = sum(line.carried(sent) != (sent, 0.0) for _ in range(2000))
+    assert 500 < bad < 700
+
+
+@pytest.mark.parametrize('trouble', ['lose', 'cut', 'wrong_crc', 'rubbish'])
+def test_no_damaged_packet_is_taken_for_another(rig, port, trouble):
+    setattr(rig._line.trouble, trouble, 0.3)
+    good, port.patience = 0, 50
+    for _ in range(30):
+        port.clearPort()
+        data, result, _ = SDK.readTxRx(port, 1, 144, 2)
+        good += result == COMM_SUCCESS
+        assert result != COMM_SUCCESS or data == [138, 0]
+    assert good > 3
+
+
+def test_a_cable_out_of_the_bus_is_silence_and_one_out_of_the_computer_no_port(rig, port):
+    rig.bus_cable, port.patience = False, 100
+    assert SDK.ping(port, 1)[1] == COMM_RX_TIMEOUT
+    rig.bus_cable, port.patience = True, 30_000
+    assert SDK.ping(port, 1)[1] == COMM_SUCCESS
+    rig.order(rig.unplug)
+    with pytest.raises(OSError):
+        _ping_for_long(port)
+    rig.order(rig.plug)
+    deadline = time.monotonic() + 60
+    while not rig.port:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    again = PatientPort(rig.port)
+    assert SDK.ping(again, 1)[1] == COMM_SUCCESS
+    again.closePort()
+
+
+def test_a_hand_holds_the_robot_until_a_motor_is_driven():
+    plant = Plant(DriverOptions(load_robot('leo')), 13.8, 0.0, hand=True)
+    start = plant._state.q.copy()
+    plant.run_to(3.0)
+    assert plant._state.q.tolist() == start.tolist() and plant.seconds == 3.0
+    knee = plant.servos['left_knee']
+    for name, value in (('operating_mode', PWM_MODE), ('goal_pwm', 50), ('torque_enable', 1)):
+        knee.set(name, value)
+    plant.run_to(3.2)
+    assert np.abs(plant._state.q - start).max() > 0.01
+    plant.start_in('nominal')
+    knee.set('torque_enable', 0)
+    plant.run_to(4.0)
+    assert plant._state.q.tolist() == start.tolist()
+
+
+def test_a_process_that_was_stopped_does_not_let_the_watchdogs_expire(rig, port):
+    in_pwm_mode(port, 1)
+    assert write(port, 1, 'bus_watchdog', 127) == 0
+    rig.order(lambda: time.sleep(3.0))
+    assert read(port, 1, 'bus_watchdog') == 127
