@@ -208,6 +208,16 @@ def ahead(prediction: Prediction, seconds: float) -> list[float]:
     return _rms(_at(prediction, seconds).of(prediction.error))
 
 
+def change_ahead(prediction: Prediction, other: Prediction, seconds: float) -> float:
+    """How far another prediction is from one `seconds` ahead, in noise floors (rms of all states).
+
+    The other holds the windows of the first; its own floor is not asked for.
+    """
+    at = _at(prediction, seconds)
+    change = at.of(prediction.predicted - other.predicted)
+    return float(np.sqrt((change**2 / at.of(prediction.floor)).mean()))
+
+
 def median_ahead(prediction: Prediction, seconds: float) -> list[float]:
     """Median absolute error of each state `seconds` ahead, which a few hand pushes do not move."""
     return np.median(np.abs(_at(prediction, seconds).of(prediction.error)), axis=0).tolist()

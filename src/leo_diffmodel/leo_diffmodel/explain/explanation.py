@@ -13,6 +13,9 @@ from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.explain.decide import verdict
 from leo_diffmodel.explain.decide.classes import Facts, pair_note
+from leo_diffmodel.explain.decide.context import Context
+from leo_diffmodel.explain.decide.doubts import doubts, rivals, stability
+from leo_diffmodel.explain.decide.held import held_windows
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
@@ -22,7 +25,7 @@ from leo_diffmodel.explain.problem.pose import pose, Posed
 from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.settings import SETTINGS, Settings
 from leo_diffmodel.explain.tell import rows
-from leo_diffmodel.explain.tell.held import held_windows
+from leo_diffmodel.explain.tell.values import intervals
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
 from leo_diffmodel.explain.unknown.find import beside, find, Found
 from leo_diffmodel.explain.unknown.paths import with_past
@@ -139,7 +142,7 @@ def explain(
     found = beside(found, outside) if outside else found
     held = held_windows(everything, found, model)
     free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
-    context = rows.Context(found, model, Facts(model.robot, bool(free)), held, step, settings)
+    context = Context(found, model, Facts(model.robot, bool(free)), held, step, settings)
     context = context.undisturbed((outside and outside.attempt.fit) or found.final)
     unknown = _told(everything, outside, context) if outside else None
     return replace(_answer(context, asked, unknown, cut), used=tuple(everything))
@@ -191,7 +194,7 @@ def _without_search(
 
 
 def _told(
-    recordings: Sequence[Recording], outside: Found, context: rows.Context
+    recordings: Sequence[Recording], outside: Found, context: Context
 ) -> Unknown:
     """The law that is no known effect, with what it does to the held-out error."""
     unknown = tell(recordings, outside)
@@ -204,14 +207,14 @@ def _told(
 
 
 def _answer(
-    context: rows.Context, asked: _Asked, unknown: Unknown | None, cut: Cut
+    context: Context, asked: _Asked, unknown: Unknown | None, cut: Cut
 ) -> Explanation:
     found = context.found
     after = context.predict(found.final)
     named = rows.named(context)
     rest = verdict.rest_of(found.null, found.final, bool(found.problem.footing), asked.settings)
-    doubts = rows.doubts(context)
-    decision = verdict.decide(named, rest, unknown is not None, doubts)
+    doubtful = doubts(context)
+    decision = verdict.decide(named, rest, unknown is not None, doubtful)
     words = unknown.words if unknown else None
     tables = rows.error_tables(context, after) | {
         'ladder': rows.ladder(context, after),
@@ -220,7 +223,7 @@ def _answer(
         'chi2_ratio': rest.ratio,
         'unexplained_share': rest.share,
     }
-    notes = [*doubts, *cut.notes, *filter(None, [_note(context)])]
+    notes = [*doubtful, *cut.notes, *filter(None, [_note(context)])]
     return Explanation(
         verdict=decision,
         sentence=verdict.sentence(
@@ -235,30 +238,30 @@ def _answer(
         seconds=time.monotonic() - asked.began,
         provenance=asked.origin,
         settings=asked.settings.to_json(),
-        stability=rows.stability(context),
+        stability=stability(context),
         model=_repaired(context),
         search=found,
         unknown=unknown,
     )
 
 
-def _repaired(context: rows.Context) -> Model:
+def _repaired(context: Context) -> Model:
     """The model as given with the supported effects and their confidence intervals."""
     final = context.found.final
     model = final.hypothesis.model(context.base, final.theta)
     count = len(final.hypothesis.candidates)
     kept, new = model.effects[: len(model.effects) - count], model.effects[-count:]
     named = zip(new if count else (), range(count), strict=True)
-    sure = [replace(p, ci95=rows.intervals(final, i)) for p, i in named]
+    sure = [replace(p, ci95=intervals(final, i)) for p, i in named]
     return model.changed(effects=(*kept, *sure))
 
 
-def _note(context: rows.Context) -> str | None:
+def _note(context: Context) -> str | None:
     """What pair of other effects a named one could also be."""
     return pair_note(context.found.final.hypothesis.candidates, context.facts)
 
 
-def _change(context: rows.Context, after: errors.Prediction) -> str:
+def _change(context: Context, after: errors.Prediction) -> str:
     """How the held-out error of each state changed, in words."""
     told, kind = context.told, context.told.statistic
     listed = list(
@@ -279,14 +282,14 @@ def _change(context: rows.Context, after: errors.Prediction) -> str:
     return f'{told.words}: ' + ', '.join(parts) + rest
 
 
-def _next_run(decision: str, context: rows.Context, unknown: Unknown | None) -> str | None:
+def _next_run(decision: str, context: Context, unknown: Unknown | None) -> str | None:
     """What would settle an open answer, in the words of the effects concerned."""
     if decision == 'ambiguous':
         catalogue = {c.effect.name: c.effect for s in context.found.sets for c in s.names}
         close = [
             catalogue[r['name']]
             for c in context.found.chosen.names
-            for r in rows.rivals(context, c)
+            for r in rivals(context, c)
             if not r['same_thing'] and r['separable_nats'] < MARGIN_NATS
         ]
         driven = any(a.strongest > 0 for a in context.base.robot.actuators)

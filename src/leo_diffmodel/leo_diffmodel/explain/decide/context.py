@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a finished search says of the data that no fit has seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from leo_diffmodel.compare import errors
+from leo_diffmodel.compare.errors import Prediction
+from leo_diffmodel.compare.pushes import predict
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.decide.classes import Facts, same_thing
+from leo_diffmodel.explain.decide.headline import Headline, headline
+from leo_diffmodel.explain.decide.held import undisturbed
+from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.fit import Fit, fit
+from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.select.evidence import score, Scored
+from leo_diffmodel.explain.select.search import Search
+from leo_diffmodel.explain.settings import SETTINGS, Settings
+from leo_sim.model import Model
+
+Values = tuple[tuple[str, ...], bytes]
+
+
+@dataclass(frozen=True)
+class Context:
+    """A finished search and the held-out windows: what doubts and rows are read from.
+
+    Attributes:
+        found: the finished search.
+        base: the model as given.
+        facts: what decides which effects are the same thing.
+        held: windows no fit has seen, for the errors.
+        step: one control period [s].
+        settings: the gates.
+    """
+
+    found: Search
+    base: Model
+    facts: Facts
+    held: Windows
+    step: float
+    settings: Settings = SETTINGS
+    _made: dict[Values, Prediction] = field(default_factory=dict, init=False, repr=False)
+
+    def predict(self, fitted: Fit) -> Prediction:
+        """Held-out windows as the fitted hypothesis predicts them from their measured start."""
+        values = _values(fitted)
+        if values not in self._made:
+            model = fitted.hypothesis.model(self.base, fitted.theta)
+            sigma = self.found.problem.sigma
+            self._made[values] = errors.predict_windows(model, self.held, sigma)
+        return self._made[values]
+
+    def without(self, candidate: Candidate) -> Scored:
+        """The chosen hypothesis less one effect."""
+        chosen = self.found.chosen
+        if known := self.found.known(chosen.names - {candidate}):
+            return known
+        full = chosen.fit.hypothesis
+        part = full.without(full.candidates.index(candidate))
+        theta = part.carried(full, chosen.fit.theta)
+        fitted = fit(chosen.at.problem, part, theta, chosen.fit.start)
+        return score(Estimate(chosen.at.posed, fitted))
+
+    def share(self, candidate: Candidate) -> float:
+        """Share of the turns that choose an effect, or the same thing by another name."""
+        return self.found.share(lambda c: self.alike(c, candidate))
+
+    def alike(self, a: Candidate, b: Candidate) -> bool:
+        """Whether two effects are one, or the same thing in the data."""
+        return a == b or same_thing(a, b, self.facts) is not None
+
+    def undisturbed(self, fitted: Fit) -> Context:
+        """The same on the windows without a hand push."""
+        calm = undisturbed(self.predict(fitted))
+        context = replace(self, held=self.held.take(calm))
+        context._made[_values(fitted)] = self.predict(fitted).take(calm)
+        return context
+
+    def headline(self, fitted: Fit) -> float:
+        """Mean held-out error over the states, as it is told."""
+        return self.told.mean(self.without_floor(fitted))
+
+    @property
+    def told(self) -> Headline:
+        """Which figure an answer is told with."""
+        return headline(self.base.robot, float(np.median(self.held.dt.sum(axis=1))))
+
+    def without_floor(self, fitted: Fit) -> Prediction:
+        """The same where only the errors are asked for, which takes one prediction a window."""
+        if made := self._made.get(_values(fitted)):
+            return made
+        model = fitted.hypothesis.model(self.base, fitted.theta)
+        states = predict(model, self.held, self.held.measured[:, 0])
+        return Prediction(self.held, states, np.zeros_like(states))
+
+    def floors(self, candidate: Candidate) -> float:
+        """What an effect changes that nothing else in the answer does, in noise floors.
+
+        Root mean square over held-out windows and states, as far ahead as errors are told: the
+        prediction of the answer less that of its other effects, refitted without this one.
+        """
+        rest = self.without_floor(self.without(candidate).fit)
+        return errors.change_ahead(self.predict(self.found.final), rest, self.told.seconds)
+
+
+def _values(fitted: Fit) -> Values:
+    return tuple(c.label for c in fitted.hypothesis.candidates), fitted.theta.tobytes()

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What keeps an effect, or the whole answer, from being sure."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from leo_diffmodel.explain.decide.classes import same_thing
+from leo_diffmodel.explain.decide.context import Context
+from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
+from leo_diffmodel.explain.estimate.scan import amplitude_indices
+from leo_diffmodel.explain.problem.limits import at_limit
+
+RIVAL_NATS, MOST_INSTEAD = 15.0, 3
+"""What is told beside an effect: what is so near, and so many that were chosen instead."""
+
+
+def doubt(context: Context, index: int, candidate: Candidate) -> str:
+    """Why an effect is not sure; '' where it is."""
+    fitted = context.found.final
+    first = fitted.hypothesis.offset(index)
+    rows = [(p, float(fitted.theta[first + i]), fitted.ci95(first + i))
+            for i, p in enumerate(candidate.parameters)]  # fmt: skip
+    sizes = [rows[i] for i in amplitude_indices(candidate.parameters)]
+    if not any(low > p.neutral or high < p.neutral for p, _, (low, high) in sizes):
+        return 'whose interval holds no effect'
+    if any(at_limit(p, v, 0.5 * (high - low)) for p, v, (low, high) in sizes):
+        return 'at the limit of what is plausible'
+    if (share := context.share(candidate)) < context.settings.stable:
+        return f'chosen in {share:.0%} of the held-out turns'
+    if (size := context.floors(candidate)) < context.settings.least_floors:
+        return f'of {size:.1f} noise floors, which many small differences make together'
+    return ''
+
+
+def instead(context: Context, candidate: Candidate) -> list[str]:
+    """What is chosen in its place in too many of the turns for it to be sure."""
+    if context.share(candidate) >= context.settings.stable:
+        return []
+    chosen = context.found.chosen.names
+    others = [c for names in context.found.turns for c in names
+              if not any(context.alike(c, d) for d in chosen)]  # fmt: skip
+    counts = Counter(c.label for c in others)
+    least = 0.5 * (1 - context.settings.stable) * len(context.found.turns)
+    return [label for label, n in counts.most_common(MOST_INSTEAD) if n > least]
+
+
+def rivals(context: Context, candidate: Candidate) -> list[dict]:
+    """What else could stand in the place of an effect, nearest first.
+
+    An effect that was not chosen is compared alone, on the model as given.
+    """
+    found = context.found
+    names = found.chosen.names if candidate in found.chosen.names else frozenset({candidate})
+    mine = found.chosen if names == found.chosen.names else found.known(names)
+    assert mine is not None
+    near = []
+    for other in found.sets:
+        if len(other.names) != len(names) or not names - {candidate} < other.names:
+            continue
+        (rival,) = other.names - (names - {candidate})
+        behind = found.weight.ahead(mine, other)
+        why = same_thing(candidate, rival, context.facts) if behind < MARGIN_NATS else None
+        if rival != candidate and abs(behind) < RIVAL_NATS:
+            near.append({'name': rival.effect.name, 'where': rival.where,
+                         'separable_nats': behind, 'same_thing': why})  # fmt: skip
+    return near
+
+
+def doubts(context: Context) -> list[str]:
+    """What keeps the whole answer from being sure, in words."""
+    found, final = context.found, context.found.final
+    first = final.hypothesis.size - len(final.hypothesis.constants)
+    low, high = final.hypothesis.low, final.hypothesis.high
+    told = [
+        f'{c.path} runs onto its limit {final.theta[first + i]:.3g} {c.unit}'.rstrip()
+        for i, c in enumerate(final.hypothesis.constants)
+        if not low[first + i] < final.theta[first + i] < high[first + i]
+    ]
+    best = stability(context)[0]
+    if best['share'] < context.settings.stable:
+        told.append(f'this set is chosen in {best["share"]:.0%} of the held-out turns')
+    if other := _other(context):
+        told.append(f'{other} would leave less unexplained')
+    return told if found.complete else [*told, 'the time was over: the best answer so far']
+
+
+def _other(context: Context) -> str:
+    """The set that shares no effect with the chosen one and leaves least, if less; '' for none.
+
+    It may have one effect more: what is little for one effect is no reason against two.
+    """
+    found, chosen = context.found, context.found.chosen
+    weight, left = found.weight, found.weight.unexplained(found.chosen)
+    others = [s for s in found.sets if 0 < len(s.names) <= len(chosen.names) + 1
+              and not any(context.alike(a, b) for a in s.names for b in chosen.names)]  # fmt: skip
+    best = min(others, key=weight.unexplained, default=chosen)
+    if not chosen.names or weight.unexplained(best) >= left:
+        return ''
+    return ' + '.join(sorted(c.label for c in best.names))
+
+
+def stability(context: Context) -> list[dict]:
+    """In what share of the held-out turns which set is chosen, the chosen one first."""
+    found, chosen = context.found, context.found.chosen.names
+
+    def alike(names: frozenset[Candidate]) -> bool:
+        return len(names) == len(chosen) and all(
+            any(context.alike(a, b) for b in chosen) for a in names
+        )
+
+    counts = Counter('' if alike(n) else ' + '.join(sorted(c.label for c in n)) or 'nothing'
+                     for n in found.turns)  # fmt: skip
+    mine = counts.pop('', 0) / len(found.turns)
+    names = [c.label for c in found.final.hypothesis.candidates]
+    rows = [{'effects': names, 'share': mine}]
+    return rows + [
+        {
+            'effects': [] if label == 'nothing' else label.split(' + '),
+            'share': n / len(found.turns),
+        }
+        for label, n in counts.most_common()
+    ]
