@@ -54,8 +54,8 @@ class DiffModelNode(Node):
         self._base = Path(fixed_parameter(self, 'bag', 'runs/rollout'))
         record = fixed_parameter(self, 'record', True)
         robot = fixed_parameter(self, 'robot', '')
-        self._parts: list[Part] = [self._record(robot)] if record else []
-        self._parts.append(self._difference())
+        difference = self._difference()  # may refuse its model, and then nothing is recorded
+        self._parts: list[Part] = [self._record(robot), difference] if record else [difference]
         self._diagnostics = self.create_publisher(*topics.DIAGNOSTICS)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DIAGNOSTICS_PERIOD, self._report, clock=steady)

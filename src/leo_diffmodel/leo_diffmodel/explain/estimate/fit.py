@@ -24,6 +24,8 @@ FAR_NATS = 5.0
 ENOUGH_SHARE, FAR_SHARE = 3e-4, 1e-3
 """Of the loss: where no hypothesis comes near the noise, the last nats decide nothing."""
 FOOTED_NATS, SCALES = 0.5, (1.0, 0.3, 0.1)
+KEPT = 0.5
+"""Of what the linearisation promises of a step; less, and the start states settle first."""
 ROUNDS, SETTLED_SHARE = 4, 1e-3
 """In which start states settle after a step at most; and what a round must save of the loss."""
 OUT_OF_LINE = 2.0
@@ -129,9 +131,9 @@ def fit(
 ) -> Fit:
     """Gauss-Newton over parameters and start states, with shorter and shorter steps and bounds.
 
-    Only the training windows move the parameters; every window moves its own start state. A point
-    is judged by its loss once the start states have settled there. What is left when they are
-    projected out can be far less than that: dry friction bends what they do.
+    Only the training windows move the parameters; every window moves its own start state. Where a
+    step does not save what the linearisation promises, it is judged by its loss once the start
+    states have settled there: dry friction bends what they do.
     """
     theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
     if start is None and problem.footing:
@@ -140,7 +142,7 @@ def fit(
         start = settle(problem, hypothesis, theta, problem.windows.measured[:, 0], rounds=6)
     if problem.footing and not hypothesis.size:
         return _read_off(problem, _evaluate(problem, hypothesis, theta, start))
-    best = _released(problem, hypothesis, _walked(problem, hypothesis, theta, start))[0]
+    best = _walked(problem, hypothesis, theta, start)
     for number in range(PATIENCE * iterations if hypothesis.size else 0):
         best, gained = _stepped(problem, hypothesis, best)
         enough = _enough(problem, best, number >= iterations)
@@ -194,13 +196,28 @@ def _stepped(
     """
     loss = shooting.huber(best.linear.residual)
     most, step = _in_line(problem, loss), _sound_step(problem, best)
+
+    def saved(residual: Array) -> float:
+        left = np.minimum(shooting.huber(residual), most)
+        return float((np.minimum(loss, most) - left)[problem.train].sum())
+
     for scale in SCALES:
         theta, start = _along(hypothesis, best.theta, best.start, step, scale)
-        trial = _walked(problem, hypothesis, theta, start, best.start)
-        saved = np.minimum(loss, most) - np.minimum(shooting.huber(trial.linear.residual), most)
-        if (gained := float(saved[problem.train].sum())) > 0:
+        trial = _evaluate(problem, hypothesis, theta, start)
+        gained = saved(trial.linear.residual)
+        if gained < KEPT * saved(_ahead(best, trial)):
+            trial = _walked(problem, hypothesis, theta, start, best.start)
+            gained = saved(trial.linear.residual)
+        if gained > 0:
             return trial, gained
     return best, 0.0
+
+
+def _ahead(best: _Point, trial: _Point) -> Array:
+    """The residual that the linearisation at one point promises at another one, (W, N)."""
+    linear = best.linear
+    moved = (linear.by_start @ (trial.start - best.start)[..., None])[..., 0]
+    return linear.residual + moved + linear.by_theta @ (trial.theta - best.theta)
 
 
 def looked_at(problem: Problem, hypothesis: Hypothesis, theta: Array) -> tuple[Fit, Step]:
