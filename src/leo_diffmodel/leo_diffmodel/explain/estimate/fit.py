@@ -139,7 +139,7 @@ def fit(
     if start is None and problem.footing:
         start = problem.footing.start
     if start is None:
-        start = settle(problem, hypothesis, theta, problem.windows.measured[:, 0], rounds=6)
+        start = settle(problem, hypothesis, theta, [problem.windows.measured[:, 0]], rounds=6)
     if problem.footing and not hypothesis.size:
         return _read_off(problem, _evaluate(problem, hypothesis, theta, start))
     best = _walked(problem, hypothesis, theta, start)
@@ -254,12 +254,9 @@ def _sound_step(problem: Problem, point: _Point) -> Step:
     return _step(problem, point, problem.train & (loss < _in_line(problem, loss)))
 
 
-def _walked(
-    problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array, *others: Array
-) -> _Point:
-    """The point where the starts have settled, each from the better of those given."""
-    start = settle(problem, hypothesis, theta, start, ROUNDS, others)
-    return _evaluate(problem, hypothesis, theta, start)
+def _walked(problem: Problem, hypothesis: Hypothesis, theta: Array, *starts: Array) -> _Point:
+    """The point where the starts have settled, in each window the best of those given."""
+    return _evaluate(problem, hypothesis, theta, settle(problem, hypothesis, theta, starts))
 
 
 def _released(
@@ -273,8 +270,7 @@ def _released(
     if problem.footing:
         return best, 0.0
     measured = problem.windows.measured[:, 0]
-    start = settle(problem, hypothesis, best.theta, measured, ROUNDS)
-    point = _walked(problem, hypothesis, best.theta, best.start, start)
+    point = _walked(problem, hypothesis, best.theta, best.start, measured)
     saved = shooting.huber(best.linear.residual) - shooting.huber(point.linear.residual)
     return point, float(saved[problem.train].sum())
 
@@ -342,8 +338,8 @@ def _bounded_step(matrix: Array, slope: Array, point: _Point, ridge: float) -> A
 
 
 def settle(
-    problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array, rounds: int,
-    others: Sequence[Array] = (),
+    problem: Problem, hypothesis: Hypothesis, theta: Array, starts: Sequence[Array],
+    rounds: int = ROUNDS,
 ) -> Array:
     """The start states that fit best with the parameters held, each window on its own (W, 2J).
 
@@ -351,22 +347,21 @@ def settle(
         problem: the windows.
         hypothesis: what acts.
         theta: its values, shape (P,).
-        start: where to begin, shape (W, 2J).
+        starts: where to begin; each settles, and in each window the best is kept.
         rounds: Gauss-Newton steps, shorter where the one before led nowhere.
-        others: where to begin instead in the windows that it suits better.
     """
-    held = _held(problem, hypothesis, theta)
-    at = _Settling.of(held, start)
-    for other in others:
-        at = at.or_better(_Settling.of(held, other))
-    scale = np.ones((len(start), 1))
+    count = problem.windows.count
+    held = _held(problem, hypothesis, theta).take(np.tile(np.arange(count), len(starts)))
+    at = _Settling.of(held, np.concatenate(starts))
+    scale = np.ones((len(at.start), 1))
     for _ in range(rounds):
         trial, before = _Settling.of(held, at.start + scale * at.step), at.loss[held.train].sum()
         scale = np.where((trial.loss < at.loss)[:, None], 1.0, 0.3 * scale)
         at = at.or_better(trial)
         if before - at.loss[held.train].sum() < SETTLED_SHARE * before:
             break
-    return at.start
+    best = at.loss.reshape(-1, count).argmin(axis=0)
+    return at.start[best * count + np.arange(count)]
 
 
 class _Settling(NamedTuple):
