@@ -209,13 +209,15 @@ def ahead(prediction: Prediction, seconds: float) -> list[float]:
 
 
 def change_ahead(prediction: Prediction, other: Prediction, seconds: float) -> float:
-    """How far another prediction is from one `seconds` ahead, in noise floors (rms of all states).
+    """How far another prediction is from one `seconds` ahead, in noise floors.
 
-    The other holds the windows of the first; its own floor is not asked for.
+    Rms of the change over that of the floor, both over the windows; then rms over the states.
+    The other prediction is of the windows of the first; its own floor is not asked for.
     """
     at = _at(prediction, seconds)
     change = at.of(prediction.predicted - other.predicted)
-    return float(np.sqrt((change**2 / at.of(prediction.floor)).mean()))
+    ratio = (change**2).mean(axis=0) / at.of(prediction.floor).mean(axis=0)
+    return float(np.sqrt(ratio.mean()))
 
 
 def median_ahead(prediction: Prediction, seconds: float) -> list[float]:

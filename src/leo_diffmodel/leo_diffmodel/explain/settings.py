@@ -31,8 +31,8 @@ class Settings:
         stable: share of the turns that must choose an effect for it to be sure.
         unexplained: times the noise that may be left where nothing is missing (mean square).
         share: of the error beyond noise that may be left where everything is explained.
-        least_floors: of change that nothing else in the answer makes, for an effect to be sure;
-            a robot is wrong in many ways that are smaller [noise floors].
+        least_floors: that one of the effects must change the prediction by for any to be sure; a
+            robot is wrong in many ways that are smaller [noise floors].
         outside: share of the moving time moved from outside from which on no effect is named.
         fewest_windows: of data that can be tested.
         least_motion: standard deviations of noise a window must swing to count as motion.

@@ -99,13 +99,17 @@ class Context:
         return Prediction(self.held, states, np.zeros_like(states))
 
     def floors(self, candidate: Candidate) -> float:
-        """What an effect changes that nothing else in the answer does, in noise floors.
+        """What an effect changes, in noise floors.
 
-        Root mean square over held-out windows and states, as far ahead as errors are told: the
-        prediction of the answer less that of its other effects, refitted without this one.
+        Root mean square over held-out windows and states, as far ahead as errors are told, of the
+        prediction with it less that without it, all else as it is.
         """
-        rest = self.without_floor(self.without(candidate).fit)
-        return errors.change_ahead(self.predict(self.found.final), rest, self.told.seconds)
+        final = self.found.final
+        full = final.hypothesis
+        part = full.without(full.candidates.index(candidate))
+        rest = replace(final, hypothesis=part, theta=part.carried(full, final.theta))
+        with_it, without = self.predict(final), self.without_floor(rest)
+        return errors.change_ahead(with_it, without, self.told.seconds)
 
 
 def _values(fitted: Fit) -> Values:

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections import Counter
 
+import numpy as np
+
 from leo_diffmodel.explain.decide.classes import same_thing
 from leo_diffmodel.explain.decide.context import Context
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
@@ -29,8 +31,6 @@ def doubt(context: Context, index: int, candidate: Candidate) -> str:
         return 'at the limit of what is plausible'
     if (share := context.share(candidate)) < context.settings.stable:
         return f'chosen in {share:.0%} of the held-out turns'
-    if (size := context.floors(candidate)) < context.settings.least_floors:
-        return f'of {size:.1f} noise floors, which many small differences make together'
     return ''
 
 
@@ -81,6 +81,10 @@ def doubts(context: Context) -> list[str]:
     best = stability(context)[0]
     if best['share'] < context.settings.stable:
         told.append(f'this set is chosen in {best["share"]:.0%} of the held-out turns')
+    sizes = [context.floors(c) for c in final.hypothesis.candidates]
+    if max(sizes, default=np.inf) < context.settings.least_floors:
+        told.append('none changes the motion by more than the noise floor, as many small '
+                    'differences together do')  # fmt: skip
     if other := _other(context):
         told.append(f'{other} would leave less unexplained')
     return told if found.complete else [*told, 'the time was over: the best answer so far']
