@@ -142,7 +142,8 @@ def explain(
     found = beside(found, outside) if outside else found
     held = held_windows(everything, found, model)
     free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
-    context = Context(found, model, Facts(model.robot, bool(free)), held, step, settings)
+    context = Context(found, model, Facts(model.robot, bool(free)), held, step, settings,
+                      tuple(r.path.name for r in everything))  # fmt: skip
     context = context.undisturbed((outside and outside.attempt.fit) or found.final)
     unknown = _told(everything, outside, context) if outside else None
     return replace(_answer(context, asked, unknown, cut), used=tuple(everything))

@@ -33,6 +33,8 @@ class Settings:
         share: of the error beyond noise that may be left where everything is explained.
         least_floors: that one of the effects must change the prediction by for any to be sure; a
             robot is wrong in many ways that are smaller [noise floors].
+        disagree: of a value, by which two recordings that exclude each other must differ for the
+            answer not to be sure.
         outside: share of the moving time moved from outside from which on no effect is named.
         fewest_windows: of data that can be tested.
         least_motion: standard deviations of noise a window must swing to count as motion.
@@ -53,6 +55,7 @@ class Settings:
     unexplained: float = 1.6
     share: float = 0.25
     least_floors: float = 1.0
+    disagree: float = 0.5
     outside: float = 0.5
     fewest_windows: int = 12
     least_motion: float = 8.0

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import replace
 import json
 from pathlib import Path
@@ -12,18 +13,22 @@ import shlex
 from rich.table import Table
 from rich.text import Text
 
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.verbs import common
+from leo_diffmodel.verbs.explain_each import show_each, unique_names
 from leo_diffmodel.verbs.explain_text import told
 from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_sim.effects.consent import effect_words, words
+from leo_sim.model import Model
 
 EXAMPLES = (
     'leo explain bags/run1 --model pendulum -o out/explain',
     'leo explain bags/run1 --hold-out bags/run2 --model pendulum --json',
     'leo explain bags/run1 --model pendulum --effect my_effect.py',
     'leo explain bags/run1 --model pendulum --write-effect found.py -o out/explain',
+    'leo explain bags/light bags/heavy --each --model pendulum -o out/each',
     'leo explain bags/run1 --model pendulum --from 3 --to 12.5 --within 60s',
 )
 SHOWN = 8
@@ -36,12 +41,9 @@ def main(argv: list[str]) -> int:
     target = _fresh_effect(arguments.write_effect)
     model = common.load(arguments)
     recordings, held = common.read_all(arguments, model)
-    own = common.own_effects(arguments)
-    with common.progress('explaining', common.search_steps(model)) as heard:
-        result = explain(
-            recordings, model, held, own, heard, arguments.step,
-            within=arguments.within, keep=arguments.keep,
-        )  # fmt: skip
+    if arguments.each:
+        return _each(arguments, model, recordings, folder)
+    result = _explained(arguments, model, recordings, held)
     if target:
         result = _written(target, result)
     if folder:
@@ -53,6 +55,38 @@ def main(argv: list[str]) -> int:
         _point_on(arguments, folder, result)
         _point_on_effect(arguments, target, result)
     return 1 if result.verdict in common.NEGATIVE else 0
+
+
+def _explained(
+    arguments: argparse.Namespace, model: Model, recordings: Sequence[Recording],
+    held: Sequence[Recording] = (), title: str = 'explaining',
+) -> Explanation:
+    own = common.own_effects(arguments)
+    with common.progress(title, common.search_steps(model)) as heard:
+        return explain(
+            recordings, model, held, own, heard, arguments.step,
+            within=arguments.within, keep=arguments.keep,
+        )  # fmt: skip
+
+
+def _each(
+    arguments: argparse.Namespace, model: Model, recordings: Sequence[Recording],
+    folder: Path | None,
+) -> int:
+    """Explain every bag by itself; a folder of each in DIR."""
+    names = unique_names([r.path for r in recordings])
+    results = []
+    for name, recording in zip(names, recordings, strict=True):
+        result = _explained(arguments, model, [recording], title=f'explaining {name}')
+        results.append(result)
+        if folder and (inside := common.fresh_folder(str(folder / name))):
+            write(inside, result, [recording])
+    if arguments.json:
+        answers = zip(names, results, strict=True)
+        print(json.dumps({name: result.to_json() for name, result in answers}))
+    else:
+        show_each(names, results)
+    return 1 if any(r.verdict in common.NEGATIVE for r in results) else 0
 
 
 def write(folder: Path, result: Explanation, recordings: list) -> None:
@@ -90,6 +124,9 @@ def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('explain', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments)
     common.add_search_arguments(arguments)
+    arguments.add_argument(
+        '--each', action='store_true', help='every bag by itself, answers side by side'
+    )
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write JSON and report here')
     arguments.add_argument(
         '--write-effect', metavar='FILE.py', help='make an effect of what is no known effect'

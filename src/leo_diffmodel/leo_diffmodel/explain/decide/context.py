@@ -36,6 +36,7 @@ class Context:
         held: windows no fit has seen, for the errors.
         step: one control period [s].
         settings: the gates.
+        bags: names of the recordings, in the order of the windows' `source`.
     """
 
     found: Search
@@ -44,6 +45,7 @@ class Context:
     held: Windows
     step: float
     settings: Settings = SETTINGS
+    bags: tuple[str, ...] = ()
     _made: dict[Values, Prediction] = field(default_factory=dict, init=False, repr=False)
 
     def predict(self, fitted: Fit) -> Prediction:

@@ -9,6 +9,7 @@ import numpy as np
 
 from leo_diffmodel.explain.decide.classes import same_thing
 from leo_diffmodel.explain.decide.context import Context
+from leo_diffmodel.explain.decide.disagree import disagreements
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.estimate.scan import amplitude_indices
@@ -85,6 +86,7 @@ def doubts(context: Context) -> list[str]:
     if max(sizes, default=np.inf) < context.settings.least_floors:
         told.append('none changes the motion by more than the noise floor, as many small '
                     'differences together do')  # fmt: skip
+    told += disagreements(context)
     if other := _other(context):
         told.append(f'{other} would leave less unexplained')
     return told if found.complete else [*told, 'the time was over: the best answer so far']
