@@ -14,6 +14,8 @@ from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.estimate.scan import amplitude_indices
 from leo_diffmodel.explain.problem.limits import at_limit
+from leo_diffmodel.explain.select.evidence import Scored
+from leo_diffmodel.explain.select.sets import supported
 
 RIVAL_NATS, MOST_INSTEAD = 15.0, 3
 """What is told beside an effect: what is so near, and so many that were chosen instead."""
@@ -93,18 +95,29 @@ def doubts(context: Context) -> list[str]:
 
 
 def _other(context: Context) -> str:
-    """The set that shares no effect with the chosen one and leaves least, if less; '' for none.
+    """The set that leaves less unexplained than the chosen one, and is not surely behind it.
 
-    It may have one effect more: what is little for one effect is no reason against two.
+    Two measures then disagree: the chosen one saves more in all, the other in most windows. A
+    set that shares effects with the chosen one must be as small, and supported itself. One that
+    shares none may have one effect more: what is little for one effect is no reason against two.
     """
     found, chosen = context.found, context.found.chosen
     weight, left = found.weight, found.weight.unexplained(found.chosen)
-    others = [s for s in found.sets if 0 < len(s.names) <= len(chosen.names) + 1
-              and not any(context.alike(a, b) for a in s.names for b in chosen.names)]  # fmt: skip
-    best = min(others, key=weight.unexplained, default=chosen)
-    if not chosen.names or weight.unexplained(best) >= left:
-        return ''
-    return ' + '.join(sorted(c.label for c in best.names))
+    near = [s for s in found.sets if _comparable(context, s) and weight.unexplained(s) < left
+            and not weight.surely_ahead(chosen, s)]  # fmt: skip
+    best = min(near, key=weight.unexplained, default=None)
+    return ' + '.join(sorted(c.label for c in best.names)) if best else ''
+
+
+def _comparable(context: Context, other: Scored) -> bool:
+    found, mine, names = context.found, context.found.chosen.names, other.names
+    if not mine or not names or names <= mine or mine <= names:
+        return False
+    if not any(context.alike(a, b) for a in names for b in mine):
+        return len(names) <= len(mine) + 1
+    same = all(any(context.alike(a, b) for b in mine) for a in names)
+    return (len(names) <= len(mine) and not same
+            and supported(found.sets, other, found.weight, found.threshold))  # fmt: skip
 
 
 def stability(context: Context) -> list[dict]:

@@ -138,6 +138,11 @@ class Weight:
         least = max(more * limit * self.spread, trifle)
         return saved.nats > max(least, self.settings.least_errors * saved.error)
 
+    def surely_ahead(self, a: Scored, b: Scored) -> bool:
+        """Whether `a` predicts better than `b` beyond how far the folds disagree about it."""
+        saved = self.compare(b, a)
+        return saved.nats > self.settings.least_errors * saved.error
+
     def unexplained(self, scored: Scored) -> float:
         """Loss that is left beyond measurement noise [nats], no window out of line.
 

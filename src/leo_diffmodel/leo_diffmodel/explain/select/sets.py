@@ -148,12 +148,18 @@ def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:
         weight: what a nat counts, and in which folds.
         limit: gain that noise alone can give an effect [nats].
     """
-    known = {s.names for s in sets}
-    for scored in weight.ordered([s for s in sets if _parts(s) <= known]):
-        smaller = [s for s in sets if s.size < scored.size and _holds(scored, s)]
-        if all(weight.supports(s, scored, limit) for s in smaller):
+    for scored in weight.ordered(sets):
+        if supported(sets, scored, weight, limit):
             return scored
     return next(s for s in sets if not s.names)
+
+
+def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: float) -> bool:
+    """Whether every part of a set is known and predicts worse; see `chosen`."""
+    if not _parts(scored) <= {s.names for s in sets}:
+        return False
+    smaller = [s for s in sets if s.size < scored.size and _holds(scored, s)]
+    return all(weight.supports(s, scored, limit) for s in smaller)
 
 
 def _parts(scored: Scored) -> set[Names]:
