@@ -19,6 +19,18 @@ def pytest_configure() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Where tests are dealt out to processes (pytest -n): a file stays together, its fixtures too.
+
+    Tests that talk over DDS all go to one process, in which none takes another's processor time.
+    """
+    for item in items:
+        graph = item.get_closest_marker('graph')
+        group = 'graph' if graph else item.nodeid.partition('::')[0]
+        item.add_marker(pytest.mark.xdist_group(group))
+
+
 @pytest.fixture(scope='session')
 def domain() -> Iterator[int]:
     """A ROS_DOMAIN_ID of its own for this test process and its children, on localhost."""
