@@ -25,6 +25,7 @@ from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.pose import pose, standing
 from leo_diffmodel.explain.unknown import find as unknown_find
+from leo_diffmodel.explain.unknown import influence as influences
 from leo_diffmodel.explain.unknown.curves import curves
 from leo_diffmodel.explain.unknown.influence import influence
 from leo_sim import multirate
@@ -249,7 +250,7 @@ def test_a_window_that_a_push_throws_out_of_the_ground_is_no_trace(model, braked
         columns[0] = np.nan
         return predicted, columns
 
-    monkeypatch.setattr('leo_diffmodel.explain.unknown.influence.respond', thrown)
+    monkeypatch.setattr(influences, 'respond', thrown)
     left = influence(problem, null)
     assert np.all(left.answer[0] == 0) and np.all(np.isfinite(left.answer))
 
