@@ -86,7 +86,7 @@ make_environment() {
 }
 
 fingerprint() { # what an installed environment depends on
-  { pwd; ros; "$VENV/bin/python" -VV; cat constraints.txt "$@" src/*/setup.{py,cfg}; } | cksum
+  { pwd; ros; "$VENV/bin/python" -VV; cat constraints.txt "$@" src/*/{package.xml,setup.py,setup.cfg}; } | cksum
 }
 
 install_ros() {

@@ -32,9 +32,9 @@ from leo_sim.model_file import write_effects
 DONE = 'algorithm5.json'
 """What of a run has been done, in its folder."""
 UPDATE_SIGMA = 0.12
-"""Exploration once there is a difference model (data sheet section 10)."""
+"""Exploration once there is a difference model (docs/reference/leo.md 10)."""
 KEPT_REPLAY = 100_000
-"""Transitions of the first training every later one starts from (data sheet section 11.5)."""
+"""Transitions of the first training every later one starts from (docs/reference/leo.md 11.5)."""
 
 
 @dataclass(frozen=True)
