@@ -144,8 +144,7 @@ run_tests() { # ARG…: pytest's; a core runs one process of tests at a time
   local linted=0 tested=0
   lint > "$VENV/lint.log" 2>&1 &
   trap 'kill $! 2> /dev/null; exit 130' INT TERM
-  OPENBLAS_NUM_THREADS=1 "$VENV/bin/python" -m pytest --numprocesses=auto \
-    --dist=loadgroup "$@" || tested=$?
+  OPENBLAS_NUM_THREADS=1 "$VENV/bin/python" -m pytest --numprocesses=auto "$@" || tested=$?
   wait $! || linted=$?
   cat "$VENV/lint.log"
   return $((linted > tested ? linted : tested))

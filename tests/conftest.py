@@ -19,16 +19,21 @@ def pytest_configure() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Where tests are dealt out to processes (pytest -n): a file stays together, its fixtures too.
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Deal out whole files to processes, so that what a file shares is made once.
 
-    Tests that talk over DDS all go to one process, in which none takes another's processor time.
+    The files of tests/graph all go to one process, where none takes another's processor time.
+    (Marks of xdist's own groups are lost on pytest 9.)
     """
-    for item in items:
-        graph = item.get_closest_marker('graph')
-        group = 'graph' if graph else item.nodeid.partition('::')[0]
-        item.add_marker(pytest.mark.xdist_group(group))
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition('::')[0]
+            return 'graph' if file.startswith('tests/graph/') else file
+
+    return ByFile(config, log)
 
 
 @pytest.fixture(scope='session')
