@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # ./run_all.sh [OPTION…]   set up, then the main job: leo demo [OPTION…]
-# ./run_all.sh test [ARG…] set up, then ruff, mypy and pytest [ARG…] (which builds with colcon too)
+# ./run_all.sh test [ARG…] set up, then pytest [ARG…] on all cores, ruff and mypy beside it
+# ./run_all.sh test-all    as test, with the tests marked slow too
 # ./run_all.sh setup       only set up: .venv with the leo command
 #
 # PYTHON=/path/to/python chooses the interpreter (3.11 or 3.12). A second run starts at once.
@@ -85,7 +86,7 @@ make_environment() {
 }
 
 fingerprint() { # what an installed environment depends on
-  { pwd; ros; "$VENV/bin/python" -VV; cat constraints.txt "$@" src/*/setup.{py,cfg}; } | cksum
+  { pwd; ros; "$VENV/bin/python" -VV; cat constraints.txt "$@" src/*/{package.xml,setup.py,setup.cfg}; } | cksum
 }
 
 install_ros() {
@@ -135,11 +136,18 @@ setup() { # REQUIREMENTS…: install them and the four packages, unless that is 
   fingerprint "$@" > "$stamp"
 }
 
-run_tests() {
-  local python=$VENV/bin/python
-  echo 'ruff' && "$python" -m ruff check .
-  echo 'mypy' && "$python" -m mypy
-  exec "$python" -m pytest "$@"
+lint() {
+  echo 'ruff' && "$VENV/bin/python" -m ruff check . && echo 'mypy' && "$VENV/bin/python" -m mypy
+}
+
+run_tests() { # ARG…: pytest's; a core runs one process of tests at a time
+  local linted=0 tested=0
+  lint > "$VENV/lint.log" 2>&1 &
+  trap 'kill $! 2> /dev/null; exit 130' INT TERM
+  OPENBLAS_NUM_THREADS=1 "$VENV/bin/python" -m pytest --numprocesses=auto "$@" || tested=$?
+  wait $! || linted=$?
+  cat "$VENV/lint.log"
+  return $((linted > tested ? linted : tested))
 }
 
 export PATH="$PWD/$VENV/bin:$PATH"
@@ -150,16 +158,20 @@ case ${1:-} in
     ;;
   test)
     setup requirements.txt requirements-test.txt
+    run_tests -m 'not slow' "${@:2}"
+    ;;
+  test-all)
+    setup requirements.txt requirements-test.txt
     run_tests "${@:2}"
     ;;
   -h | --help)
-    sed -n '4,8s/^# //p' run_all.sh
+    sed -n '4,9s/^# //p' run_all.sh
     ;;
   '' | -*)
     setup requirements.txt
     exec leo demo "$@"
     ;;
   *)
-    die "no such command: $1; there are: setup, test, and none for the main job"
+    die "no such command: $1; there are: setup, test, test-all, and none for the main job"
     ;;
 esac

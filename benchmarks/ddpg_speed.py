@@ -31,9 +31,8 @@ import numpy as np
 import torch
 
 from leo_learner.configs import THESIS_WALKING
-from leo_learner.ddpg import Agent, Config, Training
+from leo_learner.ddpg import Agent, AutogradUpdate, Config, Training
 from leo_learner.env import ModelEnv, training_env
-from leo_learner.fused import FusedAgent
 from leo_learner.replay import Batch, Replay
 from leo_sim.model import Model
 
@@ -84,7 +83,7 @@ def ours(hidden: tuple[int, ...]) -> Callable[[int], float]:
     """Steps per second of this project's DDPG from where the last call ended."""
     config = replace(THESIS_WALKING, hidden=hidden, warm_up=WARM_UP, batch=BATCH,
                      test_interval=10**9)
-    training = Training(environment(), config, 0, FusedAgent)
+    training = Training(environment(), config, 0)
 
     def run(steps: int) -> float:
         def enough() -> None:
@@ -165,7 +164,8 @@ def update(name: str, hidden: tuple[int, ...], rounds: int) -> None:
     """One update by either agent, the best of its turns, against large matrix products."""
     config = replace(THESIS_WALKING, hidden=hidden)
     agents = {
-        'autograd': Agent(14, 6, config, 0), 'derived gradients': FusedAgent(14, 6, config, 0)
+        'autograd': Agent(14, 6, config, 0, AutogradUpdate),
+        'derived gradients': Agent(14, 6, config, 0),
     }
     batch, work = _batch(), flops(config)
     times: dict[str, list[float]] = {kind: [] for kind in agents}

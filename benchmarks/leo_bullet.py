@@ -4,7 +4,7 @@
     python benchmarks/leo_bullet.py [--states 100]
 
 Bullet integrates explicitly, at 0.03 ms and less, with the motors' torques sent every step and
-contacts through its own collision detection and solver (leo_pybullet.md, sections 1 to 3).
+contacts through its own collision detection and solver (docs/reference/bullet.md, 1 to 3).
 """
 import argparse
 import os

@@ -19,6 +19,23 @@ def pytest_configure() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Deal out whole files to processes, so that what a file shares is made once.
+
+    The files of tests/graph all go to one process, where none takes another's processor time.
+    (Marks of xdist's own groups are lost on pytest 9.)
+    """
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition('::')[0]
+            return 'graph' if file.startswith('tests/graph/') else file
+
+    return ByFile(config, log)
+
+
 @pytest.fixture(scope='session')
 def domain() -> Iterator[int]:
     """A ROS_DOMAIN_ID of its own for this test process and its children, on localhost."""

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Package leo_diffmodel, for pip and for colcon."""
 from glob import glob
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
@@ -9,7 +10,7 @@ NODES = {'diffmodel': 'leo_diffmodel.nodes.diffmodel:main'}
 
 setup(
     name=PACKAGE,
-    version='0.1.0',
+    version=ElementTree.parse('package.xml').findtext('version'),
     description='Bags, compare, explain, add, the difference model and its node',
     author='The LEO developers',
     license='Apache-2.0',

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Package leo_learner, for pip and for colcon."""
 from glob import glob
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
@@ -9,7 +10,7 @@ NODES = {'learner': 'leo_learner.nodes.learner:main'}
 
 setup(
     name=PACKAGE,
-    version='0.1.0',
+    version=ElementTree.parse('package.xml').findtext('version'),
     description='Environment, DDPG, SARSA, Algorithm 5, policies, experiments, learner node',
     author='The LEO developers',
     license='Apache-2.0',

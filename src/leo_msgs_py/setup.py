@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Package leo_msgs_py, for pip and for colcon."""
 
+from xml.etree import ElementTree
+
 from setuptools import find_packages, setup
 
 PACKAGE = 'leo_msgs_py'
 
 setup(
     name=PACKAGE,
-    version='0.1.0',
+    version=ElementTree.parse('package.xml').findtext('version'),
     description='Names, units, typed values, help for nodes and the leo command',
     author='The LEO developers',
     license='Apache-2.0',

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Package leo_sim, for pip and for colcon."""
 from glob import glob
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
@@ -9,7 +10,7 @@ NODES = {'robot': 'leo_sim.nodes.robot:main', 'servo_bus': 'leo_sim.nodes.servo_
 
 setup(
     name=PACKAGE,
-    version='0.1.0',
+    version=ElementTree.parse('package.xml').findtext('version'),
     description='Robots, motor law, effects, engines, the model and the robot node',
     author='The LEO developers',
     license='Apache-2.0',

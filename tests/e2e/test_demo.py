@@ -18,7 +18,7 @@ from leo_sim.drawing import draw
 from leo_sim.reveal import read_sealed
 from leo_sim.robot import load_robot
 
-pytestmark = [pytest.mark.graph, pytest.mark.slow]
+pytestmark = pytest.mark.graph
 
 SMALL = Plan(steps=400, more_steps=400, transitions=600, episodes=1)
 

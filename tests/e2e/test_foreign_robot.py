@@ -19,23 +19,33 @@ NOISE = (1e-3, 0.03)  # rad, rad/s: encoders of 12 bit
 
 
 @pytest.fixture(scope='module')
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A robot folder from a URDF, two bags of the arm with friction in joint2, a topic map."""
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A robot folder from a URDF."""
     root = tmp_path_factory.mktemp('desk')
     assert main(['robot', 'init', str(ARM), '-o', str(root / 'arm')]) == 0
-    robot = load_robot(root / 'arm')
-    arm = foreign_arm.Arm(robot, foreign_arm.viscous(robot, 'joint2', FRICTION))
-    for seed in (1, 2):
-        foreign_arm.write(root / f'run{seed}', foreign_arm.run(arm, SECONDS, seed, NOISE))
-    (root / 'omx.yaml').write_text(foreign_arm.topic_map(robot))
     return root
 
 
-def test_a_foreign_bag_is_read_as_it_was_driven(desk):
-    recording = read_bag(desk / 'run1', desk / 'arm', desk / 'omx.yaml')
-    robot = load_robot(desk / 'arm')
+@pytest.fixture(scope='module')
+def happened(folder: Path) -> list[foreign_arm.Run]:
+    """Two runs of the arm with friction in joint2."""
+    robot = load_robot(folder / 'arm')
     arm = foreign_arm.Arm(robot, foreign_arm.viscous(robot, 'joint2', FRICTION))
-    truth = foreign_arm.run(arm, SECONDS, 1, NOISE)
+    return [foreign_arm.run(arm, SECONDS, seed, NOISE) for seed in (1, 2)]
+
+
+@pytest.fixture(scope='module')
+def desk(folder: Path, happened: list[foreign_arm.Run]) -> Path:
+    """The robot folder, a bag of each run, a topic map."""
+    for number, run in enumerate(happened, start=1):
+        foreign_arm.write(folder / f'run{number}', run)
+    (folder / 'omx.yaml').write_text(foreign_arm.topic_map(load_robot(folder / 'arm')))
+    return folder
+
+
+def test_a_foreign_bag_is_read_as_it_was_driven(desk, happened):
+    recording = read_bag(desk / 'run1', desk / 'arm', desk / 'omx.yaml')
+    truth = happened[0]
     (episode,) = recording.episodes
     assert (recording.joints, recording.input) == (('joint2', 'joint3'), 'torque')
     assert abs(episode.q - truth.q[-len(episode.q) :]).max() < 1e-9

@@ -20,6 +20,7 @@ COMMANDS = sorted(
     }
 )
 PATHS = sorted(set(re.findall(r'`((?:src|tests|docs)/[^`* ]+)`', README)))
+PAGES = [*sorted(ROOT.glob('*.md')), *sorted(ROOT.glob('docs/**/*.md'))]
 LEO = Path(sys.executable).with_name('leo')
 
 
@@ -44,5 +45,9 @@ def test_path_exists(path: str) -> None:
     assert (ROOT / path).exists()
 
 
-def test_pictures_exist() -> None:
-    assert [p for p in re.findall(r'!\[.*?\]\((.*?)\)', README) if not (ROOT / p).exists()] == []
+@pytest.mark.parametrize('page', PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_pictures_and_links_exist(page: Path) -> None:
+    text = re.sub(r'```.*?```', '', page.read_text(), flags=re.DOTALL)
+    linked = re.findall(r'\]\(([^)#\s]+)(?:#[^)]*)?\)', text)
+    here = [p for p in linked if not p.startswith('http')]
+    assert [p for p in here if not (page.parent / p).exists()] == []

@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 import re
+import subprocess
+import sys
 
 import pytest
 
@@ -181,8 +183,24 @@ def test_compare_never_fits() -> None:
     start = ('leo_diffmodel.verbs.compare', 'leo_diffmodel.report.compared')
     for module in start:
         loaded = reached_from(module)
-        fits = {m: by for m, by in loaded.items() if within(m, 'leo_diffmodel.explain')}
+        fits = {m: by for m, by in loaded.items() if within(m, EXPLAIN) and m != EXPLAIN}
         assert fits == {}, f'{module} loads what fits'
+
+
+def test_the_package_of_explain_itself_loads_nothing() -> None:
+    assert loaded_by(EXPLAIN) == ()
+
+
+@pytest.mark.parametrize('name', ['read_bag', 'compare', 'explain', 'add'])
+def test_python_offers_the_commands_as_functions_without_torch(name: str) -> None:
+    code = (
+        'import sys\n'
+        'from leo_diffmodel.explain.settings import SETTINGS\n'
+        f'from leo_diffmodel import {name}\n'
+        f'assert callable({name})\n'
+        "assert not {'torch', 'rclpy', 'numba'} & sys.modules.keys()\n"
+    )
+    subprocess.run([sys.executable, '-c', code], check=True, timeout=120)
 
 
 def test_a_fit_is_noticed_where_it_is_loaded() -> None:

@@ -3,11 +3,14 @@
 
 import errno
 import os
+from pathlib import Path
 import signal
 import subprocess
 import sys
+from xml.etree import ElementTree
 
 import pytest
+import yaml
 
 from leo_msgs_py import cli
 from leo_msgs_py.errors import UserError
@@ -176,3 +179,13 @@ def test_sigterm_interrupts_as_ctrl_c_does(number):
     process.send_signal(number)
     assert process.communicate()[0] == 'tidied\n'
     assert process.returncode == 130
+
+
+def test_one_version_everywhere(capsys):
+    root = Path(__file__).resolve().parents[2]
+    assert cli.main(['--version']) == 0
+    version = capsys.readouterr().out.removeprefix('leo ').strip()
+    manifests = sorted(root.glob('src/*/package.xml'))
+    assert [ElementTree.parse(m).findtext('version') for m in manifests] == [version] * 4
+    assert yaml.safe_load((root / 'CITATION.cff').read_text())['version'] == version
+    assert f'\n## {version} ' in (root / 'CHANGELOG.md').read_text()

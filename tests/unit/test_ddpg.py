@@ -11,7 +11,7 @@ import torch
 
 from leo_learner.checkpoint import load_checkpoint, save_checkpoint, start_from
 from leo_learner.configs import RECOMMENDED
-from leo_learner.ddpg import Agent, OrnsteinUhlenbeck, THESIS, Training
+from leo_learner.ddpg import Agent, AutogradUpdate, OrnsteinUhlenbeck, THESIS, Training
 from leo_learner.learning import learn
 from leo_learner.replay import Batch, Replay
 from leo_msgs_py.errors import UserError
@@ -60,10 +60,10 @@ def test_networks_start_as_in_the_thesis():
 
 
 def test_critic_is_decayed_and_the_actor_is_not():
-    agent = Agent(3, 1, THESIS, seed=0)
+    update = Agent(3, 1, THESIS, seed=0, update=AutogradUpdate).update
     decays = [[g['weight_decay'] for g in a.param_groups]
-              for a in (agent.actor_adam, agent.critic_adam)]
-    rates = [a.param_groups[0]['lr'] for a in (agent.actor_adam, agent.critic_adam)]
+              for a in (update.actor_adam, update.critic_adam)]
+    rates = [a.param_groups[0]['lr'] for a in (update.actor_adam, update.critic_adam)]
     assert decays == [[0.0, 0.0], [0.01, 0.0]]
     assert rates == [1e-4, 1e-3]
 

@@ -25,6 +25,7 @@ from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.pose import pose, standing
 from leo_diffmodel.explain.unknown import find as unknown_find
+from leo_diffmodel.explain.unknown import influence as influences
 from leo_diffmodel.explain.unknown.curves import curves
 from leo_diffmodel.explain.unknown.influence import influence
 from leo_sim import multirate
@@ -146,7 +147,7 @@ def test_fits_that_save_all_there_is_are_told_apart_by_one_another():
     assert gains(null, [good, better], everything, np.inf) == [181.0, 188.0]
 
 
-@pytest.mark.parametrize('seed', [96014, 96026])
+@pytest.mark.parametrize('seed', [96014, pytest.param(96026, marks=pytest.mark.slow)])
 def test_blind_cases_on_the_ground_that_were_wrong_once(seed):
     assert run_case(seed, 'effect', 'leo')['right']
 
@@ -181,7 +182,7 @@ def test_where_the_last_fit_came_from_does_not_show_in_it(model):
         assert np.all(np.abs(again.theta - best.fit.theta) < 0.7 * sure)
 
 
-@pytest.mark.parametrize('seed', [1, 4])
+@pytest.mark.parametrize('seed', [pytest.param(1, marks=pytest.mark.slow), 4])
 def test_a_cable_that_is_slack_most_of_the_time_is_no_known_effect(seed):
     law = get_effect(str(Path(kinds.__file__).with_name('cable.py')))
     cable = place(LEO, law, 'left_knee', k=1.2, slack=-0.3, side=-1.0)
@@ -249,7 +250,7 @@ def test_a_window_that_a_push_throws_out_of_the_ground_is_no_trace(model, braked
         columns[0] = np.nan
         return predicted, columns
 
-    monkeypatch.setattr('leo_diffmodel.explain.unknown.influence.respond', thrown)
+    monkeypatch.setattr(influences, 'respond', thrown)
     left = influence(problem, null)
     assert np.all(left.answer[0] == 0) and np.all(np.isfinite(left.answer))
 

@@ -172,7 +172,7 @@ def test_runge_kutta_with_events_agrees_with_every_effect(robot, effect):
 
 
 def pendulum_by_hand(start, u):
-    """The motion of data sheet section 9 after 0.05 s."""
+    """The motion of docs/reference/leo.md 9 after 0.05 s."""
     J, m, length, b, K, R = 0.000191, 0.055, 0.042, 3e-6, 0.0536, 9.5
 
     def slope(_, y):

@@ -23,7 +23,6 @@ from leo_learner.checkpoint import newest, start_from
 from leo_learner.collect import collect, play
 from leo_learner.ddpg import Config, Training
 from leo_learner.env import ModelEnv, training_model
-from leo_learner.fused import FusedAgent
 from leo_learner.learning import learn, POLICY
 from leo_learner.policy import Policy
 from leo_msgs_py.errors import one_line, UserError
@@ -33,9 +32,9 @@ from leo_sim.model_file import write_effects
 DONE = 'algorithm5.json'
 """What of a run has been done, in its folder."""
 UPDATE_SIGMA = 0.12
-"""Exploration once there is a difference model (data sheet section 10)."""
+"""Exploration once there is a difference model (docs/reference/leo.md 10)."""
 KEPT_REPLAY = 100_000
-"""Transitions of the first training every later one starts from (data sheet section 11.5)."""
+"""Transitions of the first training every later one starts from (docs/reference/leo.md 11.5)."""
 
 
 @dataclass(frozen=True)
@@ -181,7 +180,7 @@ class Algorithm5:
             config = replace(config, noise_sigma=UPDATE_SIGMA)
         model, difference = self.corrected()
         env = ModelEnv(training_model(model), difference)
-        training = Training(env, config, self._seed(), FusedAgent)
+        training = Training(env, config, self._seed())
         if update:
             self._start_from_before(training)
         steps = settings.update_steps if update else settings.first_steps

@@ -14,7 +14,7 @@ Act = Callable[[np.ndarray], np.ndarray]
 """Observation (n_obs,) -> input [V or N m] (A,), as `Policy` is one."""
 
 COLLECT_THETA, COLLECT_SIGMA = 0.15, 0.1
-"""Noise while gathering transitions on the robot (data sheet section 10)."""
+"""Noise while gathering transitions on the robot (docs/reference/leo.md 10)."""
 
 
 def play(

@@ -25,9 +25,9 @@ RECOMMENDED = replace(
     scale=True,
     layer_norm=True,
 )
-"""The pendulum; it solves it in a quarter of the steps (README, deviations)."""
+"""The pendulum; it solves it in a quarter of the steps (docs/deviations.md)."""
 THESIS_WALKING = replace(THESIS, critic_l2=0.001, warm_up=20_000, replay=300_000)
-"""LEO (data sheet section 10)."""
+"""LEO (docs/reference/leo.md 10)."""
 RECOMMENDED_WALKING = replace(
     THESIS_WALKING,
     hidden=(128, 128),

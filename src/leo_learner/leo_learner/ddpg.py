@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Deep deterministic policy gradient as in Rastogi's thesis (2017), chapters 2, 5 and 7.
 
-One file, read from top to bottom: the settings, the networks, the exploration noise, the agent
-(act, learn), what it does in the training loop. `THESIS` is the reference, number by number from
-sections 9 and 10 of the data sheet; every option that differs from it is off there. Which are on
-for which robot is in `configs`.
+One file, read from top to bottom: the settings, the networks, the exploration noise, the update,
+the agent (act, learn), what it does in the training loop. `THESIS` is the reference, number by
+number from sections 9 and 10 of docs/reference/leo.md; every option that differs from it is off
+there. Which are on for which robot is in `configs`; docs/ddpg.md lists every deviation from
+Lillicrap et al. (2016) and the thesis.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 import copy
 from dataclasses import dataclass
@@ -22,6 +23,9 @@ import torch
 from torch import nn, Tensor
 from torch.nn.functional import mse_loss
 
+from leo_learner.fast_update import FastUpdate
+from leo_learner.fast_update.flat import weights_and_biases
+from leo_learner.fast_update.layers import Layers
 from leo_learner.replay import Batch, Replay
 from leo_learner.training_loop import LoopConfig, TrainingLoop, Transition
 
@@ -33,7 +37,7 @@ OPTIMISERS = ('actor_adam', 'critic_adam')
 
 @dataclass(frozen=True)
 class Config(LoopConfig):
-    """All numbers of a training run; the defaults are the thesis' (data sheet 9, 10, 12)."""
+    """All numbers of a training run; the defaults are the thesis' (sections 9, 10 and 12)."""
 
     hidden: tuple[int, ...] = (400, 300)
     """Units of the hidden ReLU layers of actor and critic."""
@@ -148,18 +152,69 @@ class OrnsteinUhlenbeck:
         return self._value.copy()
 
 
-def weights_and_biases(module: nn.Module) -> tuple[list[nn.Parameter], list[nn.Parameter]]:
-    """The parameters of a module; a layer norm's gains are weights, its shifts biases."""
-    named = list(module.named_parameters())
-    weights = [p for name, p in named if name.endswith('weight')]
-    return weights, [p for name, p in named if not name.endswith('weight')]
-
-
 def adam(module: nn.Module, rate: float, l2: float = 0.0) -> torch.optim.Adam:
     """Adam whose L2 term spares the biases; 1/2 c |W|^2 in the loss is c W in the gradient."""
     weights, biases = weights_and_biases(module)
     groups = [{'params': weights, 'weight_decay': l2}, {'params': biases}]
     return torch.optim.Adam(groups, lr=rate, fused=True)
+
+
+class AutogradUpdate:
+    """One gradient step on the critics and the actor of an agent, whose targets follow.
+
+    With target networks Q', mu' and a batch of (s, a, r, s', d):
+
+        y = r + gamma (1 - d) min_i Q'_i(s', mu'(s'))
+        critics: minimise sum_i mean((Q_i(s, a) - y)^2) + c/2 |W|^2
+        actor:   maximise mean(Q_1(s, mu(s)))
+        targets: w' <- w' + tau (w - w')
+
+    These lines are the reference of `FastUpdate`, which trains: it gives the same to rounding.
+
+    Args:
+        agent: whose networks it updates.
+    """
+
+    def __init__(self, agent: Agent) -> None:
+        self._agent, config = agent, agent.config
+        self.actor_adam = adam(agent.actor, config.actor_rate)
+        self.critic_adam = adam(agent.critic, config.critic_rate, config.critic_l2)
+
+    def __call__(self, batch: Batch) -> dict[str, float]:
+        """Update on a scaled batch; the losses and the mean value, as logged."""
+        tensors = Batch(*(torch.from_numpy(column) for column in batch))
+        losses = self._step_critics(tensors) | self._step_actor(tensors.observations)
+        self._follow(self._agent.target_actor, self._agent.actor)
+        self._follow(self._agent.target_critic, self._agent.critic)
+        return losses
+
+    def _step_critics(self, batch: Batch) -> dict[str, float]:
+        agent = self._agent
+        with torch.no_grad():
+            following = batch.next_observations
+            value = agent.target_critic(following, agent.target_actor(following)).amin(dim=0)
+            target = batch.rewards + agent.config.gamma * (1 - batch.terminated) * value
+        values = agent.critic(batch.observations, batch.actions)
+        loss = sum(mse_loss(value, target) for value in values)
+        self.critic_adam.zero_grad()
+        loss.backward()
+        self.critic_adam.step()
+        return {'losses/qf_loss': loss.item(), 'losses/qf_values': values.mean().item()}
+
+    def _step_actor(self, observations: Tensor) -> dict[str, float]:
+        agent = self._agent
+        agent.critic.requires_grad_(False)
+        loss = -agent.critic.members[0](observations, agent.actor(observations)).mean()
+        self.actor_adam.zero_grad()
+        loss.backward()
+        self.actor_adam.step()
+        agent.critic.requires_grad_(True)
+        return {'losses/actor_loss': loss.item()}
+
+    def _follow(self, target: nn.Module, learned: nn.Module) -> None:
+        with torch.no_grad():
+            for slow, fast in zip(target.parameters(), learned.parameters(), strict=True):
+                slow.lerp_(fast, self._agent.config.tau)
 
 
 @contextmanager
@@ -173,12 +228,24 @@ def denormals_as_zero() -> Iterator[None]:
 
 
 class Agent:
-    """The networks, their targets and optimisers: everything that learning changes."""
+    """The networks, their targets and optimisers: everything that learning changes.
 
-    optimiser: Callable[..., Any] = staticmethod(adam)
-    """Of a module, its learning rate and L2."""
+    Args:
+        n_obs: numbers observed.
+        n_act: numbers given out.
+        config: the settings.
+        seed: of the networks' first weights.
+        update: what an update is computed by; `AutogradUpdate` in tests.
+    """
 
-    def __init__(self, n_obs: int, n_act: int, config: Config, seed: int) -> None:
+    def __init__(
+        self,
+        n_obs: int,
+        n_act: int,
+        config: Config,
+        seed: int,
+        update: type[FastUpdate | AutogradUpdate] = FastUpdate,
+    ) -> None:
         torch.set_num_threads(1)
         self.config = config
         with torch.random.fork_rng():
@@ -187,16 +254,16 @@ class Agent:
             self.critic = Critics(n_obs, n_act, config)
         self.target_actor = copy.deepcopy(self.actor).requires_grad_(False)
         self.target_critic = copy.deepcopy(self.critic).requires_grad_(False)
-        self.actor_adam = self.optimiser(self.actor, config.actor_rate)
-        self.critic_adam = self.optimiser(self.critic, config.critic_rate, config.critic_l2)
         self.observation_scale = torch.ones(n_obs)
         self.reward_scale = torch.ones(())
+        self.update = update(self)
+        self._policy = Layers(self.actor)
 
     def act(self, observation: np.ndarray) -> np.ndarray:
         """The policy's action in [-1, 1] for one unscaled observation (n_obs,)."""
-        with torch.no_grad():
-            scaled = torch.as_tensor(observation, dtype=torch.float32) * self.observation_scale
-            return self.actor(scaled).numpy()
+        seen = observation.astype(np.float32) * self.observation_scale.numpy()
+        action: np.ndarray = np.tanh(self._policy.forward(seen[None]))[0]
+        return action
 
     @property
     def scaled(self) -> bool:
@@ -209,15 +276,16 @@ class Agent:
         self.observation_scale = torch.from_numpy(1 / spread)
         self.reward_scale = torch.tensor(1 / max(float(warm_up.rewards.std()), 1e-3))
 
-    def learn(self, batch: Batch) -> dict[str, Tensor]:
-        """One gradient step on critic and actor, then the targets follow; returns the losses."""
-        tensors = Batch(*(torch.from_numpy(column) for column in batch))
-        observations = tensors.observations * self.observation_scale
+    def learn(self, batch: Batch) -> dict[str, float]:
+        """One update on a batch of unscaled transitions; the losses and the mean value."""
+        scale = self.observation_scale.numpy()
+        scaled = batch._replace(
+            observations=batch.observations * scale,
+            next_observations=batch.next_observations * scale,
+            rewards=batch.rewards * self.reward_scale.numpy(),
+        )
         with denormals_as_zero():
-            losses = self._learn_critic(observations, tensors) | self._learn_actor(observations)
-            self._follow(self.target_actor, self.actor)
-            self._follow(self.target_critic, self.critic)
-        return losses
+            return self.update(scaled)
 
     def tensors(self) -> dict[str, Tensor]:
         """Every number learning has changed, by name."""
@@ -226,7 +294,7 @@ class Agent:
             state = getattr(self, module).state_dict()
             tensors |= {f'{module}/{name}': t for name, t in state.items()}
         for optimiser in OPTIMISERS:
-            for number, state in getattr(self, optimiser).state_dict()['state'].items():
+            for number, state in getattr(self.update, optimiser).state_dict()['state'].items():
                 tensors |= {f'{optimiser}/{number}/{key}': t for key, t in state.items()}
         return {name: t.contiguous() for name, t in tensors.items()}
 
@@ -237,34 +305,7 @@ class Agent:
         for module in MODULES:
             getattr(self, module).load_state_dict(part(tensors, f'{module}/'))
         for optimiser in OPTIMISERS:
-            _load_optimiser(getattr(self, optimiser), part(tensors, f'{optimiser}/'))
-
-    def _learn_critic(self, observations: Tensor, batch: Batch) -> dict[str, Tensor]:
-        with torch.no_grad():
-            following = batch.next_observations * self.observation_scale
-            value = self.target_critic(following, self.target_actor(following)).amin(dim=0)
-            bootstrap = self.config.gamma * (1 - batch.terminated) * value
-            target = batch.rewards * self.reward_scale + bootstrap
-        values = self.critic(observations, batch.actions)
-        loss = sum(mse_loss(value, target) for value in values)
-        self.critic_adam.zero_grad()
-        loss.backward()
-        self.critic_adam.step()
-        return {'losses/qf_loss': loss.detach(), 'losses/qf_values': values.detach().mean()}
-
-    def _learn_actor(self, observations: Tensor) -> dict[str, Tensor]:
-        self.critic.requires_grad_(False)
-        loss = -self.critic.members[0](observations, self.actor(observations)).mean()
-        self.actor_adam.zero_grad()
-        loss.backward()
-        self.actor_adam.step()
-        self.critic.requires_grad_(True)
-        return {'losses/actor_loss': loss.detach()}
-
-    def _follow(self, target: nn.Module, learned: nn.Module) -> None:
-        with torch.no_grad():
-            for slow, fast in zip(target.parameters(), learned.parameters(), strict=True):
-                slow.lerp_(fast, self.config.tau)
+            _load_optimiser(getattr(self.update, optimiser), part(tensors, f'{optimiser}/'))
 
 
 def _load_optimiser(optimiser: Any, tensors: Mapping[str, Tensor]) -> None:
@@ -288,7 +329,6 @@ class Training(TrainingLoop):
         env: see `TrainingLoop`.
         config: `THESIS` or a variation, see `configs`.
         seed: of the networks, the noise, the starts and the batches.
-        agent: `Agent`, or `fused.FusedAgent`, which computes the same sooner.
     """
 
     agent_name = 'ddpg'
@@ -296,12 +336,10 @@ class Training(TrainingLoop):
     replay: Replay
     _best: dict[str, Tensor]
 
-    def __init__(
-        self, env: gymnasium.Env, config: Config, seed: int, agent: type[Agent] = Agent
-    ) -> None:
+    def __init__(self, env: gymnasium.Env, config: Config, seed: int) -> None:
         super().__init__(env, config, seed)
         n_obs, n_act = self.sizes
-        self.agent = agent(n_obs, n_act, config, seed)
+        self.agent = Agent(n_obs, n_act, config, seed)
         self.replay = Replay(config.replay, n_obs, n_act)
         self.keep()
 

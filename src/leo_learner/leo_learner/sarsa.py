@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SARSA(lambda) with tile coding, the baseline of the thesis' Table 3 (data sheet section 8).
+"""SARSA(lambda) with tile coding, the baseline of the thesis' Table 3 (docs/reference/leo.md 8).
 
 Every episode draws its start and its exploration from a generator seeded with (seed, episode).
 """

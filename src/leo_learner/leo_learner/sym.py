@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sym: LEO walking with three voltages, seen from the leg that carries (data sheet section 7).
+"""Sym: LEO walking with three voltages, seen from the leg that carries (docs/reference/leo.md 7).
 
 The policy sees and drives "stance" and "swing" instead of left and right. The stance knee and both
 ankles follow pre-programmed P controllers, computed once per control step from the measured state.

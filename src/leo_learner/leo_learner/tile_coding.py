@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hashed tile coding over observation and action, with a weight per tile (data sheet section 8).
+"""Hashed tile coding over observation and action, a weight per tile (docs/reference/leo.md 8).
 
 Miller and Glanz: an input x is cut into steps of width / tilings, and tiling j is displaced by
 j (1 + 2 i) of these steps in dimension i, observations first, then actions.

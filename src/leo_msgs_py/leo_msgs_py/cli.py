@@ -7,7 +7,7 @@ from collections.abc import Callable
 import difflib
 import errno
 from functools import wraps
-from importlib.metadata import entry_points, EntryPoint
+from importlib.metadata import entry_points, EntryPoint, version
 import os
 import signal
 import sys
@@ -24,7 +24,7 @@ Find out where and why a robot's simulator is wrong, repair it, retrain the cont
 verbs:
   {verbs}
 
-'leo VERB --help' says more about each, with examples:
+'leo --version' says which leo this is, 'leo VERB --help' more about each verb, with examples:
   leo run leo_sim robot --ros-args -p robot:=pendulum
   leo topic list -t
 """
@@ -138,6 +138,9 @@ def _dispatch(words: list[str]) -> int:
     if not words or words[0] in ('-h', '--help', 'help'):
         print(_USAGE.format(verbs='\n  '.join(sorted(verbs))), end='')
         return 0 if words else _BAD_INPUT
+    if words[0] == '--version':
+        print(f'leo {version("leo_msgs_py")}')
+        return 0
     status: int = _find(words[0], verbs).load()(words[1:])
     return status
 

@@ -36,7 +36,7 @@ class EffectFile(Schema):
 
 
 class ModelFile(Schema):
-    """model.yaml (design.md section 5)."""
+    """model.yaml (docs/reference/contracts.md 5)."""
 
     robot: str
     constants: dict[str, Quantity] = Field(default_factory=dict)

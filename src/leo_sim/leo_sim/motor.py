@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The motor law: a DC motor on a voltage, or a torque source (data sheet section 4)."""
+"""The motor law: a DC motor on a voltage, or a torque source (docs/reference/leo.md 4)."""
 from typing import Any, NamedTuple
 
 

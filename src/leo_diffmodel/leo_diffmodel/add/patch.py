@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import datetime
 from pathlib import Path
@@ -42,7 +42,13 @@ def from_explanation(
         UserError: no such file, not an explain.json, another robot, a place or a unit that this
             robot does not have, nothing named in it, or a Python file that may not run.
     """
-    data = read_explanation(Path(source))
+    return from_data(model, read_explanation(Path(source)), source, sibling)
+
+
+def from_data(
+    model: Model, data: dict[str, Any], source: str | Path, sibling: bool = False
+) -> tuple[Model, list[dict]]:
+    """As `from_explanation`, of the contents of an explain.json, which errors call `source`."""
     robot = data['provenance']['robot']
     if robot != model.robot.name and not sibling:
         raise UserError(
@@ -70,9 +76,45 @@ def from_words(model: Model, words: Sequence[str]) -> tuple[Model, list[dict]]:
         UserError: unknown effect, place or parameter, no value, one that is no number, or one
             outside the parameter's physical bounds.
     """
-    placed = [_by_hand(model, each) for each in _each(words)]
-    entries = [{'added': each[0], 'by': 'hand', 'date': _today()} for each in _each(words)]
-    return changed(model, placed, {}), entries
+    added = []
+    for word, *values in _each(words):
+        name, _, where = word.partition(':')
+        parameters = dict(_assignment(value) for value in values)
+        if len(parameters) < len(values):
+            given = ' '.join((word, *values))
+            raise UserError(f'{given}: a parameter is given twice; give it once')
+        model, entries = by_name(model, name, where or 'all', parameters, word)
+        added += entries
+    return model, added
+
+
+def by_name(
+    model: Model,
+    name: str,
+    where: str | Sequence[str],
+    parameters: Mapping[str, float],
+    added: str = '',
+) -> tuple[Model, list[dict]]:
+    """The model with one effect, and its history.
+
+    Args:
+        model: to add to.
+        name: of the effect, or the path of its Python file.
+        where: joint or link, several, or `all`.
+        parameters: in the effect's units.
+        added: what the history calls it; by default NAME:WHERE.
+
+    Raises:
+        UserError: as `from_words`.
+    """
+    several = where if isinstance(where, str) else list(where)
+    added = added or f'{name}:{several}'
+    placed = place(model.robot, get_effect(name), several, **parameters)
+    if not parameters:
+        wanted = ' '.join(f'{p}=VALUE [{u}]' for p, u in placed.units.items())
+        raise UserError(f'{added} without a value changes nothing; say {wanted}')
+    check_bounds(model.robot, placed)
+    return changed(model, [placed], {}), [{'added': added, 'by': 'hand', 'date': _today()}]
 
 
 def _each(words: Sequence[str]) -> list[list[str]]:
@@ -92,20 +134,6 @@ def _names_effect(word: str) -> bool:
         return '=' not in word
     known = {*EFFECTS, *(effect.name for effect in registered_effects())}
     return word in known
-
-
-def _by_hand(model: Model, words: Sequence[str]) -> Placed:
-    name, _, where = words[0].partition(':')
-    effect = get_effect(name)
-    values = dict(_assignment(word) for word in words[1:])
-    if len(values) < len(words) - 1:
-        raise UserError(f'{" ".join(words)}: a parameter is given twice; give it once')
-    placed = place(model.robot, effect, where or 'all', **values)
-    if not values:
-        wanted = ' '.join(f'{p}=VALUE [{u}]' for p, u in placed.units.items())
-        raise UserError(f'{words[0]} without a value changes nothing; say {wanted}')
-    check_bounds(model.robot, placed)
-    return placed
 
 
 def changed(model: Model, placed: Sequence[Placed], constants: dict[str, float]) -> Model:

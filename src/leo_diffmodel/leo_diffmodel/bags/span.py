@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parts of a recording, by time."""
+"""Parts of a recording, by time; bags that are the same."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +12,22 @@ from numpy.typing import NDArray
 from leo_msgs_py.errors import UserError
 
 from .recording import Episode, Recording
+
+
+def distinct(recordings: Iterable[Recording]) -> None:
+    """See that no bag is there twice.
+
+    Raises:
+        UserError: one is.
+    """
+    seen: dict[str, Recording] = {}
+    for recording in recordings:
+        if first := seen.get(recording.sha256):
+            raise UserError(
+                f'{recording.path} is the same bag as {first.path}; give each once, '
+                'and hold out bags that nothing is learned from'
+            )
+        seen[recording.sha256] = recording
 
 
 def between(

@@ -13,10 +13,10 @@ Array = np.ndarray
 
 
 def explained(traces: Sequence[Trace]) -> Array:
-    """Share of each trace's evidence that each other effect reproduces (gap_engine.md 1.5).
+    """Share of each trace's evidence that another effect reproduces.
 
     The other effect may take any size and sign that was tried, or any mix of the parameters
-    that scale it. An effect explains all of itself.
+    that scale it. An effect explains all of itself (docs/reference/identification.md 1.5).
 
     Returns:
         shape (points of all traces, traces): cos^2; what is left is 1 less that.

@@ -73,7 +73,7 @@ def conditions(
 def carried(windows: Windows, model: Model) -> Array:
     """Size of the torque that each joint's gear transmits, by the model [N m], shape (W, J).
 
-    Motor torque less that of gravity, as in the law of load-dependent friction (design.md 6).
+    Motor torque less that of gravity, as in the law of load-dependent friction.
     """
     laws = model.laws
     q, dq = laws.true_state(windows.q[:, :-1], windows.dq[:, :-1])

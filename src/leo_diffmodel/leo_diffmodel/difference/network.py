@@ -16,7 +16,7 @@ FORMS = ('state', 'torque', 'full')
 
 @dataclass(frozen=True)
 class Config:
-    """Network and fit; the defaults are the thesis' (data sheet section 11)."""
+    """Network and fit; the defaults are the thesis' (docs/reference/leo.md 11)."""
 
     hidden: tuple[int, ...] = (400, 400, 400)
     """Units of the hidden layers."""

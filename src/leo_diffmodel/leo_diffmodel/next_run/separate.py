@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""By how many nats a run would part two hypotheses (T-optimality; gap_engine.md 1.5)."""
+"""By how many nats a run would part two hypotheses (docs/reference/identification.md 1.5)."""
 
 from __future__ import annotations
 

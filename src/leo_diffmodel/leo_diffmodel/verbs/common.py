@@ -23,7 +23,7 @@ from rich.progress import (
 )
 
 from leo_diffmodel.bags.recording import read_bag, Recording
-from leo_diffmodel.bags.span import between
+from leo_diffmodel.bags.span import between, distinct
 from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
@@ -112,15 +112,8 @@ def read_all(
     """
     recordings = read_bags(arguments.bags, model, arguments.topic_map)
     held = read_bags(arguments.hold_out, model, arguments.topic_map)
-    seen: dict[str, Path] = {}
     recordings, held = span(arguments, recordings), span(arguments, held)
-    for recording in [*recordings, *held]:
-        if recording.sha256 in seen:
-            raise UserError(
-                f'{recording.path} is the same bag as {seen[recording.sha256]}; give each once, '
-                'and hold out bags that nothing is learned from'
-            )
-        seen[recording.sha256] = recording.path
+    distinct([*recordings, *held])
     return recordings, held
 
 

@@ -28,7 +28,6 @@ from leo_learner.configs import configuration
 from leo_learner.ddpg import Training
 from leo_learner.env import ModelEnv
 from leo_learner.experiments.walking import curve
-from leo_learner.fused import FusedAgent
 from leo_learner.learning import learn
 from leo_learner.policy import Policy
 from leo_learner.rollouts import Rollouts
@@ -134,7 +133,7 @@ class _Trainer:
 
     def on(self, name: str, env: ModelEnv, steps: int, start: str | None = None) -> Policy:
         config = configuration(self._case.config, env.robot)
-        training = Training(env, config, self._case.seed, FusedAgent)
+        training = Training(env, config, self._case.seed)
         if start is not None:
             start_from(self.folder / start, training)
         folder = self.folder / name

@@ -18,7 +18,6 @@ from leo_learner.collect import play
 from leo_learner.configs import ABLATION, RECOMMENDED_WALKING, THESIS_WALKING
 from leo_learner.ddpg import Config, Training
 from leo_learner.env import model_env, training_env
-from leo_learner.fused import FusedAgent
 from leo_learner.learning import learn, Outcome
 from leo_learner.policy import Policy
 from leo_learner.sym import driven
@@ -158,7 +157,7 @@ def _training(case: Case, model: Model) -> TrainingLoop:
     env = driven(training_env(model), case.actions)
     makers: dict[str, Callable[[], TrainingLoop]] = {
         'sarsa': lambda: sarsa.Training(env, sarsa.CONFIGS['thesis'], case.seed),
-        'ddpg': lambda: Training(env, config_of(case.config), case.seed, FusedAgent),
+        'ddpg': lambda: Training(env, config_of(case.config), case.seed),
     }
     return makers[case.agent]()
 

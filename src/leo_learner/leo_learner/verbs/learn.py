@@ -190,11 +190,10 @@ def _training(run: Run, robot: Robot, env: Any, folder: Path) -> TrainingLoop:
     from leo_learner import ddpg, sarsa
     from leo_learner.checkpoint import PREFIX, start_from
     from leo_learner.configs import configuration
-    from leo_learner.fused import FusedAgent
 
     if run.agent == 'sarsa':
         return sarsa.Training(env, sarsa.CONFIGS[run.config], run.seed)
-    training = ddpg.Training(env, configuration(run.config, robot), run.seed, FusedAgent)
+    training = ddpg.Training(env, configuration(run.config, robot), run.seed)
     if run.start is not None and not any(folder.glob(f'{PREFIX}*')):
         start_from(Path(run.start), training)
     return training

@@ -14,6 +14,7 @@ class ActuatorLag(Effect):
     family = 'command'
     hook = 'command'
     parameters = (Parameter('tau', 's', low=0.0, high=1.0),)
+    equation = 'tau du_motor/dt = u - u_motor'
     looks_like = 'Steps of the command arrive rounded.'
     confused_with = 'command_delay, above all with slow sampling; armature.'
     reveal = 'Steps and fast square waves, sampled at 100 Hz or more.'

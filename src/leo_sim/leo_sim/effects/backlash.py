@@ -17,6 +17,7 @@ class Backlash(Effect):
     family = 'gear'
     hook = 'drive'
     parameters = (Parameter('gap', 'rad', low=0.0),)
+    equation = 'the motor turns the link only where |q_motor - q| = gap / 2'
     looks_like = ('For an instant after each reversal of torque the link moves without its '
                   'motor, then a jolt.')
     confused_with = 'voltage_deadband and coulomb_friction near reversals; command_delay.'

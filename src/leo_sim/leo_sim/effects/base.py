@@ -76,7 +76,7 @@ class Ground(NamedTuple):
 
 
 class Effect:
-    """A physical effect: one law behind one hook (design.md section 6).
+    """A physical effect: one law behind one hook (docs/reference/contracts.md 6).
 
     A subclass fills in the attributes and exactly one of the methods `command`, `torque`,
     `drive`, `body`, `ground`, `sensor`. Laws are plain arithmetic that broadcasts over leading
@@ -84,6 +84,7 @@ class Effect:
     names to floats or to arrays (S, 1, 1), states have the shape (..., joints of `where`).
 
     Attributes:
+        equation: The law in one line: q angle, w rate, u input, tau torque.
         dry: The torque hook returns the torque that opposes motion along dq. The model limits
             it to what stops the joint, so that it can hold still.
         motor_side: The torque hook changes the motor's own torque (later effects see it), and
@@ -105,6 +106,7 @@ class Effect:
     family: ClassVar[str]
     hook: ClassVar[str]
     parameters: ClassVar[tuple[Parameter, ...]]
+    equation: ClassVar[str] = ''
     looks_like: ClassVar[str] = ''
     confused_with: ClassVar[str] = ''
     reveal: ClassVar[str] = ''

@@ -13,6 +13,7 @@ class BiasTorque(Effect):
     family = 'load'
     hook = 'torque'
     parameters = (Parameter('t', 'N m'),)
+    equation = 'tau = t'
     looks_like = 'One direction is easier than the other at every angle.'
     confused_with = 'encoder_offset and external_force while the angle stays in a narrow range.'
     reveal = 'Slow motion over the full turn: a bias stays constant, gravity terms change sign.'

@@ -19,6 +19,7 @@ class CommandDelay(Effect):
     family = 'command'
     hook = 'command'
     parameters = (Parameter('delay', 's', low=0.0, high=0.5),)
+    equation = 'u_motor(t) = u(t - delay)'
     looks_like = 'Every answer to a change of the command comes late by the same time.'
     confused_with = ('measurement_delay (the same where only states and commands are seen); '
                      'actuator_lag, armature.')

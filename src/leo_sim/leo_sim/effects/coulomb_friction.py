@@ -15,6 +15,7 @@ class CoulombFriction(Effect):
     family = 'friction'
     hook = 'torque'
     parameters = (Parameter('c', 'N m', low=0.0),)
+    equation = 'tau = -c sign(w); holds still while the other torques stay below c'
     looks_like = ('Amplitudes shrink by the same amount each swing; small torques do not start a'
                   ' motion.')
     confused_with = ('voltage_deadband where the joint hardly moves; viscous_friction over a '

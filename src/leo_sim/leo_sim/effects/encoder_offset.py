@@ -12,6 +12,7 @@ class EncoderOffset(Effect):
     family = 'sensor'
     hook = 'sensor'
     parameters = (Parameter('o', 'rad'),)
+    equation = 'q_read = q + o'
     looks_like = 'Gravity seems turned: the rest position is not where it should be.'
     confused_with = 'bias_torque over narrow angles; link_com x.'
     reveal = 'Hanging still, and slow motion over a full turn.'

@@ -12,6 +12,7 @@ class EncoderScale(Effect):
     family = 'sensor'
     hook = 'sensor'
     parameters = (Parameter('k', '', neutral=1.0, low=0.1, high=10.0),)
+    equation = 'q_read = k q, w_read = k w'
     looks_like = 'Gravity repeats not once per measured turn; swings seem wider or narrower.'
     confused_with = 'link_mass, link_inertia and torque_scale together, over narrow angles.'
     reveal = 'Slow motion over a full turn or more.'

@@ -13,6 +13,7 @@ class ExternalForce(Effect):
         Parameter('x', 'N'),
         Parameter('z', 'N'),
     )
+    equation = 'force (x, z) in world axes at the centre of mass'
     looks_like = 'As if gravity were stronger, weaker or turned, without any change of inertia.'
     confused_with = ('link_mass with link_inertia on one hinge; bias_torque and encoder_offset '
                      'over narrow angles.')

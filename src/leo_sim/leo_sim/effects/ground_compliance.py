@@ -18,6 +18,7 @@ class GroundCompliance(Effect):
     family = 'ground'
     hook = 'ground'
     parameters = (Parameter('k', 'N/m', low=0.0), Parameter('d', 'N s/m', low=0.0))
+    equation = 'f_normal = k depth + d d(depth)/dt, never pulling'
     looks_like = ('Feet sink deeper or bounce: base height in stance, and rates after each '
                   'footfall, differ.')
     confused_with = 'link_mass, which also lowers the stance height; ground_slope over one spot.'

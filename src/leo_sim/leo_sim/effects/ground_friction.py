@@ -18,6 +18,7 @@ class GroundFriction(Effect):
     family = 'ground'
     hook = 'ground'
     parameters = (Parameter('mu', '', low=0.0),)
+    equation = '|f_tangential| <= mu f_normal'
     looks_like = 'Stance feet slide where the model holds them; nothing changes in the air.'
     confused_with = 'ground_slope, which also drives sliding, downhill only.'
     reveal = 'Push hard with one foot on the ground: fast hip strokes while standing.'

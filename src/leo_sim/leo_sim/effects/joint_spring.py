@@ -16,6 +16,7 @@ class JointSpring(Effect):
         Parameter('k', 'N m/rad', low=0.0),
         Parameter('rest', 'rad', times='k'),
     )
+    equation = 'tau = -k (q - rest)'
     looks_like = ('A pull towards one angle that grows with the distance from it: cables, hoses,'
                   ' springs.')
     confused_with = 'link_mass and external_force in small swings about the hanging pose.'

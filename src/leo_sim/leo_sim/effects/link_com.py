@@ -13,6 +13,7 @@ class LinkCom(Effect):
         Parameter('x', 'm'),
         Parameter('z', 'm'),
     )
+    equation = 'centre of mass + (x, z); mass and inertia about it kept'
     looks_like = 'Gravity pulls in a turned or longer direction.'
     confused_with = 'link_mass and external_force for z, encoder_offset and bias_torque for x.'
     reveal = 'Slow motion over a full turn.'

@@ -10,6 +10,7 @@ class LinkInertia(Effect):
     family = 'inertia'
     hook = 'body'
     parameters = (Parameter('I', 'kg m2'),)
+    equation = 'inertia about the centre of mass + I'
     looks_like = 'A link turns more slowly or faster, its weight is right.'
     confused_with = 'armature on a single hinge: the same.'
     reveal = 'Fast motion with known torques, and free swings.'

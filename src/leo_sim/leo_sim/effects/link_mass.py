@@ -10,6 +10,7 @@ class LinkMass(Effect):
     family = 'inertia'
     hook = 'body'
     parameters = (Parameter('m', 'kg'),)
+    equation = 'mass + m, at the centre of mass; inertia about it kept'
     looks_like = 'Gravity and inertia of a link both differ, in proportion.'
     confused_with = 'external_force with link_inertia on one hinge.'
     reveal = 'Fast and slow motion over large angles.'

@@ -15,6 +15,7 @@ class LoadDependentFriction(Effect):
     family = 'friction'
     hook = 'torque'
     parameters = (Parameter('mu', '', low=0.0),)
+    equation = 'tau = -mu |tau_motor - tau_load| sign(w)'
     looks_like = ('Dry friction that grows with the torque through the gear: strong under load, '
                   'weak when idle.')
     confused_with = ('coulomb_friction when the load hardly changes; torque_scale while driving '

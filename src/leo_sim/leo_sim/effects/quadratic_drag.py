@@ -15,6 +15,7 @@ class QuadraticDrag(Effect):
     family = 'friction'
     hook = 'torque'
     parameters = (Parameter('d', 'N m s2/rad2', low=0.0),)
+    equation = 'tau = -d w |w|'
     looks_like = 'Little loss in slow motion, strong loss at the highest speeds.'
     confused_with = 'viscous_friction and back_emf_scale when the speed range is narrow.'
     reveal = 'Free swings from large and from small angles.'

@@ -19,6 +19,7 @@ class StribeckFriction(Effect):
         Parameter('c_static', 'N m', low=0.0, above='c'),
         Parameter('v_s', 'rad/s', low=0.0),
     )
+    equation = 'tau = -(c + (c_static - c) exp(-(w / v_s)^2)) sign(w)'
     looks_like = 'Sticks, breaks loose with a jerk, then slides with less friction.'
     confused_with = ('coulomb_friction when no motion is slower than v_s; voltage_deadband near '
                      'rest.')

@@ -19,6 +19,7 @@ class TorqueRipple(Effect):
         Parameter('n', '1/turn', low=0.0, whole=True),
         Parameter('phase', 'rad', phase=True),
     )
+    equation = 'tau = a sin(n q + phase)'
     looks_like = 'A missing torque that repeats n times per turn, whatever the speed.'
     confused_with = 'link_mass and external_force for n = 1; encoder_scale.'
     reveal = 'Slow motion over full turns, both ways.'

@@ -22,6 +22,7 @@ class VelocityLag(Effect):
     family = 'sensor'
     hook = 'sensor'
     parameters = (Parameter('tau', 's', low=0.0, high=0.5),)
+    equation = 'tau dw_read/dt = w - w_read'
     looks_like = 'The rate is not the derivative of the angle: it comes late and rounded.'
     confused_with = 'measurement_delay, which holds up the angle too.'
     reveal = 'Steps and fast square waves, sampled at 100 Hz or more.'

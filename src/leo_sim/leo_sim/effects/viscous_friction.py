@@ -13,6 +13,7 @@ class ViscousFriction(Effect):
     family = 'friction'
     hook = 'torque'
     parameters = (Parameter('b', 'N m s/rad', low=0.0),)
+    equation = 'tau = -b w'
     looks_like = ('Motion dies out faster than the model says, in proportion to speed; nothing '
                   'at rest.')
     confused_with = 'back_emf_scale on a voltage-driven joint that is never free: the same torque.'

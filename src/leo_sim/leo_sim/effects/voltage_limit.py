@@ -20,6 +20,7 @@ class VoltageLimit(Effect):
     family = 'command'
     hook = 'command'
     parameters = (Parameter('v', 'V', neutral=float('inf'), low=0.0),)
+    equation = 'u_motor = min(max(u, -v), v)'
     looks_like = 'Right with small commands, too weak with large ones.'
     confused_with = 'voltage_scale when only large commands occur.'
     reveal = 'Commands from small to the largest allowed.'

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """PyBullet as the body of a model. The only module that imports pybullet.
 
-Settings as leo_pybullet.md section 3 found them necessary for bit-identical steps. Stops,
+Settings as docs/reference/bullet.md 3 found them necessary for bit-identical steps. Stops,
 damping and dry friction are laws of the model and switched off here.
 """
 from collections.abc import Mapping, Sequence

@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import torch
 from torch import nn
 
-from leo_learner import elementwise
-from leo_learner.ddpg import Actor, Critic
+from leo_learner.fast_update import elementwise
 
 LARGE = 2**21
 """Multiplications from which on torch's matrix product is sooner than numpy's."""
@@ -76,11 +75,12 @@ class Layers:
     """A network of `ddpg` as layers; an action joins the input of the last hidden one.
 
     Args:
-        network: whose parameters are used and whose `grad` are written.
+        network: a `ddpg.Actor` or `ddpg.Critic`, whose parameters are used and whose `grad` are
+            written.
     """
 
-    def __init__(self, network: Actor | Critic) -> None:
-        self._hidden = [_Hidden(cast(nn.Sequential, part)) for part in network.hidden]
+    def __init__(self, network: Any) -> None:
+        self._hidden = [_Hidden(part) for part in network.hidden]
         self._output = _Linear(network.output)
 
     def forward(self, x: np.ndarray, action: np.ndarray | None = None) -> np.ndarray:

@@ -10,15 +10,14 @@ import numpy as np
 import torch
 from torch import nn, Tensor
 
-from leo_learner import elementwise
-from leo_learner.ddpg import weights_and_biases
+from leo_learner.fast_update import elementwise
 
 NAMES = 'step', 'exp_avg', 'exp_avg_sq'
 """What torch.optim.Adam keeps of every parameter."""
 
 
 class FlatAdam:
-    """In the place of `ddpg.adam`; torch's optimisers take as long to import as all of torch.
+    """In the place of `ddpg.adam`, with its state, since torch's optimisers import slowly.
 
     Args:
         module: its parameters and gradients become views of one vector each.
@@ -62,6 +61,13 @@ class FlatAdam:
         for number, kept in enumerate(self._kept):
             for name, tensor in kept.items():
                 tensor.copy_(state['state'][number][name]) if state['state'] else tensor.zero_()
+
+
+def weights_and_biases(module: nn.Module) -> tuple[list[nn.Parameter], list[nn.Parameter]]:
+    """The parameters of a module; a layer norm's gains are weights, its shifts biases."""
+    named = list(module.named_parameters())
+    weights = [p for name, p in named if name.endswith('weight')]
+    return weights, [p for name, p in named if not name.endswith('weight')]
 
 
 def parameters_of(module: nn.Module) -> Tensor:

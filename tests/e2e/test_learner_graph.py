@@ -13,7 +13,7 @@ from leo_diffmodel.bags.recording import read_bag
 from leo_learner.policy import Policy
 from leo_sim.model_file import load_model
 
-pytestmark = [pytest.mark.graph, pytest.mark.slow]
+pytestmark = pytest.mark.graph
 
 RUN = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(["run", *sys.argv[1:]]))'
 HIDDEN = """\

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The commands as functions: read_bag, compare, explain, add (docs/python.md).
+
+Each calls what its command calls. What is slow to import is imported at the first call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+import warnings
+
+from leo_diffmodel.bags.recording import read_bag, Recording
+from leo_diffmodel.bags.span import distinct
+
+if TYPE_CHECKING:
+    from leo_diffmodel.results import Comparison, Explanation
+    from leo_sim.effects import Effect
+    from leo_sim.model import Model
+
+__all__ = ['add', 'compare', 'explain', 'read_bag']
+
+Bags = Recording | str | Path | Sequence[Recording | str | Path]
+"""One bag or several, read already or as paths."""
+
+
+def compare(
+    bags: Bags,
+    model: Model | str | Path,
+    *,
+    step: float | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Comparison:
+    """How wrong a model is on recordings, where, and how much of it is only noise.
+
+    Args:
+        bags: of one robot; a passive one counts too.
+        model: a model, a model file, the name of a robot or its folder.
+        step: length of one step [s]; by default the control period of the data.
+        progress: told what comes next.
+
+    Raises:
+        UserError: no such bag or model, the same bag twice, or too little data.
+    """
+    from leo_diffmodel.compare.comparison import compare as compared
+    from leo_diffmodel.results import Comparison
+
+    model = _model(model)
+    return Comparison.of(compared(_read(bags, model), model, step, progress).data)
+
+
+def explain(
+    bags: Bags,
+    model: Model | str | Path,
+    *,
+    hold_out: Bags = (),
+    effects: Iterable[Effect | str | Path] = (),
+    step: float | None = None,
+    within: float = math.inf,
+    keep: bool = False,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Explanation:
+    """Which physical effect a model lacks, how large, how sure, or that nothing is missing.
+
+    Args:
+        bags: of one robot, to learn from.
+        model: a model, a model file, the name of a robot or its folder.
+        hold_out: bags no fit may see; by default every fourth time block is held out.
+        effects: of your own beside the known ones; naming a Python file here lets it run.
+        step: length of the one step that errors are given for [s]; by default the control period
+            of the data.
+        within: time for the search [s]; after it the best answer so far, which says so.
+        keep: use what looks moved from outside, too.
+        progress: told what is being tried.
+
+    Raises:
+        UserError: no such bag, model or effect, or the same bag twice.
+    """
+    from leo_diffmodel.explain.explanation import explain as explained
+    from leo_diffmodel.results import Explanation
+    from leo_sim.effects import registered_effects
+
+    own = [*registered_effects(), *(_effect(e) for e in effects)]
+    model = _model(model)
+    recordings, held = _read(bags, model), _read(hold_out, model)
+    distinct([*recordings, *held])
+    found = explained(recordings, model, held, own, progress, step, within=within, keep=keep)
+    return Explanation.of(found.to_json(), found.model)
+
+
+def add(
+    model: Model | str | Path,
+    what: Explanation | str | Path,
+    where: str | Sequence[str] = 'all',
+    *,
+    sibling: bool = False,
+    **parameters: float,
+) -> Model:
+    """A model with effects added; its history says why. `leo_sim.model_file.save_model` writes it.
+
+    Args:
+        model: a model, a model file, the name of a robot or its folder.
+        what: an explanation, the path of an explain.json, or the name of an effect.
+        where: of an effect by name: joint or link, several, or `all`.
+        sibling: an explanation may be of another robot with joints and links of the same names.
+        parameters: of an effect by name, in its units: `add('pendulum', 'coulomb_friction',
+            'pivot', c=0.002)`.
+
+    Raises:
+        UserError: another robot's explanation, nothing named in it; no such effect, place or
+            parameter, a value out of its bounds.
+    """
+    from leo_diffmodel.add import patch
+    from leo_diffmodel.results import Explanation
+
+    model = _model(model)
+    if isinstance(what, Explanation):
+        changed, entries = patch.from_data(model, what.json, 'the explanation', sibling)
+    elif isinstance(what, Path) or what.endswith('.json'):
+        changed, entries = patch.from_explanation(model, what, sibling)
+    else:
+        changed, entries = patch.by_name(model, what, where, parameters)
+    return changed.changed(history=(*model.history, *entries))
+
+
+def _model(model: Model | str | Path) -> Model:
+    from leo_sim.model import Model
+    from leo_sim.model_file import load_model
+
+    return model if isinstance(model, Model) else load_model(model)
+
+
+def _effect(effect: Effect | str | Path) -> Effect:
+    from leo_sim.effects import Effect, get_effect
+
+    return effect if isinstance(effect, Effect) else get_effect(str(effect))
+
+
+def _read(bags: Bags, model: Model) -> list[Recording]:
+    """Recordings of the model's robot; what a bag warns of is warned of."""
+    several = [bags] if isinstance(bags, Recording | str | Path) else bags
+    recordings = []
+    for bag in several:
+        recording = bag if isinstance(bag, Recording) else read_bag(bag, model.robot)
+        if bag is not recording:
+            for text in recording.warnings:
+                warnings.warn(text, stacklevel=3)
+        recordings.append(recording)
+    distinct(recordings)
+    return recordings

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The scripts in examples/ run as they are and find what was hidden."""
+
+from pathlib import Path
+import re
+import subprocess
+import sys
+
+import pytest
+
+from leo_sim.model_file import load_model
+
+EXAMPLES = Path(__file__).resolve().parents[2] / 'examples'
+ROBOT = 'torque_pendulum'
+
+
+def run(folder: Path, script: str, *words: str) -> str:
+    """What a script prints."""
+    command = [sys.executable, str(EXAMPLES / script), *words]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope='module')
+def bags(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp('examples')
+    for seed, name in enumerate(('friction', 'other'), start=1):
+        run(folder, 'record.py', name, 'coulomb_friction:pivot', 'c=0.2', '--seed', str(seed))
+    run(folder, 'record.py', 'hose', f'{EXAMPLES}/own_effect.py:pivot', 'k=0.3', 'slack=0.4')
+    return folder
+
+
+def test_read(bags):
+    said = run(bags, 'read.py', 'friction', ROBOT)
+    assert '10.0 s, 100 states a second' in said and 'pivot: torque rms' in said
+
+
+def test_compare(bags):
+    said = run(bags, 'compare.py', 'friction', ROBOT)
+    assert 'worst at pivot, direction' in said
+
+
+def test_explain_and_add(bags):
+    said = run(bags, 'explain.py', 'friction', 'other', ROBOT, 'repaired.yaml')
+    assert said.startswith('named: Missing: coulomb_friction:pivot')
+    (placed,) = load_model(bags / 'repaired.yaml').effects
+    low, high = placed.ci95['c']
+    assert low < 0.2 < high
+    before, after = re.search(r'0\.50 s ahead on other: (\S+) -> (\S+) ', said).groups()
+    assert float(after) < 0.3 * float(before)
+
+
+def test_own_effect(bags):
+    said = run(bags, 'own_effect.py', 'hose', ROBOT)
+    assert said.startswith('named: Missing: hose:pivot')
+
+
+def test_every_example_is_run_here():
+    tested = set(re.findall(r"'(\w+\.py)'", Path(__file__).read_text()))
+    assert {p.name for p in EXAMPLES.glob('*.py')} <= tested
