@@ -54,7 +54,7 @@ LATER_ROOMS = {
     'estimate': ('select', *ANSWER),
     'select': ANSWER,
     'unknown': ('tell', 'explanation'),
-    'decide': ('select', 'unknown', 'tell', 'explanation'),
+    'decide': ('unknown', 'tell', 'explanation'),
     'tell': ('unknown', 'explanation'),
 }
 """What each part of explain must not load: the answer comes after the search. The files of problem

@@ -208,15 +208,13 @@ def ahead(prediction: Prediction, seconds: float) -> list[float]:
     return _rms(_at(prediction, seconds).of(prediction.error))
 
 
-def change_ahead(prediction: Prediction, other: Prediction, seconds: float) -> float:
-    """How far another prediction is from one `seconds` ahead, in noise floors.
+def change_at_end(prediction: Prediction, other: Array) -> float:
+    """How far other predictions (W, K+1, 2J) are from these at the end, in noise floors.
 
     Rms of the change over that of the floor, both over the windows; then rms over the states.
-    The other prediction is of the windows of the first; its own floor is not asked for.
     """
-    at = _at(prediction, seconds)
-    change = at.of(prediction.predicted - other.predicted)
-    ratio = (change**2).mean(axis=0) / at.of(prediction.floor).mean(axis=0)
+    change = (prediction.predicted - other)[:, -1]
+    ratio = (change**2).mean(axis=0) / prediction.floor[:, -1].mean(axis=0)
     return float(np.sqrt(ratio.mean()))
 
 

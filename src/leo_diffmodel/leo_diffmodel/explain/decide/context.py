@@ -100,18 +100,22 @@ class Context:
         states = predict(model, self.held, self.held.measured[:, 0])
         return Prediction(self.held, states, np.zeros_like(states))
 
-    def floors(self, candidate: Candidate) -> float:
-        """What an effect changes, in noise floors.
+    def floors(self) -> list[float]:
+        """What each effect changes in the windows of the search, in noise floors.
 
-        Root mean square over held-out windows and states, as far ahead as errors are told, of the
-        prediction with it less that without it, all else as it is.
+        Root mean square over windows and states at their end, of the prediction from the measured
+        start with it less that without it, all else as it is.
         """
-        final = self.found.final
-        full = final.hypothesis
-        part = full.without(full.candidates.index(candidate))
-        rest = replace(final, hypothesis=part, theta=part.carried(full, final.theta))
-        with_it, without = self.predict(final), self.without_floor(rest)
-        return errors.change_ahead(with_it, without, self.told.seconds)
+        final, problem = self.found.final, self.found.problem
+        full, windows = final.hypothesis, problem.windows
+        if not full.candidates:
+            return []
+        model = full.model(self.base, final.theta)
+        made = errors.predict_windows(model, windows, problem.sigma)
+        less = [full.without(i) for i in range(len(full.candidates))]
+        models = [part.model(self.base, part.carried(full, final.theta)) for part in less]
+        changed = [predict(m, windows, windows.measured[:, 0]) for m in models]
+        return [errors.change_at_end(made, states) for states in changed]
 
 
 def _values(fitted: Fit) -> Values:

@@ -84,8 +84,7 @@ def doubts(context: Context) -> list[str]:
     best = stability(context)[0]
     if best['share'] < context.settings.stable:
         told.append(f'this set is chosen in {best["share"]:.0%} of the held-out turns')
-    sizes = [context.floors(c) for c in final.hypothesis.candidates]
-    if max(sizes, default=np.inf) < context.settings.least_floors:
+    if max(context.floors(), default=np.inf) < context.settings.least_floors:
         told.append('none changes the motion by more than the noise floor, as many small '
                     'differences together do')  # fmt: skip
     told += disagreements(context)
