@@ -28,6 +28,9 @@ GIVE_UP = 0.05
 """When this process was kept waiting longer than this [s], no time passed for robot and servos:
 what was sent meanwhile has not come late, and no watchdog expires."""
 
+STALL = 0.02
+"""A wait longer than this [s] is logged: motors that were driven meanwhile were so for us."""
+
 
 class Rig:
     """Carries bytes between a pseudo-terminal and servos, and moves the robot behind them.
@@ -36,7 +39,9 @@ class Rig:
         plant: the robot with its servos.
         line: what the bytes go through.
         link: where the port can be opened, a symbolic link; '' makes none.
-        log: file that every change of what is on the motors is written to; '' writes none.
+        log: file that every change of what is on the motors is written to, as lines of the time
+            (time.monotonic, s) and the values, NaN where free; and `time late seconds` each time
+            this process was kept waiting. '' writes none.
 
     Attributes:
         port: path of the pseudo-terminal; '' while the cable is out of the computer.
@@ -53,7 +58,7 @@ class Rig:
         self._reader = Reader()
         self._link = Path(link) if link else None
         self._log = Path(log) if log else None
-        self._said: list[str] = []
+        self._said = ''
         self._orders: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._ends: tuple[int, ...] = ()
         self._last_bytes = 0.0
@@ -97,6 +102,8 @@ class Rig:
     def _now(self) -> float:
         """Time since the start [s], less what was not caught up."""
         now = time.monotonic() - self._began
+        if now - self.plant.seconds > STALL:
+            self._log_line(now, f'late {now - self.plant.seconds:.6f}')
         if now - self.plant.seconds > GIVE_UP:
             self._began += now - self.plant.seconds
             now = self.plant.seconds
@@ -157,15 +164,19 @@ class Rig:
         self.plant.run_to(seconds)
 
     def _write_down(self, seconds: float) -> None:
-        """Log what is on the motors where it has changed: time (as of time.monotonic), values."""
+        """Log what is on the motors where it has changed."""
         if self._log is None:
             return
         self.plant.drive()
-        said = [f'{value:.6g}' for value in self.plant.volts]
+        said = ' '.join(f'{value:.6g}' for value in self.plant.volts)
         if said != self._said:
             self._said = said
+            self._log_line(seconds, said)
+
+    def _log_line(self, seconds: float, text: str) -> None:
+        if self._log is not None:
             with self._log.open('a') as file:
-                file.write(f'{self._began + seconds:.6f} {" ".join(said)}\n')
+                file.write(f'{self._began + seconds:.6f} {text}\n')
 
 
 def _point(link: Path, target: str) -> None:

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The emulated bus and the robot on it as processes, and what the bus says of its motors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from leo_learner.experiments.processes import free_domain
+from leo_msgs_py.node import graph, spin_until
+
+LEO = str(Path(sys.executable).with_name('leo'))
+PATIENCE = 60.0
+URGENT = -15
+
+
+class Emulated:
+    """LEO on an emulated bus.
+
+    Bus and robot get a high priority: other work on this machine is not what is measured.
+
+    Args:
+        folder: for the port, the logs and the bags.
+        start: start pose of both.
+        bus: further parameters of the bus, as NAME:=VALUE.
+    """
+
+    def __init__(self, folder: Path, start: str = 'hanging', *bus: str) -> None:
+        self.folder, self._start = folder, start
+        self.port, self.log = folder / 'port', folder / 'motors'
+        self.processes: dict[str, subprocess.Popen] = {}
+        self._moments: list[tuple[float, np.ndarray]] = []
+        self._late: list[tuple[float, float]] = []
+        self._read = 0
+        self._node('servo_bus', f'link:={self.port}', f'log:={self.log}', *bus)
+        assert spin_until(self.port.is_symlink, PATIENCE), self.said()
+
+    def start_robot(self, *more: str) -> None:
+        """Start the robot node, unless one runs."""
+        if not self.runs('robot'):
+            self._node('robot', 'driver:=dynamixel', f'port:={self.port}', *more)
+
+    def start(self, name: str, *words: str, urgent: bool = False) -> subprocess.Popen:
+        """Start `leo WORDS`; what it says goes to NAME.out."""
+        with (self.folder / f'{name}.out').open('a') as out:
+            process = subprocess.Popen([LEO, *words], stdout=out, stderr=out, cwd=self.folder)
+        if urgent:
+            with suppress(PermissionError):
+                os.setpriority(os.PRIO_PROCESS, process.pid, URGENT)
+        self.processes[name] = process
+        return process
+
+    def runs(self, name: str) -> bool:
+        """Whether a process was started and has not ended."""
+        return name in self.processes and self.processes[name].poll() is None
+
+    def stop(self, name: str) -> int:
+        """End a process as Ctrl-C does; its exit status."""
+        self.processes[name].send_signal(signal.SIGINT)
+        return self.processes[name].wait(PATIENCE)
+
+    def said(self, name: str = '*') -> str:
+        """What one process said, or all."""
+        return ''.join(p.read_text() for p in sorted(self.folder.glob(f'{name}.out')))
+
+    def memory(self, name: str) -> float:
+        """Resident memory of a process [MB]."""
+        status = Path(f'/proc/{self.processes[name].pid}/status').read_text()
+        return int(status.split('VmRSS:')[1].split()[0]) / 1e3
+
+    def moments(self) -> list[tuple[float, np.ndarray]]:
+        """Times [s] and voltages of all motors, NaN where free, at each change."""
+        if not self.log.exists():
+            return []
+        with self.log.open() as file:
+            file.seek(self._read)
+            whole = file.read().rpartition('\n')[0]
+        self._read += len(whole) + bool(whole)
+        for row in (line.split() for line in whole.splitlines()):
+            if row[1] == 'late':
+                self._late.append((float(row[0]), float(row[2])))
+            else:
+                self._moments.append((float(row[0]), np.array(row[1:], float)))
+        return self._moments
+
+    def driven(self, volts: float) -> bool:
+        """Whether each motor has about so many volts or more now."""
+        rows = self.moments()
+        return bool(rows) and bool((np.abs(np.nan_to_num(rows[-1][1])) > 0.9 * volts).all())
+
+    def waited(self, began: float) -> float:
+        """How long the bus was kept waiting since a time [s]."""
+        return sum(late for at, late in self._late if at >= began)
+
+    def largest_since(self, began: float) -> float:
+        """The largest voltage on a motor since a time [s]."""
+        found = [np.abs(volts) for at, volts in self.moments() if at >= began]
+        return float(np.nanmax(np.nan_to_num(found), initial=0.0))
+
+    def _node(self, executable: str, *parameters: str) -> None:
+        given = [x for p in ('robot:=leo', f'start:={self._start}', *parameters)
+                 for x in ('-p', p)]
+        self.start(executable, 'run', 'leo_sim', executable, '--ros-args', *given, urgent=True)
+
+
+@contextmanager
+def emulated(start: str = 'hanging', *bus: str) -> Iterator[Emulated]:
+    """LEO on an emulated bus, in a domain and a folder of its own; nothing is left behind."""
+    with free_domain() as domain, TemporaryDirectory() as folder:
+        os.environ |= {'ROS_DOMAIN_ID': str(domain), 'XDG_RUNTIME_DIR': folder}
+        with graph(['--ros-args', '--log-level', 'error']):
+            made = Emulated(Path(folder), start, *bus)
+            try:
+                yield made
+            finally:
+                for process in made.processes.values():
+                    process.kill()
+                    process.wait()
