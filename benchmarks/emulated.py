@@ -19,13 +19,12 @@ from leo_msgs_py.node import graph, spin_until
 
 LEO = str(Path(sys.executable).with_name('leo'))
 PATIENCE = 60.0
-URGENT = -15
 
 
 class Emulated:
     """LEO on an emulated bus.
 
-    Bus and robot get a high priority: other work on this machine is not what is measured.
+    Bus and robot run before anything else on this machine, as on a rig, where that is allowed.
 
     Args:
         folder: for the port, the logs and the bags.
@@ -54,7 +53,7 @@ class Emulated:
             process = subprocess.Popen([LEO, *words], stdout=out, stderr=out, cwd=self.folder)
         if urgent:
             with suppress(PermissionError):
-                os.setpriority(os.PRIO_PROCESS, process.pid, URGENT)
+                os.sched_setscheduler(process.pid, os.SCHED_RR, os.sched_param(1))
         self.processes[name] = process
         return process
 
@@ -75,6 +74,14 @@ class Emulated:
         """Resident memory of a process [MB]."""
         status = Path(f'/proc/{self.processes[name].pid}/status').read_text()
         return int(status.split('VmRSS:')[1].split()[0]) / 1e3
+
+    def kept_waiting(self, name: str) -> dict[str, float]:
+        """How long each thread of a process was ready to run but not let to, so far [s]."""
+        waits = {}
+        for task in Path(f'/proc/{self.processes[name].pid}/task').glob('*/schedstat'):
+            with suppress(OSError, IndexError):
+                waits[task.parent.name] = int(task.read_text().split()[1]) * 1e-9
+        return waits
 
     def moments(self) -> list[tuple[float, np.ndarray]]:
         """Times [s] and voltages of all motors, NaN where free, at each change."""
@@ -115,7 +122,8 @@ class Emulated:
 def emulated(start: str = 'hanging', *bus: str) -> Iterator[Emulated]:
     """LEO on an emulated bus, in a domain and a folder of its own; nothing is left behind."""
     with free_domain() as domain, TemporaryDirectory() as folder:
-        os.environ |= {'ROS_DOMAIN_ID': str(domain), 'XDG_RUNTIME_DIR': folder}
+        runtime = f'{folder}/runtime'  # in which a folder `leo` is made, that is no robot
+        os.environ |= {'ROS_DOMAIN_ID': str(domain), 'XDG_RUNTIME_DIR': runtime}
         with graph(['--ros-args', '--log-level', 'error']):
             made = Emulated(Path(folder), start, *bus)
             try:

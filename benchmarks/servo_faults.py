@@ -6,15 +6,17 @@
 LEO hangs and is commanded 2 V at 50 Hz; at a random moment the fault comes. The time is from the
 fault to the first moment at which every motor is at 0 V or free, in the bus's own record of what
 is on the motors, on one clock. Commands go on unless the fault is that they end. The slowest case
-of each kind is told apart: how long the emulated bus itself was kept waiting in it, and of an
-e-stop when this process had sent it and when the node had carried it out. With --results each
-case is kept in a file, one line each; started again, it goes on there.
+of each kind is told apart: how long the emulated bus itself was kept waiting in it; of an e-stop
+when this process had sent it and when the node had carried it out, and how long a thread of the
+node was ready to run but had to wait until this process had its answer. With --results each case
+is kept in a file, one line each; started again, it goes on there.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from contextlib import suppress
 import json
 import os
 from pathlib import Path
@@ -24,7 +26,7 @@ import signal
 import time
 from typing import Any
 
-from emulated import Emulated, emulated, PATIENCE, URGENT
+from emulated import Emulated, emulated, PATIENCE
 import numpy as np
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
@@ -175,7 +177,8 @@ def main() -> None:
     parser.add_argument('-n', type=int, default=20)
     parser.add_argument('--results', type=Path, help='file of cases, gone on with')
     options = parser.parse_args()
-    os.setpriority(os.PRIO_PROCESS, 0, URGENT)
+    with suppress(PermissionError):
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
     with emulated() as leo:
         report(join(Bench(leo)), options.kinds or list(KINDS), options.n, options.results)
 
@@ -183,7 +186,7 @@ def main() -> None:
 def report(bench: Bench, kinds: list[str], count: int, results: Path | None) -> None:
     """Each kind so many times."""
     print(f'{"":20}{"n":>5}{"median":>8}{"p90":>7}{"p99":>7}{"max [ms]":>10}{"largest |V|":>13}'
-          '  of the slowest: bus waited, e-stop sent, carried out [ms]', flush=True)
+          '  of the slowest: bus waited, e-stop sent, carried out, node waited [ms]', flush=True)
     done = kept(results)
     for kind in kinds:
         cases = [case for case in done if case['kind'] == kind]
@@ -207,11 +210,15 @@ def measured(bench: Bench, kind: str) -> dict[str, Any]:
     """One case: ms until the motors were stopped, and what tells why it took so long."""
     bench.ready()
     spin_until(lambda: False, random.uniform(0.05, 0.3))
+    waits = bench.leo.kept_waiting('robot')
     began = KINDS[kind](bench)
+    now = bench.leo.kept_waiting('robot')
     after = bench.stopped_after(began)
     answered = bench.answered(began)
     return {
         'kind': kind, 'ms': round(1e3 * after, 2),
+        'robot_waited_ms': round(1e3 * max((now[t] - waits[t] for t in waits.keys() & now.keys()),
+                                           default=0.0), 2),
         'bus_waited_ms': round(1e3 * bench.leo.waited(began), 2),
         'sent_ms': None if bench.asked is None else round(1e3 * (bench.asked - began), 2),
         'answered_ms': None if answered is None else round(1e3 * answered, 2),
@@ -226,7 +233,7 @@ def print_row(kind: str, cases: list[dict[str, Any]]) -> None:
     middle, *most = np.percentile(times, (50, 90, 99))
     worst = max(cases, key=lambda case: float(case['ms']))
     told = ', '.join('-' if worst.get(key) is None else f'{worst[key]:.1f}'
-                     for key in ('bus_waited_ms', 'sent_ms', 'answered_ms'))
+                     for key in ('bus_waited_ms', 'sent_ms', 'answered_ms', 'robot_waited_ms'))
     largest = max(case['largest_v'] for case in cases)
     print(f'{kind:20}{len(cases):>5}{middle:8.1f}{most[0]:7.1f}{most[1]:7.1f}{max(times):10.1f}'
           f'{largest:13.3f}  {told}', flush=True)
