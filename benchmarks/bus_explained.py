@@ -62,13 +62,13 @@ def main() -> None:
 def record(folder: Path, seed: int) -> None:
     """One robot, two bags."""
     sealed = folder / 'truth.sealed'
-    with emulated('hanging', f'hidden_seed:={seed}', f'sealed:={sealed}') as leo:
+    with emulated('hanging', (f'hidden_seed:={seed}', f'sealed:={sealed}'), 2.0) as leo:
         offset = time.time() - time.monotonic()
         node = join(Node('bench'))
         for start, words in (('hanging', ('swinging', '--seconds', str(SWING_SECONDS))),
                              ('nominal', ('leo_walk', '--episodes', '1'))):
             put_up(node, start)
-            leo.start_robot('-p', f'start:={start}')
+            leo.start_robot(f'start:={start}', 'fault_periods:=100')
             leo.start('play', 'play', *words, '--bag', str(folder / words[0]))
             assert spin_until(lambda: not leo.runs('play'), PATIENCE + 60.0), leo.said()
             leo.stop('robot')

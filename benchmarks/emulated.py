@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 import os
 from pathlib import Path
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ import numpy as np
 
 from leo_learner.experiments.processes import free_domain
 from leo_msgs_py.node import graph, spin_until
+from leo_sim.robot import load_robot
 
 LEO = str(Path(sys.executable).with_name('leo'))
 PATIENCE = 60.0
@@ -30,10 +32,14 @@ class Emulated:
         folder: for the port, the logs and the bags.
         start: start pose of both.
         bus: further parameters of the bus, as NAME:=VALUE.
+        watchdog: how long the servos wait for a packet [s]; robot.yaml's where 0.
     """
 
-    def __init__(self, folder: Path, start: str = 'hanging', *bus: str) -> None:
+    def __init__(
+        self, folder: Path, start: str = 'hanging', bus: Sequence[str] = (), watchdog: float = 0.0
+    ) -> None:
         self.folder, self._start = folder, start
+        self.robot = patient(folder, watchdog) if watchdog else 'leo'
         self.port, self.log = folder / 'port', folder / 'motors'
         self.processes: dict[str, subprocess.Popen] = {}
         self._moments: list[tuple[float, np.ndarray]] = []
@@ -113,19 +119,34 @@ class Emulated:
         return float(np.nanmax(np.nan_to_num(found), initial=0.0))
 
     def _node(self, executable: str, *parameters: str) -> None:
-        given = [x for p in ('robot:=leo', f'start:={self._start}', *parameters)
+        given = [x for p in (f'robot:={self.robot}', f'start:={self._start}', *parameters)
                  for x in ('-p', p)]
         self.start(executable, 'run', 'leo_sim', executable, '--ros-args', *given, urgent=True)
 
 
+def patient(folder: Path, watchdog: float) -> str:
+    """LEO with servos that wait so long for a packet [s]; the folder it is in."""
+    made = folder / 'patient'
+    shutil.copytree(load_robot('leo').folder, made)
+    file = made / 'robot.yaml'
+    text = file.read_text()
+    assert text.count('    baud:') == 1
+    file.unlink()
+    wait = f'    watchdog: {{value: {watchdog}, unit: s}}\n'
+    file.write_text(text.replace('    baud:', f'{wait}    baud:'))
+    return str(made)
+
+
 @contextmanager
-def emulated(start: str = 'hanging', *bus: str) -> Iterator[Emulated]:
+def emulated(
+    start: str = 'hanging', bus: Sequence[str] = (), watchdog: float = 0.0
+) -> Iterator[Emulated]:
     """LEO on an emulated bus, in a domain and a folder of its own; nothing is left behind."""
     with free_domain() as domain, TemporaryDirectory() as folder:
         runtime = f'{folder}/runtime'  # in which a folder `leo` is made, that is no robot
         os.environ |= {'ROS_DOMAIN_ID': str(domain), 'XDG_RUNTIME_DIR': runtime}
         with graph(['--ros-args', '--log-level', 'error']):
-            made = Emulated(Path(folder), start, *bus)
+            made = Emulated(Path(folder), start, bus, watchdog)
             try:
                 yield made
             finally:

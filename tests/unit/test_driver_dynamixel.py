@@ -229,6 +229,20 @@ def test_an_answer_of_an_earlier_reading_is_refused(leo):
     driver.read()
 
 
+@pytest.mark.parametrize('stale', [status(1, 0, bytes(28)), status(8, 0, b'\1')])
+def test_an_answer_to_another_question_is_not_taken_for_this_one(leo, monkeypatch, stale):
+    rig, driver = leo
+    answer, left = rig.bus.answer, [encoded(stale)]
+    monkeypatch.setattr(rig.bus, 'answer', lambda packet, now: [
+        *(left.pop() for _ in left[:]), *answer(packet, now)])
+    if stale.id == 1:
+        assert driver._bus.get(1, 'torque_enable') == 1
+    else:
+        with pytest.raises(TransientFault, match=r'servo 8 \(base_x\)'):
+            driver.read()
+    assert not left
+
+
 def test_a_silent_servo_is_named(leo):
     rig, driver = leo
     rig.bus.silent = frozenset({3})

@@ -9,7 +9,7 @@ import termios
 import time
 from typing import Any
 
-from dynamixel_sdk import COMM_SUCCESS, PortHandler, Protocol2PacketHandler
+from dynamixel_sdk import COMM_RX_CORRUPT, COMM_SUCCESS, PortHandler, Protocol2PacketHandler
 from serial import SerialException
 
 from leo_msgs_py.errors import UserError
@@ -69,11 +69,18 @@ class _Port(PortHandler):
 
 
 class _Packets(Protocol2PacketHandler):
-    """The SDK's packets; its own removal of stuffing mistakes FF FF FD FF FD FD."""
+    """The SDK's packets; its own removal of stuffing mistakes FF FF FD FF FD FD.
+
+    Attributes:
+        size: how many bytes of data the last status had, which the SDK does not look at.
+    """
+
+    size = 0
 
     def removeStuffing(self, packet: list[int]) -> list[int]:
         """A status packet as it was before it was stuffed."""
         body = bytes(packet[7:-2]).replace(STUFFED, PLAIN)
+        self.size = len(body) - 2
         length = list((len(body) + 2).to_bytes(2, 'little'))
         return [*packet[:5], *length, *body, *packet[-2:]]
 
@@ -151,9 +158,10 @@ class DynamixelBus:
     def get(self, servo: int, name: str) -> int:
         """The value of a register."""
         register = registers()[name]
-        found = self._asked(servo, name, lambda: self._packets.readTxRx(
-            self._port, servo, register.address, register.size))
-        return register.decode(bytes(found[0]))
+        at, size = register.address, register.size
+        found, _ = self._asked(servo, name, lambda: self._whole(
+            size, *self._packets.readTxRx(self._port, servo, at, size)))
+        return register.decode(bytes(found))
 
     def set(self, servo: int, name: str, value: int) -> None:
         """Write a register; one that is kept without power only where it differs.
@@ -190,7 +198,8 @@ class DynamixelBus:
         self._check(result, servos[0])
         found = {}
         for servo in servos:
-            data, result, error = self._packets.readRx(self._port, servo, length)
+            data, result, error = self._whole(
+                length, *self._packets.readRx(self._port, servo, length))
             self._check(result, servo)
             found[servo] = Block(start, bytes(data), error)
         return sent, found
@@ -216,6 +225,12 @@ class DynamixelBus:
         if self._port is None:
             raise OSError(f'{self._path} is closed')
         self._port.ser.write(data)
+
+    def _whole(self, size: int, data: Any, result: int, error: int) -> tuple[Any, int, int]:
+        """An answer, corrupt where it is that to another question, of another length."""
+        if result == COMM_SUCCESS and self._packets.size != size:
+            return data, COMM_RX_CORRUPT, error
+        return data, result, error
 
     def _pinged(self, servo: int) -> tuple[int, int, int]:
         number, result, error = self._packets.ping(self._port, servo)
