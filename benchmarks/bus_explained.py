@@ -5,7 +5,7 @@
 
 In each case an effect is drawn by the seed and hidden behind the servos' bytes. LEO hangs and
 swings for 15 s, then walks by the shipped policy, both through the driver `dynamixel` in real time
-and recorded by `leo play --bag`; then both bags go to `leo explain`. Right is judged as in `leo
+and recorded by `leo bag record`; then both bags go to `leo explain`. Right is judged as in `leo
 blind`. Every applied voltage in a bag is looked up in the bus's own record of what was on the
 motors. --record leaves the explaining to a later call; what is there already is kept.
 """
@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+import re
 import subprocess
 import time
 from typing import Any
@@ -35,7 +36,14 @@ from leo_sim.reveal import read_sealed
 from leo_sim.robot import load_robot
 
 ROBOT = load_robot('leo')
-SWING_SECONDS, WALK_SECONDS = 15, 20
+MOTIONS = (
+    ('hanging', 'swinging', ('swinging', '--seconds', '15')),
+    ('nominal', 'walking', ('leo_walk', '--episodes', '1')),
+)
+"""Start pose, bag, and what is played."""
+WITHIN = '180s'
+FREE = 1e3
+"""Stands for a free motor [V]."""
 SLACK = 0.05
 """A voltage in the bag was on the motor within so long after its stamp [s]."""
 
@@ -65,20 +73,22 @@ def record(folder: Path, seed: int) -> None:
     with emulated('hanging', (f'hidden_seed:={seed}', f'sealed:={sealed}'), 2.0) as leo:
         offset = time.time() - time.monotonic()
         node = join(Node('bench'))
-        for start, words in (('hanging', ('swinging', '--seconds', str(SWING_SECONDS))),
-                             ('nominal', ('leo_walk', '--episodes', '1'))):
+        for start, bag, words in MOTIONS:
             put_up(node, start)
+            leo.start('recorder', 'bag', 'record', '-o', str(folder / bag))
             leo.start_robot(f'start:={start}', 'fault_periods:=100')
-            leo.start('play', 'play', *words, '--bag', str(folder / words[0]))
+            leo.start('play', 'play', *words)
             assert spin_until(lambda: not leo.runs('play'), PATIENCE + 60.0), leo.said()
             leo.stop('robot')
-        found = {
-            'seed': seed, 'waited_s': round(leo.waited(0.0), 3),
-            'lost': leo.said('robot').count('0 in this period'), 'said': leo.said('play')[-600:],
-            **{bag: applied(folder / bag, leo, offset) for bag in ('swinging', 'leo_walk')},
+            leo.stop('recorder')
+        found: dict[str, Any] = {bag: applied(folder / bag, leo, offset) for _, bag, _ in MOTIONS}
+        found |= {
+            'seed': seed, 'bus_waited_s': round(leo.waited(0.0), 3),
+            'lost': re.findall(r'\((\d+) so far\)', leo.said('robot'))[-1:],
+            'said': leo.said('play').splitlines()[-1],
         }
     (folder / 'recorded.json').write_text(json.dumps(found) + '\n')
-    print(seed, {k: v for k, v in found.items() if k != 'said'}, flush=True)
+    print(found, flush=True)
 
 
 def put_up(node: Node, start: str) -> None:
@@ -100,7 +110,8 @@ def applied(bag: Path, leo: Emulated, offset: float) -> dict[str, Any]:
         at = nanoseconds(message.header.stamp) * 1e-9 - offset
         first, last = np.searchsorted(times, (at - SLACK, at + SLACK))
         near = volts[max(0, first - 1) : last + 1]
-        off.append(np.nanmin(np.abs(near - np.array(message.effort)), axis=0).max())
+        there = np.nan_to_num(near, nan=FREE)
+        off.append(np.abs(there - np.nan_to_num(message.effort, nan=FREE)).min(axis=0).max())
     return {'messages': len(said), 'worst_v': round(float(np.max(off)), 6),
             'beyond_step': int(np.sum(np.array(off) > ROBOT.actuators[0].supply / 885))}
 
@@ -108,9 +119,10 @@ def applied(bag: Path, leo: Emulated, offset: float) -> dict[str, Any]:
 def explained(folder: Path) -> dict[str, Any]:
     """The verdict on a case; asked for once."""
     answer = folder / 'explain' / 'explain.json'
-    bags = [str(folder / bag) for bag in ('swinging', 'leo_walk') if (folder / bag).exists()]
+    bags = [str(folder / bag) for _, bag, _ in MOTIONS if (folder / bag).exists()]
     if not answer.exists():
-        subprocess.run([LEO, 'explain', *bags, '--model', 'leo', '-o', str(answer.parent)],
+        subprocess.run([LEO, 'explain', *bags, '--model', 'leo', '-o', str(answer.parent),
+                        '--within', WITHIN],
                        check=False, stdout=subprocess.DEVNULL)
     truth = true_case(folder)
     row = judge(truth, json.loads(answer.read_text()), ROBOT)
