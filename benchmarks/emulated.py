@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+import math
 import os
 from pathlib import Path
 import shutil
@@ -77,7 +78,9 @@ class Emulated:
         return ''.join(p.read_text() for p in sorted(self.folder.glob(f'{name}.out')))
 
     def memory(self, name: str) -> float:
-        """Resident memory of a process [MB]."""
+        """Resident memory of a process [MB]; NaN where it has ended."""
+        if not self.runs(name):
+            return math.nan
         status = Path(f'/proc/{self.processes[name].pid}/status').read_text()
         return int(status.split('VmRSS:')[1].split()[0]) / 1e3
 
