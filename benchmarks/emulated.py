@@ -27,7 +27,8 @@ PATIENCE = 60.0
 class Emulated:
     """LEO on an emulated bus.
 
-    Bus and robot run before anything else on this machine, as on a rig, where that is allowed.
+    Bus and robot run before anything else on this machine, as on a rig, where that is allowed; the
+    bus before the robot, as servos wait for nobody.
 
     Args:
         folder: for the port, the logs and the bags.
@@ -54,13 +55,19 @@ class Emulated:
         if not self.runs('robot'):
             self._node('robot', 'driver:=dynamixel', f'port:={self.port}', *more)
 
-    def start(self, name: str, *words: str, urgent: bool = False) -> subprocess.Popen:
-        """Start `leo WORDS`; what it says goes to NAME.out."""
+    def start(self, name: str, *words: str, urgency: int = 0) -> subprocess.Popen:
+        """Start `leo WORDS`; what it says goes to NAME.out.
+
+        Args:
+            name: of the process.
+            words: of the command.
+            urgency: real-time priority; 0 is none.
+        """
         with (self.folder / f'{name}.out').open('a') as out:
             process = subprocess.Popen([LEO, *words], stdout=out, stderr=out, cwd=self.folder)
-        if urgent:
+        if urgency:
             with suppress(PermissionError):
-                os.sched_setscheduler(process.pid, os.SCHED_RR, os.sched_param(1))
+                os.sched_setscheduler(process.pid, os.SCHED_RR, os.sched_param(urgency))
         self.processes[name] = process
         return process
 
@@ -124,7 +131,8 @@ class Emulated:
     def _node(self, executable: str, *parameters: str) -> None:
         given = [x for p in (f'robot:={self.robot}', f'start:={self._start}', *parameters)
                  for x in ('-p', p)]
-        self.start(executable, 'run', 'leo_sim', executable, '--ros-args', *given, urgent=True)
+        urgency = 2 if executable == 'servo_bus' else 1
+        self.start(executable, 'run', 'leo_sim', executable, '--ros-args', *given, urgency=urgency)
 
 
 def patient(folder: Path, watchdog: float) -> str:
