@@ -22,13 +22,14 @@ from leo_sim.robot import load_robot
 
 LEO = str(Path(sys.executable).with_name('leo'))
 PATIENCE = 60.0
+URGENT = -15
 
 
 class Emulated:
     """LEO on an emulated bus.
 
-    Bus and robot run before anything else on this machine, as on a rig, where that is allowed; the
-    bus before the robot, as servos wait for nobody.
+    Bus and robot get a high priority where that is allowed: other work on this machine is not what
+    is measured. Real-time classes do harm: two of them on two cores make the kernel throttle both.
 
     Args:
         folder: for the port, the logs and the bags.
@@ -55,19 +56,13 @@ class Emulated:
         if not self.runs('robot'):
             self._node('robot', 'driver:=dynamixel', f'port:={self.port}', *more)
 
-    def start(self, name: str, *words: str, urgency: int = 0) -> subprocess.Popen:
-        """Start `leo WORDS`; what it says goes to NAME.out.
-
-        Args:
-            name: of the process.
-            words: of the command.
-            urgency: real-time priority; 0 is none.
-        """
+    def start(self, name: str, *words: str, urgent: bool = False) -> subprocess.Popen:
+        """Start `leo WORDS`; what it says goes to NAME.out."""
         with (self.folder / f'{name}.out').open('a') as out:
             process = subprocess.Popen([LEO, *words], stdout=out, stderr=out, cwd=self.folder)
-        if urgency:
+        if urgent:
             with suppress(PermissionError):
-                os.sched_setscheduler(process.pid, os.SCHED_RR, os.sched_param(urgency))
+                os.setpriority(os.PRIO_PROCESS, process.pid, URGENT)
         self.processes[name] = process
         return process
 
@@ -131,8 +126,7 @@ class Emulated:
     def _node(self, executable: str, *parameters: str) -> None:
         given = [x for p in (f'robot:={self.robot}', f'start:={self._start}', *parameters)
                  for x in ('-p', p)]
-        urgency = 2 if executable == 'servo_bus' else 1
-        self.start(executable, 'run', 'leo_sim', executable, '--ros-args', *given, urgency=urgency)
+        self.start(executable, 'run', 'leo_sim', executable, '--ros-args', *given, urgent=True)
 
 
 def patient(folder: Path, watchdog: float) -> str:

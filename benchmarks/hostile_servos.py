@@ -106,7 +106,7 @@ def main() -> None:
         ready(leo, node)
         print(f'{"at first":59}{leo.memory("robot"):18.1f}')
         sent = [attacked(leo, node, kind, options.count // len(kinds)) for kind in kinds]
-        print(f'{sum(sent)} messages; rejected and traceback: '
+        print(f'{sum(sent)} messages; a traceback: '
               f'{"Traceback" in leo.said("robot")}; the robot lives: {leo.runs("robot")}')
 
 

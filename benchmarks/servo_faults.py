@@ -26,7 +26,7 @@ import signal
 import time
 from typing import Any
 
-from emulated import Emulated, emulated, PATIENCE
+from emulated import Emulated, emulated, PATIENCE, URGENT
 import numpy as np
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
@@ -178,7 +178,7 @@ def main() -> None:
     parser.add_argument('--results', type=Path, help='file of cases, gone on with')
     options = parser.parse_args()
     with suppress(PermissionError):
-        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
+        os.setpriority(os.PRIO_PROCESS, 0, URGENT)
     with emulated() as leo:
         report(join(Bench(leo)), options.kinds or list(KINDS), options.n, options.results)
 

@@ -14,6 +14,7 @@ import tty
 
 from leo_msgs_py.errors import UserError
 from leo_sim.servo_bus.bus import Bus
+from leo_sim.servo_bus.feetech import FeetechBus, SmallReader
 from leo_sim.servo_bus.line import Line
 from leo_sim.servo_bus.packets import Reader
 from leo_sim.servo_bus.plant import Plant, SLICE
@@ -51,11 +52,14 @@ class Rig:
 
     def __init__(self, plant: Plant, line: Line, link: str = '', log: str = '') -> None:
         self.plant, self._line = plant, line
-        self.bus = Bus({servo.get('id'): servo for servo in plant.servos.values()})
+        feetech = plant.family == 'feetech'
+        kind = FeetechBus if feetech else Bus
+        self.bus = kind({servo.get('id'): servo for servo in plant.servos.values()})
         self.bus_cable = True
         self.port = ''
         self.packets = 0
-        self._reader = Reader()
+        self._reader = SmallReader() if feetech else Reader()
+        self._id_at = 2 if feetech else 4
         self._link = Path(link) if link else None
         self._log = Path(log) if log else None
         self._said = ''
@@ -149,7 +153,7 @@ class Rig:
             self._send(answer, due if len(packets) == 1 else now)
 
     def _return_delay(self, status: bytes) -> float:
-        servo = self.bus.servos.get(status[4])
+        servo = self.bus.servos.get(status[self._id_at])
         return servo.get('return_delay_time') * DELAY_UNIT if servo else 0.0
 
     def _send(self, answer: bytes, due: float) -> None:
