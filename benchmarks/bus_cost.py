@@ -17,13 +17,14 @@ import time
 
 import numpy as np
 
-from leo_sim.drivers.dynamixel import FIRST, LAST
+from leo_sim.drivers.dynamixel import DynamixelDriver
 from leo_sim.drivers.dynamixel_bus import DynamixelBus
 from leo_sim.servo_bus.line import BITS, Line, Trouble
 from leo_sim.servo_bus.rig import Rig
 from leo_sim.servo_bus.servo import Servo
 from leo_sim.servos import PWM_MODE, registers, servo_model
 
+FIRST, LAST = DynamixelDriver.first, DynamixelDriver.last
 ASK, STATUS, GOAL = 14, 11, 2
 """Bytes: an instruction to many without its parameters, a status without its data, a goal."""
 
@@ -38,6 +39,7 @@ class Still:
             servo.set('return_delay_time', 0)
             servo.set('operating_mode', PWM_MODE)
             servo.set('goal_pwm', 0)
+        self.family = 'dynamixel'
         self.seconds, self.volts = 0.0, ()
 
     def connect(self) -> None:

@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """How long the motors behind the emulated bus are driven after something goes wrong.
 
-    python benchmarks/servo_faults.py [-n 20] [KIND ...]
+    python benchmarks/servo_faults.py [-n 20] [--results FILE] [KIND ...]
 
 LEO hangs and is commanded 2 V at 50 Hz; at a random moment the fault comes. The time is from the
 fault to the first moment at which every motor is at 0 V or free, in the bus's own record of what
-is on the motors, on one clock. Commands go on unless the fault is that they end.
+is on the motors, on one clock. Commands go on unless the fault is that they end. The slowest case
+of each kind is told apart: how long the emulated bus itself was kept waiting in it; of an e-stop
+when this process had sent it and when the node had carried it out, and how long a thread of the
+node was ready to run but had to wait until this process had its answer. With --results each case
+is kept in a file, one line each; started again, it goes on there.
 """
 
 from __future__ import annotations
@@ -13,121 +17,111 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from contextlib import suppress
+import json
 import os
 from pathlib import Path
 import random
+import re
 import signal
-import subprocess
-import sys
-from tempfile import TemporaryDirectory
 import time
+from typing import Any
 
+from emulated import Emulated, emulated, PATIENCE, URGENT
 import numpy as np
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from leo_learner.experiments.processes import free_domain
 from leo_msgs_py import topics
-from leo_msgs_py.node import call, graph, join, spin_once, spin_until
+from leo_msgs_py.node import call, join, spin_once, spin_until
 from leo_msgs_py.values import Command
 
-LEO = str(Path(sys.executable).with_name('leo'))
-PATIENCE = 60.0
-VOLTS, LIMIT = 2.0, 8.6
+VOLTS = 2.0
 BUS_LOSS = (0.01, 0.1, 0.5)
 
 
 class Bench(Node):
-    """A commander that counts, with the bus and the robot as processes."""
+    """A commander that counts.
 
-    def __init__(self, folder: Path) -> None:
+    Args:
+        leo: the bus, and the robot that is started on it.
+    """
+
+    def __init__(self, leo: Emulated) -> None:
         super().__init__('bench')
-        self.folder, self.link, self.log = folder, folder / 'port', folder / 'motors'
+        self.leo = leo
         kind, name, qos = topics.COMMANDS['voltage']
         self._commands = self.create_publisher(kind, name, qos)
         self._set = self.create_client(SetParameters, '/servo_bus/set_parameters')
-        self.stop = self.create_client(*topics.E_STOP)
-        self.unstop = self.create_client(*topics.E_STOP_RESET)
+        self._stop = self.create_client(*topics.E_STOP)
+        self._unstop = self.create_client(*topics.E_STOP_RESET)
         self.talks = True
         self.sent = 0.0
+        self.asked: float | None = None
         self.create_timer(0.02, self._command)
-        self.bus = self._start('servo_bus', f'link:={self.link}', f'log:={self.log}')
-        self.robot: subprocess.Popen | None = None
 
     def ready(self) -> None:
         """A robot that runs, all cables in, every motor driven."""
         self.set(bus_cable=True, usb_cable=True, silent=-1, lose=0.0)
-        assert spin_until(self.link.is_symlink, PATIENCE)
-        self.talks = True
+        assert spin_until(self.leo.port.is_symlink, PATIENCE)
+        self.talks, self.asked = True, None
         spin_until(lambda: False, 0.2)  # one that ends now has ended
         deadline = time.monotonic() + PATIENCE
-        while not (self._released() and spin_until(self._driven, 3.0)):
-            assert time.monotonic() < deadline, self.said()[-2000:]
+        while not (self._released() and spin_until(lambda: self.leo.driven(VOLTS), 3.0)):
+            assert time.monotonic() < deadline, self.leo.said()[-2000:]
 
     def set(self, **values: object) -> None:
         """Set parameters of the bus."""
         asked = [Parameter(n, value=v).to_parameter_msg() for n, v in values.items()]
         call(self._set, SetParameters.Request(parameters=asked), PATIENCE)
 
-    def moments(self) -> list[tuple[float, np.ndarray]]:
-        """Times [s] and voltages of all motors, NaN where free, at each change."""
-        if not self.log.exists():
-            return []
-        rows = self.log.read_text().rpartition('\n')[0].splitlines()
-        return [(float(r.split()[0]), np.array(r.split()[1:], float)) for r in rows]
+    def e_stop(self) -> None:
+        """Call it, and wait for the answer as long as there is a node that may give one."""
+        future = self._stop.call_async(topics.E_STOP.type.Request())
+        self.asked = time.monotonic()
+        if not spin_until(future.done, 2.0):
+            assert self.leo.processes['robot'].poll() == 1, self.leo.said()[-2000:]
 
     def stopped_after(self, began: float) -> float:
         """Time [s] from `began` until all motors were at 0 or free, and stayed so."""
         deadline = time.monotonic() + 5.0
         while time.monotonic() < deadline:
             spin_once(0.02)
-            rows = self.moments()
+            rows = self.leo.moments()
             if rows and not np.nan_to_num(rows[-1][1]).any() and rows[-1][0] > began - 0.02:
                 break
         driven = [k for k, (_, volts) in enumerate(rows) if np.nan_to_num(volts).any()]
         last = driven[-1]
         return max(0.0, rows[last + 1][0] - began) if last + 1 < len(rows) else np.inf
 
-    def said(self) -> str:
-        """What the robot and the bus said."""
-        return ''.join(p.read_text() for p in sorted(self.folder.glob('*.out')))
+    def answered(self, began: float) -> float | None:
+        """When the node had carried out the e-stop, after `began` [s]; None where it did not.
+
+        Its log goes by the clock on the wall.
+        """
+        offset = time.time() - time.monotonic()
+        said = re.findall(r'\[([0-9.]+)\] \[robot_?\w*\]: e-stop: 0', self.leo.said('robot'))
+        return next((float(t) - offset - began for t in reversed(said)
+                     if float(t) - offset > began - 1e-3), None)
 
     def _released(self) -> bool:
-        if self.robot is None or self.robot.poll() is not None:
-            self.robot = self._start('robot', 'driver:=dynamixel', f'port:={self.link}')
+        self.leo.start_robot()
         try:
-            call(self.unstop, topics.E_STOP_RESET.type.Request(), 1.0)
+            call(self._unstop, topics.E_STOP_RESET.type.Request(), 1.0)
         except TimeoutError:  # the one that answered before was killed
             return False
         return True
-
-    def _driven(self) -> bool:
-        rows = self.moments()
-        return bool(rows) and bool((np.abs(np.nan_to_num(rows[-1][1])) > 0.9 * VOLTS).all())
 
     def _command(self) -> None:
         if self.talks:
             self._commands.publish(Command([VOLTS] * 6).to_message())
             self.sent = time.monotonic()
 
-    def _start(self, executable: str, *parameters: str) -> subprocess.Popen:
-        words = [x for p in ('robot:=leo', 'start:=hanging', *parameters) for x in ('-p', p)]
-        out = (self.folder / f'{executable}.out').open('a')
-        process = subprocess.Popen(
-            [LEO, 'run', 'leo_sim', executable, '--ros-args', *words], stdout=out, stderr=out)
-        with suppress(PermissionError):  # other work on this machine is not what is measured
-            os.setpriority(os.PRIO_PROCESS, process.pid, -15)
-        return process
-
 
 def e_stop(bench: Bench) -> float:
     """The service is called; a node that has ended by itself has stopped before."""
     began = time.monotonic()
-    try:
-        call(bench.stop, topics.E_STOP.type.Request(), 2.0)
-    except TimeoutError:
-        assert bench.robot.poll() == 1, bench.said()[-2000:]
+    bench.e_stop()
     return began
 
 
@@ -139,7 +133,7 @@ def no_command(bench: Bench) -> float:
 
 def killed(bench: Bench) -> float:
     """Kill -9."""
-    bench.robot.send_signal(signal.SIGKILL)
+    bench.leo.processes['robot'].send_signal(signal.SIGKILL)
     return time.monotonic()
 
 
@@ -181,33 +175,68 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('kinds', nargs='*', help=', '.join(KINDS))
     parser.add_argument('-n', type=int, default=20)
+    parser.add_argument('--results', type=Path, help='file of cases, gone on with')
     options = parser.parse_args()
-    with free_domain() as domain, TemporaryDirectory() as folder:
-        os.environ |= {'ROS_DOMAIN_ID': str(domain), 'XDG_RUNTIME_DIR': folder}
-        with graph(['--ros-args', '--log-level', 'error']):
-            bench = join(Bench(Path(folder)))
-            try:
-                report(bench, options.kinds or list(KINDS), options.n)
-            finally:
-                for process in (bench.robot, bench.bus):
-                    if process is not None:
-                        process.kill()
+    with suppress(PermissionError):
+        os.setpriority(os.PRIO_PROCESS, 0, URGENT)
+    with emulated() as leo:
+        report(join(Bench(leo)), options.kinds or list(KINDS), options.n, options.results)
 
 
-def report(bench: Bench, kinds: list[str], count: int) -> None:
+def report(bench: Bench, kinds: list[str], count: int, results: Path | None) -> None:
     """Each kind so many times."""
-    print(f'{"":20}{"n":>5}{"median":>9}{"p90":>8}{"max [ms]":>10}{"largest |V|":>13}', flush=True)
+    print(f'{"":20}{"n":>5}{"median":>8}{"p90":>7}{"p99":>7}{"max [ms]":>10}{"largest |V|":>13}'
+          '  of the slowest: bus waited, e-stop sent, carried out, node waited [ms]', flush=True)
+    done = kept(results)
     for kind in kinds:
-        times = []
-        for _ in range(count):
-            bench.ready()
-            spin_until(lambda: False, random.uniform(0.05, 0.3))
-            times.append(1e3 * bench.stopped_after(KINDS[kind](bench)))
-        largest = max(float(np.nanmax(np.abs(v))) for _, v in bench.moments() if (v == v).any())
-        middle, most = np.percentile(times, (50, 90))
-        print(f'{kind:20}{count:>5}{middle:9.1f}{most:8.1f}{max(times):10.1f}{largest:13.3f}',
-              flush=True)
-    print(f'tracebacks: {bench.said().count("Traceback")}')
+        cases = [case for case in done if case['kind'] == kind]
+        while len(cases) < count:
+            cases.append(measured(bench, kind))
+            if results is not None:
+                with results.open('a') as file:
+                    file.write(json.dumps(cases[-1]) + '\n')
+        print_row(kind, cases)
+        print(f'tracebacks: {sum(case["traceback"] for case in cases)}')
+
+
+def kept(results: Path | None) -> list[dict[str, Any]]:
+    """The cases that a file holds."""
+    if results is None or not results.exists():
+        return []
+    return [json.loads(line) for line in results.read_text().splitlines()]
+
+
+def measured(bench: Bench, kind: str) -> dict[str, Any]:
+    """One case: ms until the motors were stopped, and what tells why it took so long."""
+    bench.ready()
+    spin_until(lambda: False, random.uniform(0.05, 0.3))
+    waits = bench.leo.kept_waiting('robot')
+    began = KINDS[kind](bench)
+    now = bench.leo.kept_waiting('robot')
+    after = bench.stopped_after(began)
+    answered = bench.answered(began)
+    return {
+        'kind': kind, 'ms': round(1e3 * after, 2),
+        'robot_waited_ms': round(1e3 * max((now[t] - waits[t] for t in waits.keys() & now.keys()),
+                                           default=0.0), 2),
+        'bus_waited_ms': round(1e3 * bench.leo.waited(began), 2),
+        'sent_ms': None if bench.asked is None else round(1e3 * (bench.asked - began), 2),
+        'answered_ms': None if answered is None else round(1e3 * answered, 2),
+        'largest_v': round(bench.leo.largest_since(began - 1.0), 4),
+        'traceback': 'Traceback' in bench.leo.said(),
+    }
+
+
+def print_row(kind: str, cases: list[dict[str, Any]]) -> None:
+    """The figures of a kind."""
+    times = [case['ms'] for case in cases]
+    middle, *most = np.percentile(times, (50, 90, 99))
+    worst = max(cases, key=lambda case: float(case['ms']))
+    told = ', '.join('-' if worst.get(key) is None else f'{worst[key]:.1f}'
+                     for key in ('bus_waited_ms', 'sent_ms', 'answered_ms', 'robot_waited_ms'))
+    largest = max(case['largest_v'] for case in cases)
+    print(f'{kind:20}{len(cases):>5}{middle:8.1f}{most[0]:7.1f}{most[1]:7.1f}{max(times):10.1f}'
+          f'{largest:13.3f}  {told}', flush=True)
 
 
 if __name__ == '__main__':

@@ -21,10 +21,13 @@ setup(
         (f'share/{PACKAGE}', ['package.xml']),
     ],
     install_requires=[
+        'lz4',
+        'mcap>=1.3',
         'numpy>=1.26.4',
         'pyyaml',
         'rich',
         'rosbags>=0.11',
+        'zstandard',
     ],
     extras_require={
         'ros': ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6'],

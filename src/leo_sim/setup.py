@@ -26,6 +26,7 @@ setup(
     ],
     install_requires=[
         'dynamixel-sdk>=4.1',
+        'feetech-servo-sdk>=1.0',
         'leo_msgs_py',
         'mcap>=1.2',
         'numba>=0.60',
@@ -54,6 +55,7 @@ setup(
         'leo.drivers': [
             'simulated = leo_sim.drivers.simulated:SimulatedDriver',
             'dynamixel = leo_sim.drivers.dynamixel:DynamixelDriver',
+            'feetech = leo_sim.drivers.feetech:FeetechDriver',
             'replay = leo_sim.drivers.replay:ReplayDriver',
         ],
         'leo.effects': [],

@@ -10,13 +10,15 @@ import shutil
 from threading import Event, Thread
 import time
 
+from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverOptions
-from leo_sim.drivers.dynamixel import DynamixelDriver
+from leo_sim.drivers.servo_driver import ServoDriver
 from leo_sim.robot import load_robot, Robot
 from leo_sim.servo_bus.line import Line, Trouble
 from leo_sim.servo_bus.plant import Plant
 from leo_sim.servo_bus.rig import Rig
 
+BUSES = {'dynamixel': 'dynamixel:\n    watchdog: {value: 2, unit: s}', 'feetech': 'feetech:'}
 PATIENCE = 30.0
 """How long an answer may take on a busy machine [s]."""
 LATE = 1000.0
@@ -24,8 +26,7 @@ LATE = 1000.0
 
 SERVO = """\
 driver:
-  dynamixel:
-    watchdog: {{value: 2, unit: s}}
+  {bus}
     servos:
       pivot: {{id: 1, model: {model}{more}}}
 """
@@ -39,7 +40,9 @@ def patient(robot: Robot, watchdog: float = 2.5) -> Robot:
     return replace(robot, driver=robot.driver.model_copy(update={'dynamixel': bus}))
 
 
-def robot_with_servo(folder: Path, like: str, model: str, **more: object) -> Robot:
+def robot_with_servo(
+    folder: Path, like: str, model: str, family: str = 'dynamixel', **more: object
+) -> Robot:
     """A robot with one joint, like a shipped one but slow, on a servo with these figures."""
     made = folder / f'{like}_{model}'
     shutil.copytree(load_robot(like).folder, made, dirs_exist_ok=True)
@@ -49,7 +52,7 @@ def robot_with_servo(folder: Path, like: str, model: str, **more: object) -> Rob
     text = re.sub(r'control_period: \S+', 'control_period: 0.05', text)
     text = re.sub(r'state_rate: \S+', 'state_rate: 20', text)
     figures = ''.join(f', {key}: {value}' for key, value in more.items())
-    path.write_text(f'{text}\n\n{SERVO.format(model=model, more=figures)}')
+    path.write_text(f'{text}\n\n{SERVO.format(bus=BUSES[family], model=model, more=figures)}')
     return load_robot(made)
 
 
@@ -69,9 +72,9 @@ def running(robot: Robot, supply: float = 12.0, start: str = 'nominal') -> Itera
 
 
 @contextmanager
-def driven(robot: Robot, rig: Rig, patience: float = PATIENCE) -> Iterator[DynamixelDriver]:
+def driven(robot: Robot, rig: Rig, patience: float = PATIENCE) -> Iterator[ServoDriver]:
     """A driver connected to it, that waits long for an answer."""
-    driver = DynamixelDriver(DriverOptions(robot, port=rig.port))
+    driver = load_driver(robot.driver.family, DriverOptions(robot, port=rig.port))
     driver.connect()
     driver._bus.wait_at_most(patience)
     driver._bus._port.slack = patience

@@ -2,7 +2,8 @@
 """A rig that stands still and does what a test tells it through a file; it writes down all calls.
 
 The file `orders` in the working directory holds one of: `lose N` (the next N reads lose
-their packet), `block S` (the next read takes S seconds), `break` (the cable is out).
+their packet), `block S` (the next read takes S seconds), `break` (the cable is out), `bug M` (the
+method M fails with a ValueError from now on), `rubbish` (read returns something else).
 """
 
 from pathlib import Path
@@ -21,6 +22,7 @@ class Rig:
         self.info = robot_info(options.robot, options.state_rate, own_clock=False)
         self.starts = 0
         self._lose = 0
+        self._bug = ''
 
     def connect(self):
         self._note('connect')
@@ -30,14 +32,19 @@ class Rig:
         if self._lose:
             self._lose -= 1
             raise TransientFault('no answer from servo 1')
+        self._may_fail('read')
+        if self._bug == 'rubbish':
+            return [0.0]
         zeros = np.zeros(len(self.info.joints))
         return JointStates(time.time_ns(), self.info.joints, zeros, zeros)
 
     def write(self, values):
+        self._may_fail('write')
         self._note('write', values)
         return Applied(time.time_ns(), self.info.actuators, values, self.info.interface)
 
     def halt(self):
+        self._may_fail('halt')
         values = np.zeros(len(self.info.actuators))
         self._note('halt', values)
         return Applied(time.time_ns(), self.info.actuators, values, self.info.interface)
@@ -52,7 +59,12 @@ class Rig:
         raise NotPossible('put it there by hand')
 
     def stop(self):
+        self._may_fail('stop')
         self._note('stop')
+
+    def _may_fail(self, method):
+        if self._bug == method:
+            raise ValueError(f'{method}\nis wrong')
 
     def _obey(self):
         if not ORDERS.exists():
@@ -64,6 +76,10 @@ class Rig:
             self._lose = int(number)
         elif word == 'block':
             time.sleep(float(number))
+        elif word == 'bug':
+            self._bug = number
+        elif word == 'rubbish':
+            self._bug = word
         elif word == 'break':
             raise OSError(5, 'Input/output error')
         self._note(f'end {word}')

@@ -54,7 +54,7 @@ class Motor:
         if not self.log.exists():
             return []
         whole = self.log.read_text().rpartition('\n')[0].splitlines()
-        return [float(line.split()[1]) for line in whole]
+        return [float(line.split()[1]) for line in whole if ' late ' not in line]
 
     def wait_for(self, what) -> None:
         assert spin_until(lambda: bool(self.volts()) and what(self.volts()[-1]), PATIENCE), (

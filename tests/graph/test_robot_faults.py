@@ -2,6 +2,7 @@
 """What the robot node does when its hardware fails, hangs, or is commanded by two."""
 
 from pathlib import Path
+import re
 import time
 
 import pytest
@@ -102,6 +103,45 @@ def test_a_cable_that_is_out_ends_the_node_with_one_line(rig):
     assert robot.process.wait(PATIENCE) == 1
     assert 'Traceback' not in robot.said() and 'Input/output error' in robot.said()
     assert robot.calls()[-1] == 'stop'
+
+
+@pytest.mark.parametrize(
+    ('order', 'said'),
+    [
+        ('bug read', r'rig\.py line \d+: ValueError: read; mend the driver; the robot ends here'),
+        ('bug write', r'rig\.py line \d+: ValueError: write; mend the driver; the robot ends'),
+        ('rubbish', r'rig\.py: read returned list, not JointStates; mend the driver'),
+    ],
+)
+def test_a_driver_whose_code_fails_ends_the_node_with_one_line(rig, order, said):
+    robot = rig('/wrong')
+    robot.waits_for('write 1.0', command=1.0)
+    robot.order(order)
+    assert robot.process.wait(PATIENCE) == 1
+    (line,) = (line for line in robot.said().splitlines() if '[FATAL]' in line)
+    assert re.search(said, line) and 'Traceback' not in robot.said()
+    assert robot.calls()[-1] == 'stop'
+
+
+def test_a_driver_that_cannot_stop_is_written_zero(rig):
+    robot = rig('/endless')
+    robot.waits_for('write 1.0', command=1.0)
+    robot.order('bug stop')
+    robot.waits_for('end bug', command=1.0)
+    assert robot.stop() == 1
+    assert 'could not be told to stop' in robot.said() and 'Traceback' not in robot.said()
+    assert robot.calls()[-1] == 'write 0.0'
+
+
+def test_a_watchdog_that_cannot_halt_says_so(rig):
+    robot = rig('/unhalted', command_timeout=60.0)
+    robot.order('bug halt')
+    robot.waits_for('end bug', command=1.0)
+    robot.waits_for('write 1.0', command=1.0)
+    robot.order('block 2')
+    robot.waits_for('end block', command=1.0)
+    assert 'the watchdog cannot halt the motors' in robot.said()
+    assert robot.stop() == 0
 
 
 @pytest.mark.parametrize('timeout', [0.2, 0.0])

@@ -13,11 +13,11 @@ import pytest
 import zstandard
 
 from leo_diffmodel.bags.contents import load
-from leo_diffmodel.bags.mcap_file import LARGEST_CHUNK
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.types import definition, JOINT_STATE
 from leo_msgs_py.cdr import joint_state
 from leo_msgs_py.cli import main
+from leo_msgs_py.mcap_file import LARGEST_CHUNK
 from leo_sim.robot import load_robot
 
 PENDULUM = load_robot('pendulum')

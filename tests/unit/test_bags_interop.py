@@ -21,12 +21,12 @@ import yaml
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.finish import BagState, finish_bag
 from leo_diffmodel.bags.info import bag_info
-from leo_diffmodel.bags.mcap_file import McapFile
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.types import definition, DYNAMIC_JOINT_STATE, JOINT_STATE
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py import cdr
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.mcap_file import McapFile
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.robot import load_robot
 

@@ -15,12 +15,12 @@ from leo_diffmodel.bags.arrival import ArrivalTimes
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.finish import BagState, finish_bag
 from leo_diffmodel.bags.info import bag_info
-from leo_diffmodel.bags.mcap_file import find_files
 from leo_diffmodel.bags.recorder import finish_left_over, RecordedTopic, Recorder, TWO
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import decode, joint_state, uint32
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.mcap_file import find_files
 from leo_sim.robot import load_robot
 
 PENDULUM = load_robot('pendulum')

@@ -15,7 +15,7 @@ from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_sim.driver_check.suite import CHECKS, examine, FAILED, PASSED
 from leo_sim.driver_check.trial import Moving, Trial
-from leo_sim.drivers import dynamixel, dynamixel_bus, load_driver
+from leo_sim.drivers import dynamixel, load_driver, servo_line
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
 from leo_sim.drivers.dynamixel import DynamixelDriver
 from leo_sim.drivers.simulated import SimulatedDriver
@@ -28,7 +28,7 @@ FULL = Moving(range=0.2, share=1.0)
 @pytest.fixture(autouse=True)
 def busy_machine(monkeypatch):
     monkeypatch.setattr(dynamixel, 'LATE', LATE)
-    monkeypatch.setattr(dynamixel_bus, 'CONFIGURE', 1.0)
+    monkeypatch.setattr(servo_line, 'CONFIGURE', 1.0)
 
 
 def failures(driver, robot=PENDULUM, moving=None, ask=None):

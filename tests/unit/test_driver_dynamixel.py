@@ -11,10 +11,10 @@ import pytest
 from tests.drivers.bus import driven, LATE, patient, robot_with_servo, running, until
 
 from leo_msgs_py.errors import UserError
-from leo_sim.drivers import dynamixel, dynamixel_bus, load_driver
+from leo_sim.drivers import dynamixel, load_driver, servo_line
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
 from leo_sim.drivers.dynamixel_bus import _Packets
-from leo_sim.drivers.dynamixel_joints import MotorUnits
+from leo_sim.drivers.servo_joints import MotorUnits
 from leo_sim.robot import load_robot
 from leo_sim.servo_bus.packets import encoded, status
 
@@ -27,7 +27,7 @@ SIX = st.lists(finite, min_size=6, max_size=6)
 @pytest.fixture(autouse=True)
 def busy_machine(monkeypatch):
     monkeypatch.setattr(dynamixel, 'LATE', LATE)
-    monkeypatch.setattr(dynamixel_bus, 'CONFIGURE', 1.0)
+    monkeypatch.setattr(servo_line, 'CONFIGURE', 1.0)
 
 
 @pytest.fixture
@@ -227,6 +227,20 @@ def test_an_answer_of_an_earlier_reading_is_refused(leo):
     with pytest.raises(TransientFault, match='answered late'):
         driver.read()
     driver.read()
+
+
+@pytest.mark.parametrize('stale', [status(1, 0, bytes(28)), status(8, 0, b'\1')])
+def test_an_answer_to_another_question_is_not_taken_for_this_one(leo, monkeypatch, stale):
+    rig, driver = leo
+    answer, left = rig.bus.answer, [encoded(stale)]
+    monkeypatch.setattr(rig.bus, 'answer', lambda packet, now: [
+        *(left.pop() for _ in left[:]), *answer(packet, now)])
+    if stale.id == 1:
+        assert driver._bus.get(1, 'torque_enable') == 1
+    else:
+        with pytest.raises(TransientFault, match=r'servo 8 \(base_x\)'):
+            driver.read()
+    assert not left
 
 
 def test_a_silent_servo_is_named(leo):

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from tests.damage import damage_bytes
 from tests.messages import dynamic
 
 from leo_diffmodel.bags.writer import BagWriter
@@ -142,8 +143,30 @@ def test_a_bag_that_does_not_fit_is_refused(tmp_path, options, said):
 
 
 def test_a_missing_or_empty_bag_is_refused(tmp_path):
-    with pytest.raises(UserError, match='give a rosbag2 folder'):
+    with pytest.raises(UserError, match='no bag at'):
         replay(tmp_path / 'none')
     (tmp_path / 'empty').mkdir()
     with pytest.raises(UserError, match=r'no \.mcap file'):
         replay(tmp_path / 'empty')
+
+
+def test_a_damaged_chunk_costs_itself(tmp_path, capsys):
+    folder = record(tmp_path / 'bag')
+    file = next(folder.glob('*.mcap'))
+    whole = file.read_bytes()
+    at = whole.index(encoded(2)) + len(encoded(2)) - 1  # the exponent of its velocity
+    file.write_bytes(whole[:at] + bytes([whole[at] ^ 0x40]) + whole[at + 1 :])
+    rows, _, _ = play(replay(folder))
+    assert [r[0].stamp_ns for r in rows] == STAMPS[:2] + STAMPS[3:]
+    assert capsys.readouterr().err.count('1 damaged records are left out') == 1
+
+
+@pytest.mark.parametrize('seed', range(60))
+def test_a_damaged_bag_plays_or_says_why_not(tmp_path, seed):
+    folder = record(tmp_path / 'bag')
+    damage_bytes(next(folder.glob('*.mcap')), np.random.default_rng(seed))
+    try:
+        rows, _, _ = play(replay(folder))
+    except UserError:
+        return
+    assert {r[0].stamp_ns for r in rows} <= set(STAMPS)

@@ -10,9 +10,10 @@ from pathlib import Path
 import shutil
 
 from safetensors import SafetensorError
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file
 
 from leo_learner.ddpg import OBSERVATION_SCALE, part, Training
+from leo_learner.tensor_file import save_tensors
 from leo_learner.training_loop import TrainingLoop
 from leo_msgs_py.errors import one_line, UserError
 
@@ -21,21 +22,37 @@ PREFIX = 'checkpoint-'
 
 
 def save_checkpoint(folder: Path, training: TrainingLoop) -> Path:
-    """Write `checkpoint-STEPS` into `folder`, whole or not at all, and drop older ones."""
+    """Write `checkpoint-STEPS` into `folder`, whole or not at all, and drop older ones.
+
+    Raises:
+        UserError: it cannot be written; the one before stays.
+    """
     final = folder / f'{PREFIX}{training.steps:09d}'
     temporary = folder / f'.{final.name}.tmp'
     shutil.rmtree(temporary, ignore_errors=True)
-    temporary.mkdir(parents=True)
-    save_file(training.tensors(), temporary / TENSORS)
-    if training.replay is not None:
-        training.replay.save(temporary / REPLAY)
-    (temporary / 'run.json').write_text(json.dumps(_counters(training), indent=1))
-    shutil.rmtree(final, ignore_errors=True)
-    temporary.rename(final)
+    try:
+        temporary.mkdir(parents=True)
+        save_tensors(temporary / TENSORS, training.tensors())
+        if training.replay is not None:
+            training.replay.save(temporary / REPLAY)
+        (temporary / 'run.json').write_text(json.dumps(_counters(training), indent=1))
+        shutil.rmtree(final, ignore_errors=True)
+        temporary.rename(final)
+    except OSError as error:
+        shutil.rmtree(temporary, ignore_errors=True)
+        raise _unwritten(folder, error) from error
     for older in folder.glob(f'{PREFIX}*'):
         if older != final:
             shutil.rmtree(older)
     return final
+
+
+def _unwritten(folder: Path, error: OSError) -> UserError:
+    """What to do where a disk takes no checkpoint."""
+    kept = any(folder.glob(f'{PREFIX}*'))
+    then = f'go on with: leo learn --resume {folder}' if kept else 'start again: nothing was saved'
+    return UserError(f'cannot write a checkpoint into {folder} ({error.strerror}); make room, '
+                     f'then {then}')
 
 
 def load_checkpoint(folder: Path, training: TrainingLoop) -> None:

@@ -13,11 +13,11 @@ from typing import Any
 import gymnasium
 import numpy as np
 from safetensors import safe_open, SafetensorError
-from safetensors.torch import save_file
 import torch
 from torch import Tensor
 
 from leo_learner import ddpg, sarsa, sym
+from leo_learner.tensor_file import save_tensors
 from leo_learner.training_loop import TrainingLoop
 from leo_msgs_py.errors import one_line, UserError
 from leo_sim.robot import Robot
@@ -151,9 +151,7 @@ def save_policy(path: Path, training: TrainingLoop, robot: Robot) -> None:
         'steps': str(training.steps),
         'test_return': repr(training.best_return),
     }
-    temporary = path.with_name(path.name + '.tmp')
-    save_file(training.best_policy(), temporary, metadata)
-    temporary.replace(path)
+    save_tensors(path, training.best_policy(), metadata)
 
 
 def _actor(

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from leo_msgs_py.errors import UserError
 from leo_sim.names import nearest
-from leo_sim.robot_file import DynamixelFile, RobotFile
+from leo_sim.robot_file import BusFile, RobotFile
 from leo_sim.urdf import Joint, Link
 
 OF_JOINTS = ('angle', 'wrapped_angle', 'cos', 'sin', 'rate', 'input')
@@ -25,15 +25,17 @@ def check(folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence
     _check_base(path, file, joints)
     _check_task(path, file)
     _check_ground(path, file)
-    if file.driver.dynamixel is not None:
-        _check_servos(path, file, file.driver.dynamixel, moving)
+    if file.driver.dynamixel and file.driver.feetech:
+        raise UserError(f'{path}: driver: dynamixel and feetech are both given; give one of them')
+    if file.driver.bus is not None:
+        _check_servos(path, file, file.driver.bus, moving)
 
 
 def _named_joints(file: RobotFile) -> Iterable[tuple[str, str]]:
     for group in ('actuators', 'joints', 'sensors'):
         yield from ((group, name) for name in getattr(file, group))
-    if file.driver.dynamixel is not None:
-        yield from (('driver.dynamixel.servos', name) for name in file.driver.dynamixel.servos)
+    if (bus := file.driver.bus) is not None:
+        yield from ((f'driver.{file.driver.family}.servos', name) for name in bus.servos)
     for name, pose in file.start_poses.items():
         yield from ((f'start_poses.{name}', joint) for joint in (*pose.angles, *pose.rates))
     for group in ('observation', 'reward', 'termination'):
@@ -108,9 +110,9 @@ def _check_ground(path: Path, file: RobotFile) -> None:
                             'contacts')
 
 
-def _check_servos(path: Path, file: RobotFile, bus: DynamixelFile, moving: list[str]) -> None:
+def _check_servos(path: Path, file: RobotFile, bus: BusFile, moving: list[str]) -> None:
     """Every joint has a servo of its own that suits it."""
-    where = f'{path}: driver.dynamixel.servos'
+    where = f'{path}: driver.{file.driver.family}.servos'
     for joint in moving:
         if joint not in bus.servos:
             raise UserError(f'{where}: {joint} has none; every joint needs one, or an encoder of '

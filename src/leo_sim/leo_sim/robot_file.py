@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from leo_sim.servos import Family
 from leo_sim.yaml_file import Finite, Positive, Quantity, Schema
 
 Drawn = Finite | tuple[Finite, Finite]
@@ -152,19 +153,41 @@ class ServoFile(Schema):
     torque_constant: AboveZero | None = None
 
 
-class DynamixelFile(Schema):
-    """A bus of Dynamixel servos; without a packet for as long as `watchdog` says they stop."""
+class BusFile(Schema):
+    """A bus of servos."""
 
     port: str = '/dev/ttyUSB0'
     baud: Annotated[int, Field(ge=9600, le=4_500_000)] = 1_000_000
-    watchdog: AboveZero = AboveZero(value=0.2, unit='s')
     servos: dict[str, ServoFile]
+
+
+class DynamixelFile(BusFile):
+    """A bus of Dynamixel servos; without a packet for as long as `watchdog` says they stop."""
+
+    watchdog: AboveZero = AboveZero(value=0.2, unit='s')
+
+
+class FeetechFile(BusFile):
+    """A bus of Feetech servos, which have no watchdog."""
+
+    port: str = '/dev/ttyACM0'
 
 
 class DriverFile(Schema):
     """How the hardware is connected, by the name of its driver."""
 
     dynamixel: DynamixelFile | None = None
+    feetech: FeetechFile | None = None
+
+    @property
+    def bus(self) -> BusFile | None:
+        """The bus of servos, whose ever they are."""
+        return self.dynamixel or self.feetech
+
+    @property
+    def family(self) -> Family:
+        """Whose servos they are."""
+        return 'dynamixel' if self.dynamixel else 'feetech'
 
 
 class RobotFile(Schema):

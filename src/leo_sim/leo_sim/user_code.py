@@ -11,7 +11,7 @@ import traceback
 from types import ModuleType
 from typing import Any
 
-from leo_msgs_py.errors import UserError
+from leo_msgs_py.errors import one_line, UserError
 
 
 def load_file(path: Path, what: str) -> ModuleType:
@@ -38,18 +38,32 @@ def classes_of(module: ModuleType) -> list[type]:
             and c.__module__ == module.__name__]
 
 
-def guarded(path: Path, what: str, run: Callable[..., Any]) -> Callable[..., Any]:
-    """`run` with any error of the user's code as one line: file, line, what."""
+def guarded(
+    path: Path,
+    what: str,
+    run: Callable[..., Any],
+    meant: tuple[type[Exception], ...] = (UserError,),
+    raises: type[Exception] = UserError,
+) -> Callable[..., Any]:
+    """`run` with any error of the user's code as one line: file, line, what.
+
+    Args:
+        path: the file.
+        what: what it holds, for the error.
+        run: what is called.
+        meant: errors that pass as they are.
+        raises: what any other becomes.
+    """
 
     @wraps(run)
     def call(*args: Any, **named: Any) -> Any:
         try:
             return run(*args, **named)
-        except UserError:
+        except meant:
             raise
         except Exception as error:  # a user's code may raise anything
-            raise UserError(f'{path}{_line(path, error)}: {type(error).__name__}: {error}; '
-                            f'mend the {what}') from error
+            raise raises(f'{path}{_line(path, error)}: {type(error).__name__}: '
+                         f'{one_line(error)}; mend the {what}') from error
 
     return call
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from mcap.records import Channel, Message, Metadata, Schema
 
-from .mcap_file import find_files, McapFile
+from leo_msgs_py.mcap_file import find_files, McapFile
 
 _LATEST = 2**63 - 1
 

@@ -14,7 +14,8 @@ from typing import IO
 from mcap.records import Channel, McapRecord, Message, Metadata, Schema
 from mcap.writer import CompressionType, MCAP0_MAGIC, Writer
 
-from .mcap_file import DAMAGE, find_files, McapFile
+from leo_msgs_py.mcap_file import DAMAGE, find_files, McapFile
+
 from .metadata import write_metadata
 
 _FOOTER_SIZE = 9 + 20 + 8

@@ -102,7 +102,7 @@ def _stated(
     values, enabled = (np.array([r[k] for r in rows], dtype=float) for k in (2, 3))
     if not states.stamped or not stamp.any():
         stamp = _to_robot_time(log, states)
-    values = values * _signs(robot, topic_map)
+    values = values * _units(robot, topic_map)
     return _finite(InputLog(robot.input, topic.name, log, stamp, values, enabled, 0))
 
 
@@ -155,7 +155,7 @@ def _commanded(
             'needed; name their joints in a topic map (command_order: [...])'
         )
     log = np.array([row[0] for row in fitting], dtype=np.int64)
-    values = np.array([row[1] for row in fitting]) * _signs(robot, topic_map)
+    values = np.array([row[1] for row in fitting]) * _units(robot, topic_map)
     return _finite(InputLog(
         robot.input, topic.name, log, _to_robot_time(log, states), values,
         np.ones_like(values), len(rows) - len(fitting),
@@ -177,8 +177,10 @@ def _effort(
     ))
 
 
-def _signs(robot: Robot, topic_map: TopicMap) -> Floats:
-    return np.array([float(topic_map.joint(a.joint).sign) for a in robot.actuators])
+def _units(robot: Robot, topic_map: TopicMap) -> Floats:
+    """V or N m along each actuated joint for 1 of theirs, (A,)."""
+    joints = [topic_map.joint(a.joint) for a in robot.actuators]
+    return topic_map.scale * np.array([float(j.input_sign or j.sign) for j in joints])
 
 
 def _to_robot_time(log: Stamps, states: StateLog) -> Stamps:

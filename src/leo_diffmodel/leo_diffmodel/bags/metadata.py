@@ -13,7 +13,8 @@ from mcap.records import Statistics
 from mcap.summary import Summary
 import yaml
 
-from .mcap_file import find_files
+from leo_msgs_py.mcap_file import find_files
+
 from .qos_text import profiles
 
 

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.mcap_file import sha256
 
 from .contents import BagContents, load
 from .inputs import InputLog, read_inputs
-from .mcap_file import sha256
 from .notes import input_notes, reading_notes
 from .period import command_period
 from .runs import Held, split_runs

@@ -6,9 +6,11 @@ A topic map, every key optional:
     topics: {joint_states: /arm/joint_states, commands: /arm/pwm_controller/commands}
     joints:
       pivot: {name: joint_1, sign: -1, offset: 0.1}   # ours = sign * theirs + offset [rad]
+      # input_sign: -1         of its input, where that differs from the sign of its angle
     input: commands          # or auto, applied, dynamic_joint_states, effort, none
     interface: voltage       # its name on the dynamic joint states
     command_order: [pivot]   # joints of the command topic
+    scale: 0.0156            # V or N m for 1 of theirs: supply / 885 of a PWM in counts
     hold: previous           # a stamp means the period before it
     held: true               # the base was held; by default what the bag's recorder noted
 """
@@ -45,12 +47,16 @@ TYPES = {
 
 
 class JointMap(BaseModel):
-    """Where one of our joints is in the bag; ours = sign * theirs + offset."""
+    """Where one of our joints is in the bag; ours = sign * theirs + offset.
+
+    `input_sign` is of its input, where that differs from `sign`.
+    """
 
     model_config = ConfigDict(extra='forbid', frozen=True)
 
     name: str | None = None
     sign: Literal[1, -1] = 1
+    input_sign: Literal[1, -1] | None = None
     offset: float = Field(default=0.0, allow_inf_nan=False)
 
 
@@ -66,6 +72,7 @@ class TopicMap(BaseModel):
     ] = 'auto'
     interface: str | None = None
     command_order: list[str] | None = None
+    scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
     hold: Literal['next', 'previous'] = 'next'
     held: bool | None = None
 

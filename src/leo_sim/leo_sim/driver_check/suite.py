@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from leo_msgs_py.errors import one_line, UserError
 from leo_sim.driver_check import contract, motion
 from leo_sim.driver_check.trial import Broken, LeftOut, Trial
-from leo_sim.drivers.base import DriverFault
+from leo_sim.drivers.base import DriverBug, DriverFault
 
 PASSED, FAILED, LEFT_OUT = 'pass', 'FAIL', 'left out'
 
@@ -27,6 +27,9 @@ CARELESS = (
     RuntimeError, TypeError, ValueError,
 )  # fmt: skip
 """What code raises that was not meant to raise."""
+
+TYPED = ('raise TransientFault for a lost packet, DriverFault for the end, UserError in connect; '
+         'the node would end here')
 
 
 @dataclass(frozen=True)
@@ -69,13 +72,13 @@ def _result(check: Callable[[Trial], None], trial: Trial) -> Result:
         return Result(name, LEFT_OUT, str(why))
     except UserError as error:
         return Result(name, FAILED, str(error), 'as it says')
+    except DriverBug as bug:
+        return Result(name, FAILED, str(bug), TYPED)
     except (DriverFault, OSError) as fault:
         return Result(name, FAILED, f'{type(fault).__name__}: {one_line(fault)}',
                       'look at the device; the node would end here')
     except CARELESS as error:
-        return Result(name, FAILED, f'{type(error).__name__}: {one_line(error)}',
-                      'raise TransientFault for a lost packet, DriverFault for the end, UserError '
-                      'in connect; the node would end with a traceback')
+        return Result(name, FAILED, f'{type(error).__name__}: {one_line(error)}', TYPED)
     return Result(name, PASSED, (check.__doc__ or '').splitlines()[0])
 
 

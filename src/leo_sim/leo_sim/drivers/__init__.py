@@ -5,16 +5,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib.metadata import entry_points
+import inspect
 from pathlib import Path
 
 from leo_msgs_py.errors import UserError
 from leo_sim.drivers.base import Driver, DriverOptions
+from leo_sim.drivers.foreign import check_built, guarded_driver, METHODS
 from leo_sim.names import nearest
 from leo_sim.user_code import classes_of, guarded, load_file
 
 GROUP = 'leo.drivers'
-METHODS = ('connect', 'read', 'write', 'advance', 'set_torque', 'reset', 'stop')
-"""What every driver has."""
+OURS = 'leo_sim'
 
 Build = Callable[[DriverOptions], Driver]
 
@@ -27,19 +28,27 @@ def load_driver(name: str, options: DriverOptions) -> Driver:
             file fails or does not define exactly one driver.
     """
     if name.endswith('.py'):
-        return _driver_of_file(Path(name))(options)
+        return _foreign(Path(name), _class_in(Path(name)), options)
     found = {entry.name: entry for entry in entry_points(group=GROUP)}
     if name not in found:
         raise UserError(f'no driver is named {name!r}{nearest(name, found)}')
     build: Build = found[name].load()
+    if isinstance(build, type) and build.__module__.partition('.')[0] != OURS:
+        return _foreign(Path(inspect.getfile(build)), build, options)
     return build(options)
 
 
-def _driver_of_file(path: Path) -> Build:
+def _class_in(path: Path) -> type:
+    """The driver that a file defines."""
     drivers = [c for c in classes_of(load_file(path, 'driver'))
                if all(callable(getattr(c, method, None)) for method in METHODS)]
     if len(drivers) != 1:
         raise UserError(f'{path} defines {len(drivers)} drivers; it must define exactly one class '
                         f'with the methods {", ".join(METHODS)} (docs/your_driver.md)')
-    build: Build = guarded(path, 'driver', drivers[0])
-    return build
+    return drivers[0]
+
+
+def _foreign(path: Path, kind: type, options: DriverOptions) -> Driver:
+    driver: Driver = guarded(path, 'driver', guarded_driver(path, kind))(options)
+    check_built(path, driver)
+    return driver

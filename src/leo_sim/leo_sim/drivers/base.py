@@ -146,6 +146,10 @@ class DriverFault(Exception):
     """The robot cannot go on; the text says what failed and what to look at."""
 
 
+class DriverBug(DriverFault):
+    """The driver's own code failed; the text says where."""
+
+
 class TransientFault(DriverFault):
     """One packet was lost or damaged; the next call may succeed."""
 

@@ -1,280 +1,50 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bus of Dynamixel servos through ROBOTIS' SDK: registers by name, all servos at once."""
+"""A bus of Dynamixel servos through ROBOTIS' SDK."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-import termios
-import time
-from typing import Any
+from collections.abc import Sequence
 
-from dynamixel_sdk import COMM_SUCCESS, PortHandler, Protocol2PacketHandler
-from serial import SerialException
+from dynamixel_sdk import PortHandler, Protocol2PacketHandler
 
-from leo_msgs_py.errors import UserError
-from leo_sim.drivers.base import DriverFault, TransientFault
-from leo_sim.servos import Register, registers
-
-CONFIGURE = 0.1
-"""How long an answer may take while nothing moves [s]."""
-
-TRIES = 3
-"""How often an instruction to one servo is sent before it counts as unanswered."""
-
-POLL = 0.0005
-"""How long one look for bytes waits [s]; the SDK alone looks without a pause."""
-
-RUBBISH = 5.0
-"""Whatever still comes after so many times the time of an answer is none."""
+from leo_sim.drivers.servo_line import Limits, ServoLine
 
 STUFFED, PLAIN = b'\xff\xff\xfd\xfd', b'\xff\xff\xfd'
 
 
-class _Port(PortHandler):
-    """The SDK's port with a time limit of ours, a clock that nobody sets, and an end to rubbish.
-
-    Attributes:
-        slack: time an answer may take on top of that of its bytes [s].
-    """
-
-    def __init__(self, path: str) -> None:
-        super().__init__(path)
-        self.slack = CONFIGURE
-
-    def getCurrentTime(self) -> float:
-        """Time in ms."""
-        return time.monotonic() * 1e3
-
-    def setPacketTimeout(self, packet_length: int) -> None:
-        """Wait for an answer of so many bytes."""
-        self.setPacketTimeoutMillis(self.tx_time_per_byte * packet_length + 1e3 * self.slack)
-
-    def clearPort(self) -> None:
-        """Forget bytes that have come.
-
-        Raises:
-            OSError: the port is gone.
-        """
-        try:
-            super().clearPort()
-        except termios.error as error:
-            raise OSError(*error.args) from error
-
-    def readPort(self, length: int) -> bytes:
-        """Bytes that have come, waiting a little for the first."""
-        if self.packet_timeout and self.getTimeSinceStart() > RUBBISH * self.packet_timeout:
-            raise TransientFault('no whole answer came in time')
-        return bytes(super().readPort(length))
+class _Port(Limits, PortHandler):
+    """The SDK's port."""
 
 
 class _Packets(Protocol2PacketHandler):
-    """The SDK's packets; its own removal of stuffing mistakes FF FF FD FF FD FD."""
+    """The SDK's packets; its own removal of stuffing mistakes FF FF FD FF FD FD.
+
+    Attributes:
+        size: how many bytes of data the last status had, which the SDK does not look at.
+    """
+
+    size = 0
 
     def removeStuffing(self, packet: list[int]) -> list[int]:
         """A status packet as it was before it was stuffed."""
         body = bytes(packet[7:-2]).replace(STUFFED, PLAIN)
+        self.size = len(body) - 2
         length = list((len(body) + 2).to_bytes(2, 'little'))
         return [*packet[:5], *length, *body, *packet[-2:]]
 
 
-class _Paper:
-    """A port that keeps what is written, to send it later."""
+class DynamixelBus(ServoLine):
+    """Registers of the Dynamixel servos on one port."""
 
-    is_using = False
-    written = b''
+    family = 'dynamixel'
 
-    def clearPort(self) -> None:
-        """Nothing to clear."""
+    def _new_packets(self) -> _Packets:
+        return _Packets()
 
-    def writePort(self, packet: Sequence[int]) -> int:
-        """Keep a packet."""
-        self.written = bytes(packet)
-        return len(packet)
+    def _new_port(self) -> _Port:
+        return _Port(self._path)
 
-
-class DynamixelBus:
-    """Registers of the servos on one port.
-
-    Args:
-        path: of the port.
-        baud: bits a second.
-        names: of the servos, by id, for what is said of them.
-    """
-
-    def __init__(self, path: str, baud: int, names: Mapping[int, str]) -> None:
-        self._path, self._baud, self._names = path, baud, names
-        self._packets = _Packets()
-        self._port: Any = None
-
-    def open(self) -> None:
-        """Open the port for this process alone.
-
-        Raises:
-            UserError: there is none, it is not ours to open, or not at this baud rate.
-        """
-        port = _Port(self._path)
-        try:
-            opened = port.setBaudRate(self._baud)
-            if opened:
-                port.ser.exclusive = True
-                port.ser.timeout = POLL
-        except (SerialException, OSError) as error:
-            raise UserError(f'cannot open {self._path}: {_reason(self._path, error)}') from error
-        if not opened:
-            raise UserError(f'the port cannot do {self._baud} baud; give another in robot.yaml, '
-                            'driver: dynamixel: baud, and set the servos to it')
-        self._port = port
-
-    def close(self) -> None:
-        """Close the port; safe to call twice."""
-        if self._port is not None:
-            port, self._port = self._port, None
-            port.closePort()
-
-    @property
-    def is_open(self) -> bool:
-        """Whether there is a port."""
-        return self._port is not None
-
-    def wait_at_most(self, slack: float) -> None:
-        """Let an answer take so long [s] on top of the time of its bytes."""
-        self._port.slack = slack
-
-    def ping(self, servo: int) -> int | None:
-        """The model number of a servo; None where none answers."""
-        try:
-            return int(self._asked(servo, 'its model', lambda: self._pinged(servo))[0])
-        except TransientFault:
-            return None
-
-    def get(self, servo: int, name: str) -> int:
-        """The value of a register."""
-        register = registers()[name]
-        found = self._asked(servo, name, lambda: self._packets.readTxRx(
-            self._port, servo, register.address, register.size))
-        return register.decode(bytes(found[0]))
-
-    def set(self, servo: int, name: str, value: int) -> None:
-        """Write a register; one that is kept without power only where it differs.
-
-        Raises:
-            DriverFault: the servo refuses it.
-        """
-        register = registers()[name]
-        if register.kept and self.get(servo, name) == value:
-            return
-        _, error = self._asked(servo, name, lambda: (None, *self._packets.writeTxRx(
-            self._port, servo, register.address, register.size, list(register.encode(value)))))
-        if error & 0x7F:
-            raise DriverFault(f'{self._who(servo)} refuses {name} {value}: '
-                              f'{self._packets.getRxPacketError(error)}')
-
-    def sync_read(
-        self, servos: Sequence[int], first: str, last: str
-    ) -> tuple[float, dict[int, Block]]:
-        """All registers from `first` to `last` of all servos, with one instruction.
-
-        Returns:
-            When it was sent, as of time.monotonic [s], and what each servo answered.
-
-        Raises:
-            TransientFault: an answer is missing or damaged.
-        """
-        start = registers()[first].address
-        length = registers()[last].end - start
-        self._port.is_using = False
-        result = self._packets.syncReadTx(
+    def _ask_all(self, start: int, length: int, servos: Sequence[int]) -> int:
+        result: int = self._packets.syncReadTx(
             self._port, start, length, list(servos), len(servos), False)
-        sent = time.monotonic()
-        self._check(result, servos[0])
-        found = {}
-        for servo in servos:
-            data, result, error = self._packets.readRx(self._port, servo, length)
-            self._check(result, servo)
-            found[servo] = Block(start, bytes(data), error)
-        return sent, found
-
-    def sync_write(self, name: str, values: Mapping[int, int]) -> None:
-        """Write a register of several servos with one instruction, which nobody answers."""
-        self.send(self.packet(name, values))
-
-    def packet(self, name: str, values: Mapping[int, int]) -> bytes:
-        """The bytes of such an instruction."""
-        register, paper = registers()[name], _Paper()
-        row = [byte for servo, value in values.items()
-               for byte in (servo, *register.encode(value))]
-        self._packets.syncWriteTxOnly(paper, register.address, register.size, row, len(row))
-        return paper.written
-
-    def send(self, data: bytes) -> None:
-        """Put bytes on the bus, whatever another thread waits for there.
-
-        Raises:
-            OSError: the port is gone.
-        """
-        if self._port is None:
-            raise OSError(f'{self._path} is closed')
-        self._port.ser.write(data)
-
-    def _pinged(self, servo: int) -> tuple[int, int, int]:
-        number, result, error = self._packets.ping(self._port, servo)
-        return number, result, error
-
-    def _asked(self, servo: int, what: str, ask: Any) -> tuple[Any, int]:
-        """Answer and error of an instruction to one servo, which may be repeated."""
-        for _ in range(TRIES):
-            self._port.is_using = False
-            answer, result, error = ask()
-            if result == COMM_SUCCESS:
-                return answer, error
-        raise TransientFault(f'{self._who(servo)} does not answer when asked for {what}')
-
-    def _check(self, result: int, servo: int) -> None:
-        if result != COMM_SUCCESS:
-            self._port.is_using = False
-            said = self._packets.getTxRxResult(result).split('] ')[-1].rstrip('!')
-            raise TransientFault(f'{self._who(servo)}: {said}')
-
-    def _who(self, servo: int) -> str:
-        return f'servo {servo} ({self._names[servo]})'
-
-
-class Block:
-    """Neighbouring registers of one servo, as read at once.
-
-    Args:
-        start: address of the first byte.
-        data: the bytes.
-        error: of the status they came with.
-    """
-
-    def __init__(self, start: int, data: bytes, error: int) -> None:
-        self._start, self._data = start, data
-        self.error = error
-
-    def get(self, name: str) -> int:
-        """The value of a register in it."""
-        register: Register = registers()[name]
-        at = register.address - self._start
-        return register.decode(self._data[at : at + register.size])
-
-
-def latency_timer(path: str) -> int | None:
-    """How long a USB adapter keeps bytes back [ms]; None where the port has no such timer."""
-    name = Path(path).resolve().name
-    file = Path(f'/sys/bus/usb-serial/devices/{name}/latency_timer')
-    try:
-        return int(file.read_text())
-    except (OSError, ValueError):
-        return None
-
-
-def _reason(path: str, error: OSError) -> str:
-    if not Path(path).exists():
-        return 'there is no such port; is the adapter plugged in? (-p port:=, or robot.yaml)'
-    if isinstance(error.__context__, BlockingIOError) or error.errno == 11:
-        return 'another program has it open'
-    if error.errno == 13:
-        return 'permission denied; be in the group dialout'
-    return str(error)
+        return result

@@ -4,20 +4,19 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+import sys
 from typing import Any
-import zlib
 
-from mcap.exceptions import McapError
 from mcap.records import Channel, Message, Schema
-from mcap.stream_reader import StreamReader
 from rosbags.serde import SerdeError
 
 from leo_msgs_py.cdr import decode
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.mcap_file import find_files, McapFile
 from leo_msgs_py.values import Applied, JointStates
 
 STATES, EPISODE = '/joint_states', '/robot/episode'
@@ -48,7 +47,7 @@ def read_moments(path: Path, interface: str) -> list[Moment]:
     applied = f'/robot/applied_{interface}'
     inputs: dict[str, dict[int, Applied]] = {applied: {}, DYNAMIC: {}}
     episode, found = 0, set[str]()
-    for name, message in _messages(_files(path), applied, found):
+    for name, message in _messages(find_files(path), applied, found):
         if name == EPISODE:
             episode = int(message.data)
         elif name == STATES:
@@ -74,28 +73,23 @@ def _latest(inputs: dict[int, Applied], stamps: list[int], now: int) -> Applied 
     return inputs[stamps[before - 1]] if before else None
 
 
-def _files(path: Path) -> list[Path]:
-    if path.is_file():
-        return [path]
-    if not path.is_dir():
-        raise UserError(f'no bag {path}; give a rosbag2 folder or an .mcap file: -p bag:=BAG')
-    if not (files := sorted(path.glob('*.mcap'))):
-        raise UserError(f'{path} holds no .mcap file; only MCAP bags can be replayed')
-    return files
+def _messages(
+    files: Iterable[Path], applied: str, found: set[str]
+) -> Iterator[tuple[str, Any]]:
+    """Wanted topics and their messages that decode; adds every topic it meets to `found`.
 
-
-def _messages(files: list[Path], applied: str, found: set[str]) -> Iterator[tuple[str, Any]]:
-    """Wanted topics and their messages that decode; adds every topic it meets to `found`."""
+    Around what is damaged the rest is read, and stderr told how much it was.
+    """
     types = {
         STATES: 'sensor_msgs/msg/JointState',
         applied: 'sensor_msgs/msg/JointState',
         DYNAMIC: 'control_msgs/msg/DynamicJointState',
         EPISODE: 'std_msgs/msg/UInt32',
     }
-    for file in files:
+    for file in map(McapFile, files):
         topics: dict[int, str] = {}
         schemas: dict[int, str] = {}
-        for record in _records(file):
+        for record in file.records():
             if isinstance(record, Schema):
                 schemas[record.id] = record.name
             elif isinstance(record, Channel):
@@ -107,12 +101,5 @@ def _messages(files: list[Path], applied: str, found: set[str]) -> Iterator[tupl
                 name = topics[record.channel_id]
                 with suppress(SerdeError):
                     yield name, decode(record.data, types[name])
-
-
-def _records(file: Path) -> Iterator[Any]:
-    """Records of a file, up to the cut where the recorder was killed."""
-    with file.open('rb') as stream:
-        try:
-            yield from StreamReader(stream, record_size_limit=file.stat().st_size + 1).records
-        except (McapError, zlib.error, EOFError):
-            return
+        if file.damaged:
+            print(f'{file.path}: {file.damaged} damaged records are left out', file=sys.stderr)

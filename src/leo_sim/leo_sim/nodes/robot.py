@@ -9,6 +9,7 @@ leo run leo_sim robot --ros-args -p robot:=pendulum -p driver:=replay -p bag:=BA
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 import math
 import time
@@ -36,6 +37,7 @@ from leo_msgs_py.node import (
 from leo_msgs_py.values import Command, JointStates, time_message
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import (
+    DriverBug,
     DriverFault,
     EndOfRun,
     Instrumented,
@@ -161,14 +163,18 @@ class RobotNode(Node):
                 if time.monotonic() >= self._due:
                     self._tick()
 
-    def stop(self) -> None:
-        """Leave the motors at 0."""
+    def stop(self) -> bool:
+        """Leave the motors at 0; whether they could be told."""
         try:
             self._driver.stop()
-        except (DriverFault, OSError) as fault:
+        except (DriverFault, UserError, OSError) as fault:
             self.get_logger().fatal(f'the motors could not be told to stop: {fault}')
-            return
+            if isinstance(fault, DriverBug):  # the device may be as open as before
+                with suppress(DriverFault, UserError, OSError):
+                    self._gate.write(blind=True)
+            return False
         self.get_logger().info(f'stopped, motors at 0; {self._sent} states sent')
+        return True
 
     def _on_command(self, message: Any, info: dict[str, Any]) -> None:
         """Latch a command that is new, whole and of the one who commands."""
@@ -262,6 +268,11 @@ class RobotNode(Node):
         applied = self._gate.watch()
         if applied is not None:
             self._applied.publish(applied.to_message())
+        elif self._gate.failure:
+            self.get_logger().error(
+                f'the watchdog cannot halt the motors: {self._gate.failure}',
+                throttle_duration_sec=1.0,
+            )
 
     def _publish(self, publisher: Publisher, message: Any) -> None:
         """Publish; where a reader's history is full, wait for it as long as it is alive."""
@@ -367,15 +378,16 @@ def main(argv: list[str]) -> int:
     """Run the robot node; `argv` as after the executable's name."""
     with graph(argv):
         robot = RobotNode()
+        status = 1
         try:
             robot.begin()
             robot.run()
+            status = 0
         except (DriverFault, OSError) as fault:
             robot.get_logger().fatal(f'{fault}; the robot ends here, start it again')
-            return 1
         finally:
-            robot.stop()
-    return 0
+            stopped = robot.stop()
+    return status if stopped else 1
 
 
 def _check_clock(settings: Settings, own_clock: bool) -> None:

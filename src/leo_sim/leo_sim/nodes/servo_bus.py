@@ -47,10 +47,10 @@ class ServoBusNode(Node):
         super().__init__('servo_bus')
         given = partial(fixed_parameter, self)
         options = read_options(self, 'servo_pendulum')
-        bus = options.robot.driver.dynamixel
+        bus = options.robot.driver.bus
         if bus is None:
             raise UserError(f'{options.robot.name} has no servos: give it some in robot.yaml, '
-                            'driver: dynamixel (docs/your_driver.md)')
+                            'driver: dynamixel or feetech (docs/your_driver.md)')
         supply = declared(self, 'supply', _nominal(options.robot))
         plant = Plant(options, supply, given('supply_resistance', 0.0), given('hand', True))
         trouble = Trouble(**{f.name: declared(self, f.name, f.default) for f in fields(Trouble)})

@@ -34,6 +34,7 @@ class Gate:
 
     Attributes:
         halts: how often the watchdog was needed.
+        failure: why it could not halt the motors when it last tried; '' where it could.
     """
 
     def __init__(
@@ -45,6 +46,7 @@ class Gate:
         self._driven = False
         self._written = time.monotonic()
         self.halts = 0
+        self.failure = ''
 
     @property
     def can_halt(self) -> bool:
@@ -73,12 +75,14 @@ class Gate:
         try:
             applied = self._driver.halt()
             self._driven = not free
-        except (DriverFault, OSError):
+        except (DriverFault, OSError) as fault:
+            self.failure = str(fault)
             return None  # it stays driven, and is halted again
         finally:
             if free:
                 self._lock.release()
         self.halts += 1
+        self.failure = ''
         return applied
 
     def _must_stop(self) -> bool:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dynamixel servos that do not exist: their bytes on a bus, with a simulated robot behind them."""
+"""Servos that do not exist: their bytes on a bus, with a simulated robot behind them."""

@@ -10,6 +10,7 @@ import numpy as np
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
 from leo_sim.robot_file import ServoFile
+from leo_sim.servo_bus.feetech import FeetechServo
 from leo_sim.servo_bus.servo import Servo
 from leo_sim.servos import servo_model
 
@@ -38,10 +39,11 @@ class Plant(SimulatedDriver):
     ) -> None:
         super().__init__(options)
         self.robot = options.robot
-        bus = options.robot.driver.dynamixel
+        bus, self.family = options.robot.driver.bus, options.robot.driver.family
         assert bus is not None
+        kind = FeetechServo if self.family == 'feetech' else Servo
         self._files: Mapping[str, ServoFile] = bus.servos
-        self.servos = {joint: Servo(file.id, servo_model(file.model))
+        self.servos = {joint: kind(file.id, servo_model(file.model, self.family))
                        for joint, file in bus.servos.items()}
         self.open_circuit = self.supply = supply
         self.supply_resistance = supply_resistance
@@ -89,13 +91,14 @@ class Plant(SimulatedDriver):
         for k, joint in enumerate(self.info.joints):
             servo, file = self.servos[joint], self._files[joint]
             turn = file.direction * file.gear
-            servo.set('present_position', file.zero + round(
-                turn * float(q[k]) / servo.model.angle_unit))
+            count = file.zero + round(turn * float(q[k]) / servo.model.angle_unit)
+            servo.set('present_position', count % servo.model.turn if servo.model.turn else count)
             servo.set('present_velocity', round(turn * float(dq[k]) / servo.model.rate_unit))
             servo.set('present_input_voltage', tenths)
             if not servo.get('min_voltage_limit') <= tenths <= servo.get('max_voltage_limit'):
                 servo.fail(SUPPLY_ERROR)
-            servo.set('realtime_tick', int(1e3 * self.seconds) % 32768)
+            if self.family == 'dynamixel':
+                servo.set('realtime_tick', int(1e3 * self.seconds) % 32768)
             servo.set('present_pwm', self._pwm(servo))
             if servo.model.current_unit and joint in currents:
                 servo.set('present_current', round(

@@ -14,6 +14,7 @@ import tty
 
 from leo_msgs_py.errors import UserError
 from leo_sim.servo_bus.bus import Bus
+from leo_sim.servo_bus.feetech import FeetechBus, SmallReader
 from leo_sim.servo_bus.line import Line
 from leo_sim.servo_bus.packets import Reader
 from leo_sim.servo_bus.plant import Plant, SLICE
@@ -28,6 +29,9 @@ GIVE_UP = 0.05
 """When this process was kept waiting longer than this [s], no time passed for robot and servos:
 what was sent meanwhile has not come late, and no watchdog expires."""
 
+STALL = 0.02
+"""A wait longer than this [s] is logged: motors that were driven meanwhile were so for us."""
+
 
 class Rig:
     """Carries bytes between a pseudo-terminal and servos, and moves the robot behind them.
@@ -36,7 +40,9 @@ class Rig:
         plant: the robot with its servos.
         line: what the bytes go through.
         link: where the port can be opened, a symbolic link; '' makes none.
-        log: file that every change of what is on the motors is written to; '' writes none.
+        log: file that every change of what is on the motors is written to, as lines of the time
+            (time.monotonic, s) and the values, NaN where free; and `time late seconds` each time
+            this process was kept waiting. '' writes none.
 
     Attributes:
         port: path of the pseudo-terminal; '' while the cable is out of the computer.
@@ -46,14 +52,17 @@ class Rig:
 
     def __init__(self, plant: Plant, line: Line, link: str = '', log: str = '') -> None:
         self.plant, self._line = plant, line
-        self.bus = Bus({servo.get('id'): servo for servo in plant.servos.values()})
+        feetech = plant.family == 'feetech'
+        kind = FeetechBus if feetech else Bus
+        self.bus = kind({servo.get('id'): servo for servo in plant.servos.values()})
         self.bus_cable = True
         self.port = ''
         self.packets = 0
-        self._reader = Reader()
+        self._reader = SmallReader() if feetech else Reader()
+        self._id_at = 2 if feetech else 4
         self._link = Path(link) if link else None
         self._log = Path(log) if log else None
-        self._said: list[str] = []
+        self._said = ''
         self._orders: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._ends: tuple[int, ...] = ()
         self._last_bytes = 0.0
@@ -97,6 +106,8 @@ class Rig:
     def _now(self) -> float:
         """Time since the start [s], less what was not caught up."""
         now = time.monotonic() - self._began
+        if now - self.plant.seconds > STALL:
+            self._log_line(now, f'late {now - self.plant.seconds:.6f}')
         if now - self.plant.seconds > GIVE_UP:
             self._began += now - self.plant.seconds
             now = self.plant.seconds
@@ -142,7 +153,7 @@ class Rig:
             self._send(answer, due if len(packets) == 1 else now)
 
     def _return_delay(self, status: bytes) -> float:
-        servo = self.bus.servos.get(status[4])
+        servo = self.bus.servos.get(status[self._id_at])
         return servo.get('return_delay_time') * DELAY_UNIT if servo else 0.0
 
     def _send(self, answer: bytes, due: float) -> None:
@@ -157,15 +168,19 @@ class Rig:
         self.plant.run_to(seconds)
 
     def _write_down(self, seconds: float) -> None:
-        """Log what is on the motors where it has changed: time (as of time.monotonic), values."""
+        """Log what is on the motors where it has changed."""
         if self._log is None:
             return
         self.plant.drive()
-        said = [f'{value:.6g}' for value in self.plant.volts]
+        said = ' '.join(f'{value:.6g}' for value in self.plant.volts)
         if said != self._said:
             self._said = said
+            self._log_line(seconds, said)
+
+    def _log_line(self, seconds: float, text: str) -> None:
+        if self._log is not None:
             with self._log.open('a') as file:
-                file.write(f'{self._began + seconds:.6f} {" ".join(said)}\n')
+                file.write(f'{self._began + seconds:.6f} {text}\n')
 
 
 def _point(link: Path, target: str) -> None:

@@ -6,7 +6,7 @@ Source: ROBOTIS e-Manual, https://emanual.robotis.com/docs/en/dxl/x/xm430-w210/
 
 from __future__ import annotations
 
-from leo_sim.servos import CURRENT_MODE, PWM_MODE, Register, registers, ServoModel
+from leo_sim.servos import CURRENT_MODE, PWM_MODE, PWM_MODES, Register, registers, ServoModel
 
 SIZE = 147
 """Bytes of the control table that are here."""
@@ -37,7 +37,7 @@ class Servo:
 
     def __init__(self, number: int, model: ServoModel) -> None:
         self.model = model
-        self._registers = registers()
+        self._registers = registers(model.family)
         self._memory = bytearray(SIZE)
         for register in self._registers.values():
             self._store(register, register.initial)
@@ -108,7 +108,7 @@ class Servo:
     @property
     def pwm(self) -> float | None:
         """Share of the supply on the motor, -1 to 1; None where PWM is not what is controlled."""
-        if self.get('operating_mode') != PWM_MODE:
+        if self.get('operating_mode') != PWM_MODES[self.model.family]:
             return None
         return self.get('goal_pwm') / self.model.pwm_of_supply
 

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.drivers.dynamixel_bus import Block
+from leo_sim.drivers.servo_line import Block
 from leo_sim.robot import Robot
-from leo_sim.robot_file import DynamixelFile
+from leo_sim.robot_file import BusFile
 from leo_sim.servos import servo_model
 
 Array = np.ndarray
@@ -25,19 +25,27 @@ class JointUnits:
         ids: of the servos, in the order of the joints.
     """
 
-    def __init__(self, robot: Robot, bus: DynamixelFile) -> None:
+    def __init__(self, robot: Robot, bus: BusFile) -> None:
         servos = [bus.servos[joint] for joint in robot.joint_names]
         models = [servo_model(servo.model) for servo in servos]
         turn = np.array([servo.direction * servo.gear for servo in servos])
         self.ids = [servo.id for servo in servos]
         self._zero = np.array([servo.zero for servo in servos])
+        self._turn = np.array([model.turn for model in models])
+        self._counts = self._zero
         self._angle = np.array([model.angle_unit for model in models]) / turn
         self._rate = np.array([model.rate_unit for model in models]) / turn
 
     def angles(self, blocks: dict[int, Block]) -> Array:
-        """Of the joints [rad or m], (J,)."""
+        """Of the joints [rad or m], (J,), continuous: no servo turns half round in a period.
+
+        One whose counts begin anew each turn is within half a turn of its zero at first.
+        """
         counts = np.array([blocks[n].get('present_position') for n in self.ids])
-        return self._angle * (counts - self._zero)
+        half, turn = self._turn // 2, np.maximum(self._turn, 1)
+        near = self._counts + (counts - self._counts + half) % turn - half
+        self._counts = np.where(self._turn > 0, near, counts)
+        return self._angle * (self._counts - self._zero)
 
     def rates(self, blocks: dict[int, Block]) -> Array:
         """Of the joints [rad/s or m/s], (J,)."""
@@ -61,7 +69,7 @@ class MotorUnits:
         UserError: torques are asked of a servo that knows no current.
     """
 
-    def __init__(self, robot: Robot, bus: DynamixelFile) -> None:
+    def __init__(self, robot: Robot, bus: BusFile) -> None:
         servos = [bus.servos[actuator.joint] for actuator in robot.actuators]
         models = [servo_model(servo.model) for servo in servos]
         self.ids = [servo.id for servo in servos]

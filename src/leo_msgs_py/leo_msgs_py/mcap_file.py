@@ -118,7 +118,7 @@ def _definitions(stream: IO[bytes]) -> Iterator[McapRecord]:
     stream.seek(0)
     try:
         summary = make_reader(stream, validate_crcs=True).get_summary()
-    except DAMAGE:
+    except (*DAMAGE, OSError):  # the file is shorter than what ends one
         return
     if summary is not None:
         yield from (*summary.schemas.values(), *summary.channels.values())

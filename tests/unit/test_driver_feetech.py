@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The Feetech driver on an emulated bus, which Feetech's own SDK speaks to."""
+
+import signal
+import subprocess
+import sys
+
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+from tests.drivers.bus import driven, robot_with_servo, running, until
+
+from leo_msgs_py.errors import UserError
+from leo_sim.drivers import load_driver, servo_line
+from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
+from leo_sim.drivers.servo_joints import JointUnits
+from leo_sim.robot import load_robot
+from leo_sim.servo_bus.feetech import encoded, SmallReader
+from leo_sim.servos import registers, servo_models
+
+SUPPLY = 7.4
+STEP = SUPPLY / 1000
+R = registers('feetech')
+OVERLOADED, HOT = 0x20, 0x04
+
+KILLED = """\
+import sys, time
+import numpy as np
+from leo_sim.drivers import load_driver
+from leo_sim.drivers.base import DriverOptions
+from leo_sim.robot import load_robot
+driver = load_driver('feetech', DriverOptions(load_robot(sys.argv[1]), port=sys.argv[2]))
+driver.connect()
+driver.write(np.array([2.0]))
+print('driven', flush=True)
+time.sleep(1000)
+"""
+
+
+@pytest.fixture(autouse=True)
+def busy_machine(monkeypatch):
+    monkeypatch.setattr(servo_line, 'CONFIGURE', 1.0)
+
+
+@pytest.fixture
+def robot(tmp_path):
+    return robot_with_servo(
+        tmp_path, 'servo_pendulum', 'STS3215', 'feetech', direction=-1, zero=4000)
+
+
+@pytest.fixture
+def servo(robot):
+    with running(robot, SUPPLY) as rig, driven(robot, rig) as driver:
+        driver.read()
+        yield rig, driver
+
+
+@pytest.mark.parametrize('name', ['goal_pwm', 'present_velocity', 'homing_offset'])
+@given(st.data())
+def test_a_sign_is_a_bit(name, data):
+    register = R[name]
+    most = (1 << register.sign_bit) - 1
+    value = data.draw(st.integers(-most, most))
+    assert register.decode(register.encode(value)) == value
+    assert register.encode(-5) == (5 | 1 << register.sign_bit).to_bytes(2, 'little')
+
+
+def test_models_are_known_by_family():
+    models = [m for m in servo_models().values() if m.family == 'feetech']
+    assert {m.name: m.number for m in models} == {'STS3215': 777, 'STS3250': 2825}
+
+
+@given(st.lists(st.tuples(st.integers(0, 252), st.integers(0, 254), st.binary(max_size=20))),
+       st.integers(1, 7))
+def test_packets_come_out_of_pieces_and_rubbish(sent, size):
+    reader, found = SmallReader(), []
+    stream = b''.join(b'\x01\xff\x02' + encoded(*packet) for packet in sent)
+    for start in range(0, len(stream), size):
+        found += reader.feed(stream[start : start + size])
+    assert [(p.id, p.instruction, p.parameters) for p in found] == sent
+
+
+def test_volts_are_on_the_motor_as_they_are_told(servo):
+    rig, driver = servo
+    for volts in (1.0, -2.5, 50.0, 0.0):
+        applied = driver.write(np.array([volts]))
+        limit = driver.info.limits[0]
+        assert applied.values[0] == pytest.approx(np.clip(volts, -limit, limit), abs=STEP)
+        until(lambda a=applied: abs(rig.plant.volts[0] - a.values[0]) < 1e-9, 'not driven')
+        driver.read()
+
+
+def test_readings(servo):
+    rig, driver = servo
+    driver.write(np.array([2.0]))
+    until(lambda: rig.plant.servos['pivot'].get('present_current') != 0)
+    driver.read()
+    found = driver.readings()
+    assert found.supply == pytest.approx(SUPPLY)
+    assert found.temperature.tolist() == [30.0]
+    assert found.current.shape == (1,)
+
+
+def test_an_angle_goes_on_where_counts_begin_anew(robot):
+    units = JointUnits(robot, robot.driver.bus)
+
+    class Counts:
+        def __init__(self, count):
+            self.get = lambda name: count
+
+    angles = [units.angles({1: Counts(count % 4096)})[0] for count in range(4000, -9000, -900)]
+    assert np.diff(angles) == pytest.approx(900 * 2 * np.pi / 4096)
+    assert angles[0] == 0.0
+
+
+def test_a_kept_register_is_unlocked_and_locked_again(servo):
+    rig, _ = servo
+    memory = rig.plant.servos['pivot']
+    assert memory.get('operating_mode') == 2 and memory.get('lock') == 1
+    memory.write(R['operating_mode'].address, b'\x00')
+    assert memory.get('operating_mode') == 2
+
+
+def test_a_lost_packet_passes(servo):
+    rig, driver = servo
+    driver._bus.wait_at_most(0.05)
+    rig.bus.silent = frozenset({1})
+    with pytest.raises(TransientFault, match=r'servo 1 \(pivot\)'):
+        driver.read()
+    rig.bus.silent = frozenset()
+    driver._bus.wait_at_most(5.0)
+    driver.read()
+
+
+def test_a_servo_that_lets_go_ends_the_run(servo):
+    rig, driver = servo
+    rig.order(lambda: rig.plant.servos['pivot'].fail(OVERLOADED))
+    until(lambda: rig.plant.servos['pivot'].get('hardware_error_status'))
+    with pytest.raises(DriverFault, match='has let go: overloaded'):
+        driver.read()
+
+
+def test_a_command_that_got_lost_is_noticed(servo, monkeypatch):
+    _, driver = servo
+    monkeypatch.setattr(driver._bus, 'sync_write', lambda *_: None)
+    driver.write(np.array([2.0]))
+    with pytest.raises(TransientFault, match='has not taken'):
+        driver.read()
+
+
+def test_a_killed_process_leaves_the_motor_at_zero(robot):
+    """They have no watchdog: another process writes 0."""
+    with running(robot, SUPPLY) as rig:
+        words = [sys.executable, '-c', KILLED, str(robot.folder), rig.port]
+        with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+            assert process.stdout.readline() == 'driven\n'
+            until(lambda: rig.plant.volts[0] > 1.0)
+            process.send_signal(signal.SIGKILL)
+        until(lambda: rig.plant.volts[0] == 0.0, 'it is still driven')
+
+
+def test_what_does_not_fit_is_one_line(tmp_path):
+    robot = robot_with_servo(tmp_path, 'torque_pendulum', 'STS3215', 'feetech',
+                             torque_constant='{value: 1, unit: N m/A}')
+    with pytest.raises(UserError, match='which Feetech servos do not take'):
+        load_driver('feetech', DriverOptions(robot, port='nowhere'))
+    with pytest.raises(UserError, match='has no servos'):
+        load_driver('feetech', DriverOptions(load_robot('leo'), port='nowhere'))
+    mixed = robot_with_servo(tmp_path, 'servo_pendulum', 'XM430-W210', 'feetech')
+    with pytest.raises(UserError, match='no servo model is named'):
+        load_driver('feetech', DriverOptions(mixed, port='nowhere'))
