@@ -31,8 +31,8 @@ class Settings:
         stable: share of the turns that must choose an effect for it to be sure.
         unexplained: times the noise that may be left where nothing is missing (mean square).
         share: of the error beyond noise that may be left where everything is explained.
-        many: so many effects or more must hold one that is above the noise floor to be sure: a
-            robot is wrong in many ways that are smaller, and one or two names are a simple account.
+        many: so many effects or more must hold one above the noise floor to be sure: a robot is
+            wrong in many smaller ways, of which one or two names are no account.
         least_floors: that it must change the prediction by, all others refitted [noise floors].
         disagree: of a value, by which two recordings that exclude each other must differ for the
             answer not to be sure.
