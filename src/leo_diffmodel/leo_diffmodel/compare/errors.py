@@ -209,13 +209,9 @@ def ahead(prediction: Prediction, seconds: float) -> list[float]:
 
 
 def change_at_end(prediction: Prediction, other: Array) -> float:
-    """How far other predictions (W, K+1, 2J) are from these at the end, in noise floors.
-
-    Rms of the change over that of the floor, both over the windows; then rms over the states.
-    """
+    """How far other predictions (W, K+1, 2J) are from these at the end, in noise floors (rms)."""
     change = (prediction.predicted - other)[:, -1]
-    ratio = (change**2).mean(axis=0) / prediction.floor[:, -1].mean(axis=0)
-    return float(np.sqrt(ratio.mean()))
+    return float(np.sqrt((change**2 / prediction.floor[:, -1]).mean()))
 
 
 def median_ahead(prediction: Prediction, seconds: float) -> list[float]:

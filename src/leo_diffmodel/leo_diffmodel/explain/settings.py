@@ -31,8 +31,9 @@ class Settings:
         stable: share of the turns that must choose an effect for it to be sure.
         unexplained: times the noise that may be left where nothing is missing (mean square).
         share: of the error beyond noise that may be left where everything is explained.
-        least_floors: that one of the effects must change the prediction by for any to be sure; a
-            robot is wrong in many ways that are smaller [noise floors].
+        many: so many effects or more must hold one above the noise floor to be sure: a robot is
+            wrong in many smaller ways, of which one or two names are no account.
+        least_floors: that it must change the prediction by, all others refitted [noise floors].
         disagree: of a value, by which two recordings that exclude each other must differ for the
             answer not to be sure.
         outside: share of the moving time moved from outside from which on no effect is named.
@@ -54,6 +55,7 @@ class Settings:
     stable: float = 0.9
     unexplained: float = 1.6
     share: float = 0.25
+    many: int = 3
     least_floors: float = 1.0
     disagree: float = 0.5
     outside: float = 0.5

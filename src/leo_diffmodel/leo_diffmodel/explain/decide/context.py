@@ -52,8 +52,7 @@ class Context:
         """Held-out windows as the fitted hypothesis predicts them from their measured start."""
         values = _values(fitted)
         if values not in self._made:
-            model = fitted.hypothesis.model(self.base, fitted.theta)
-            sigma = self.found.problem.sigma
+            model, sigma = self._model(fitted), self.found.problem.sigma
             self._made[values] = errors.predict_windows(model, self.held, sigma)
         return self._made[values]
 
@@ -96,26 +95,23 @@ class Context:
         """The same where only the errors are asked for, which takes one prediction a window."""
         if made := self._made.get(_values(fitted)):
             return made
-        model = fitted.hypothesis.model(self.base, fitted.theta)
-        states = predict(model, self.held, self.held.measured[:, 0])
+        states = predict(self._model(fitted), self.held, self.held.measured[:, 0])
         return Prediction(self.held, states, np.zeros_like(states))
 
     def floors(self) -> list[float]:
-        """What each effect changes in the windows of the search, in noise floors.
+        """What each effect does in the windows of the search that no other one can [noise floors].
 
         Root mean square over windows and states at their end, of the prediction from the measured
-        start with it less that without it, all else as it is.
+        start less that of the other effects, refitted without it.
         """
         final, problem = self.found.final, self.found.problem
-        full, windows = final.hypothesis, problem.windows
-        if not full.candidates:
-            return []
-        model = full.model(self.base, final.theta)
-        made = errors.predict_windows(model, windows, problem.sigma)
-        less = [full.without(i) for i in range(len(full.candidates))]
-        models = [part.model(self.base, part.carried(full, final.theta)) for part in less]
-        changed = [predict(m, windows, windows.measured[:, 0]) for m in models]
-        return [errors.change_at_end(made, states) for states in changed]
+        windows, start = problem.windows, problem.windows.measured[:, 0]
+        made = errors.predict_windows(self._model(final), windows, problem.sigma)
+        less = [self._model(self.without(c).fit) for c in final.hypothesis.candidates]
+        return [errors.change_at_end(made, predict(m, windows, start)) for m in less]
+
+    def _model(self, fitted: Fit) -> Model:
+        return fitted.hypothesis.model(self.base, fitted.theta)
 
 
 def _values(fitted: Fit) -> Values:

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from collections import Counter
 
-import numpy as np
-
 from leo_diffmodel.explain.decide.classes import same_thing
 from leo_diffmodel.explain.decide.context import Context
 from leo_diffmodel.explain.decide.disagree import disagreements
@@ -84,13 +82,18 @@ def doubts(context: Context) -> list[str]:
     best = stability(context)[0]
     if best['share'] < context.settings.stable:
         told.append(f'this set is chosen in {best["share"]:.0%} of the held-out turns')
-    if max(context.floors(), default=np.inf) < context.settings.least_floors:
-        told.append('none changes the motion by more than the noise floor, as many small '
-                    'differences together do')  # fmt: skip
+    if _many_small(context):
+        told.append('none of them is above the noise floor: many small differences look like that')
     told += disagreements(context)
     if other := _other(context):
         told.append(f'{other} would leave less unexplained')
     return told if found.complete else [*told, 'the time was over: the best answer so far']
+
+
+def _many_small(context: Context) -> bool:
+    """Whether several effects share an error between them to which none adds a noise floor."""
+    settings, count = context.settings, len(context.found.final.hypothesis.candidates)
+    return count >= settings.many and max(context.floors()) < settings.least_floors
 
 
 def _other(context: Context) -> str:

@@ -195,11 +195,15 @@ def contested(sets: Sets, best: Scored) -> Scored:
 
 
 def canonical(sets: Sets, best: Scored) -> Scored:
-    """The same answer by the names that come first in the catalogue, where others do no better."""
+    """Of sets that do as well with as many parameters, the one of fewest effects.
+
+    Then the one whose names come first in the catalogue.
+    """
     order, weight = {c: n for n, c in enumerate(sets.pool)}, sets.weight
     alike = [s for s in sets.known.values() if s.size == best.size
              and abs(weight.ahead(best, s)) <= EQUAL_NATS]  # fmt: skip
-    return min(alike, key=lambda s: sorted(order[c] for c in s.names), default=best)
+    return min(alike, key=lambda s: (len(s.names), sorted(order[c] for c in s.names)),
+               default=best)  # fmt: skip
 
 
 def turns(sets: Sets, seed: int = 0) -> list[Scored]:
