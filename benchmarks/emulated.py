@@ -9,7 +9,6 @@ import math
 import os
 from pathlib import Path
 import shutil
-import signal
 import subprocess
 import sys
 from tempfile import TemporaryDirectory
@@ -71,8 +70,8 @@ class Emulated:
         return name in self.processes and self.processes[name].poll() is None
 
     def stop(self, name: str) -> int:
-        """End a process as Ctrl-C does; its exit status."""
-        self.processes[name].send_signal(signal.SIGINT)
+        """End a process; its exit status."""
+        self.processes[name].terminate()
         return self.processes[name].wait(PATIENCE)
 
     def said(self, name: str = '*') -> str:

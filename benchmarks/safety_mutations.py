@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[1]
 SIM = Path('src/leo_sim/leo_sim')
 SAFETY, SENDERS, GATE = SIM / 'safety.py', SIM / 'senders.py', SIM / 'nodes/watchdog.py'
 NODE, DRIVER = SIM / 'nodes/robot.py', SIM / 'drivers/dynamixel.py'
-JOINTS = SIM / 'drivers/dynamixel_joints.py'
+JOINTS, SHARED = SIM / 'drivers/servo_joints.py', SIM / 'drivers/servo_driver.py'
 UNIT, GRAPH = 'tests/unit/', 'tests/graph/'
 FAULTS, SERVOS = f'{GRAPH}test_robot_faults.py', f'{UNIT}test_driver_dynamixel.py'
 
@@ -77,11 +77,20 @@ MUTATIONS = {
     'goal 0 before torque': Mutation(
         DRIVER, '        self._bus.set(servo, self._motors.goal, 0)\n', '', SERVOS),
     'lost writes': Mutation(
-        DRIVER, '        self._check_taken(blocks)\n', '', SERVOS),
+        SHARED, '        self._check_taken(blocks)\n', '', SERVOS),
     'late answers': Mutation(
-        DRIVER, '        self._check_fresh(sent, blocks)\n', '', SERVOS),
+        SHARED, '        self._check_fresh(sent, blocks)\n', '', SERVOS),
+    'nobody watches a killed process': Mutation(
+        SIM / 'drivers/feetech.py',
+        '        self._guardian = Guardian(self._bus.descriptor, self._zeros)\n', '',
+        f'{UNIT}test_driver_feetech.py -k killed'),
+    'answers to other questions': Mutation(
+        SIM / 'drivers/servo_line.py', 'and self._packets.size != size', 'and False',
+        f'{SERVOS} -k another_question'),
+    "faults of a user's code": Mutation(
+        SIM / 'user_code.py', 'raise raises(', 'raise error  # (', f'{UNIT}test_driver_files.py'),
     'alerts': Mutation(
-        DRIVER, '        self._check_alerts(blocks)\n', '', SERVOS),
+        SHARED, '        self._check_alerts(blocks)\n', '', SERVOS),
 }
 
 
