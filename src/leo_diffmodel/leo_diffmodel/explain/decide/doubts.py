@@ -13,7 +13,7 @@ from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.estimate.scan import amplitude_indices
 from leo_diffmodel.explain.problem.limits import at_limit
 from leo_diffmodel.explain.select.evidence import Scored
-from leo_diffmodel.explain.select.sets import supported
+from leo_diffmodel.explain.select.sets import supported, widens
 
 RIVAL_NATS, MOST_INSTEAD = 15.0, 3
 """What is told beside an effect: what is so near, and so many that were chosen instead."""
@@ -48,7 +48,7 @@ def instead(context: Context, candidate: Candidate) -> list[str]:
 
 
 def rivals(context: Context, candidate: Candidate) -> list[dict]:
-    """What else could stand in the place of an effect, nearest first.
+    """What else could stand in the place of an effect, nearest first; not a wider law of its kind.
 
     An effect that was not chosen is compared alone, on the model as given.
     """
@@ -63,7 +63,7 @@ def rivals(context: Context, candidate: Candidate) -> list[dict]:
         (rival,) = other.names - (names - {candidate})
         behind = found.weight.ahead(mine, other)
         why = same_thing(candidate, rival, context.facts) if behind < MARGIN_NATS else None
-        if rival != candidate and abs(behind) < RIVAL_NATS:
+        if rival != candidate and not widens(rival, candidate) and abs(behind) < RIVAL_NATS:
             near.append({'name': rival.effect.name, 'where': rival.where,
                          'separable_nats': behind, 'same_thing': why})  # fmt: skip
     return near

@@ -169,11 +169,16 @@ def _parts(scored: Scored) -> set[Names]:
 
 def _holds(larger: Scored, smaller: Scored) -> bool:
     """Whether each effect of a set is in another one, itself or as part of a wider law there."""
-    return all(
-        any(c == d or (c.where == d.where and set(c.parameters) < set(d.parameters))
-            for d in larger.names)
-        for c in smaller.names
-    )  # fmt: skip
+    return all(any(c == d or widens(d, c) for d in larger.names) for c in smaller.names)
+
+
+def widens(candidate: Candidate, other: Candidate) -> bool:
+    """Whether an effect is a wider law than another one at the same place: Stribeck's, Coulomb's.
+
+    Which of them it is, is no question of two causes.
+    """
+    mine, its = set(candidate.parameters), set(other.parameters)
+    return candidate.where == other.where and its < mine
 
 
 def contested(sets: Sets, best: Scored) -> Scored:
