@@ -7,6 +7,7 @@ import subprocess
 import sys
 from typing import Any
 
+from hypothesis import settings
 import pytest
 
 from leo_learner.experiments.processes import free_domain
@@ -15,8 +16,13 @@ Spawn = Callable[..., subprocess.Popen]
 
 
 def pytest_configure() -> None:
-    """Let SIGINT interrupt again: a shell that starts the tests behind it has it ignored."""
+    """Let SIGINT interrupt again, which a shell that starts the tests behind it has ignored.
+
+    And let no example fail for being slow: the machine may be busy.
+    """
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    settings.register_profile('patient', deadline=None)
+    settings.load_profile('patient')
 
 
 @pytest.hookimpl(optionalhook=True)

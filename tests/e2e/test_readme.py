@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What README.md tells to type and to open is there."""
 
+from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 import re
@@ -24,6 +25,15 @@ PAGES = [*sorted(ROOT.glob('*.md')), *sorted(ROOT.glob('docs/**/*.md'))]
 LEO = Path(sys.executable).with_name('leo')
 
 
+@cache
+def shown(*verbs: str) -> set[str]:
+    """The options in the help of a verb."""
+    command = [LEO, *verbs, '--help']
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return set(re.findall(r'--?[a-z][a-z-]*', done.stdout))
+
+
 def test_readme_has_commands() -> None:
     assert len(COMMANDS) > 15
 
@@ -35,9 +45,7 @@ def test_command_exists_with_its_options(command: str) -> None:
     assert verbs <= {entry.name for entry in entry_points(group='leo.verbs')}
     options = {w for w in words if re.fullmatch(r'--?[a-z][a-z-]*', w)} - {'--ros-args', '-p'}
     if options:
-        command = [LEO, *verbs, '--help']
-        shown = subprocess.run(command, capture_output=True, text=True, timeout=300)
-        assert options <= set(re.findall(r'--?[a-z][a-z-]*', shown.stdout)), shown.stderr
+        assert options <= shown(*verbs)
 
 
 @pytest.mark.parametrize('path', PATHS)

@@ -148,7 +148,7 @@ def _sweep(dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: Any, high
 @compiled_in_place
 def _swept(n: Any, dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: Any, high: Any,
            gap: Any, rotor: Any, offset: Any, q: Any, before: Any, given: Any) -> Any:
-    """The same for row n; given (3, J) are impulses of friction, stops and play, none at first.
+    """Change row n alone; given (3, J) are impulses of friction, stops and play, none at first.
 
     One friction that acts alone is right at once.
     """

@@ -45,7 +45,7 @@ def _scale(hidden: dict, name: str) -> float:
 
 
 def _turned(values: dict, found: dict) -> dict:
-    """The same ripple with the sign of the found one and the phase nearest to it."""
+    """A ripple as it is, with the sign of the found one and the phase nearest to it."""
     amplitude, phase = values['a'], values['phase']
     if amplitude * found['a']['value'] < 0:
         amplitude, phase = -amplitude, phase + math.pi

@@ -258,7 +258,7 @@ def _at(prediction: Prediction, seconds: float) -> _Instant:
 
 
 def _reached(prediction: Prediction, seconds: float, step: float) -> _Instant | None:
-    """The same in windows that come near it, by a step or a twentieth; None where few do."""
+    """The instant in windows that come near it, by a step or a twentieth; None where few do."""
     at = _at(prediction, seconds)
     elapsed = np.cumsum(prediction.windows.dt, axis=1)[at.windows, at.sample - 1]
     near = np.abs(elapsed - seconds) <= max(NEAR_STEPS * step, NEAR * seconds)

@@ -71,7 +71,7 @@ def transitions(
 
 
 def predicted(steps: Transitions, model: Model) -> Transitions:
-    """The same steps with the predictions of `model`."""
+    """Steps as they were, with the predictions of `model`."""
     from leo_sim.batch import rollout
 
     q, dq = rollout(model, steps.q, steps.dq, steps.inputs[:, None, :], steps.period)

@@ -105,7 +105,7 @@ def _horizons(data: dict) -> Table:
 
 
 def _states(data: dict) -> Table:
-    """The same for many states: a line each, and some of the horizons."""
+    """Errors ahead of many states: a line each, and some of the horizons."""
     rows = list(zip(data['horizon'], data['noise_floor']['horizon'], strict=True))
     rows = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, HORIZONS).astype(int))]
     table = Table(title='rms error ahead of the measured start / noise floor')

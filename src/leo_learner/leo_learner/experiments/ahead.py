@@ -28,7 +28,7 @@ def mse_ahead(env: ModelEnv, recording: Recording, steps: int) -> float | None:
 
 
 def squares_ahead(env: ModelEnv, recording: Recording, steps: int) -> np.ndarray:
-    """The same of each window, shape (W,)."""
+    """Squared error ahead of each window, mean over the states, shape (W,)."""
     layout = layout_of(env.robot)
     errors = [
         layout.state(*reached) - layout.state(*predicted)

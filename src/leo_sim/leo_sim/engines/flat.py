@@ -26,7 +26,7 @@ def is_flat(joints: Sequence[Joint]) -> bool:
 
 
 class Flat(Stateless, Planar):
-    """The same numbers as `Rigid`, for trees in the x-z plane."""
+    """The numbers of `Rigid`, for trees in the x-z plane."""
 
     def kicked(self, q: Any, dq: Any, diagonal: Any, driving: Any, held: Any, h: Any
                ) -> tuple[Any, Factor]:

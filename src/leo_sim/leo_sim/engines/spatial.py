@@ -17,7 +17,7 @@ from leo_sim.urdf import Joint
 
 
 class Spatial(Stateless):
-    """The same numbers as `leo_sim.engines.rigid.Rigid`, for several joints.
+    """The numbers of `leo_sim.engines.rigid.Rigid`, for several joints.
 
     Args:
         joints: Of the robot, parents first.
