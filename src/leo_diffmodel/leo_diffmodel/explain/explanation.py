@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Explain recordings: the whole answer as one object, and as the JSON of design.md section 7."""
+"""Explain recordings: the whole answer as one object, and as explain.json (docs/reference/contracts.md)."""
 
 from __future__ import annotations
 

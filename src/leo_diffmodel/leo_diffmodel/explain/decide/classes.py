@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effects that are the same thing in the data, whatever the excitation: named together.
 
-Each class is a statement about the equations of motion (design.md section 6); a test holds
+Each class is a statement about the equations of motion (docs/reference/contracts.md); a test holds
 every one of them against data.
 """
 

@@ -76,7 +76,7 @@ class Context:
         return a == b or same_thing(a, b, self.facts) is not None
 
     def undisturbed(self, fitted: Fit) -> Context:
-        """The same on the windows without a hand push."""
+        """This search, read on the windows that hold no hand push."""
         calm = undisturbed(self.predict(fitted))
         context = replace(self, held=self.held.take(calm))
         context._made[_values(fitted)] = self.predict(fitted).take(calm)
@@ -92,7 +92,7 @@ class Context:
         return headline(self.base.robot, float(np.median(self.held.dt.sum(axis=1))))
 
     def without_floor(self, fitted: Fit) -> Prediction:
-        """The same where only the errors are asked for, which takes one prediction a window."""
+        """As `predict`, but with a floor of 0: one prediction a window instead of 1 + 2J."""
         if made := self._made.get(_values(fitted)):
             return made
         states = predict(self._model(fitted), self.held, self.held.measured[:, 0])

@@ -34,7 +34,7 @@ class Headline:
 
     @property
     def short(self) -> str:
-        """The same in a column that is headed 'held-out error'."""
+        """What is told, in a column that is headed 'held-out error'."""
         return f'{"median" if self.statistic == "median" else "rms"}, {self.seconds:.2g} s ahead'
 
     def figures(self, prediction: Prediction) -> dict[str, list[float]]:

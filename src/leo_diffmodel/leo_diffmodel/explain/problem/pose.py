@@ -33,7 +33,7 @@ MOST_GROWTH = 15.0
 
 @dataclass(frozen=True)
 class Posed:
-    """The same data, cut twice.
+    """One set of recordings, cut twice.
 
     Attributes:
         problem: short windows: their start states are found from anywhere, and an effect of any
@@ -83,7 +83,7 @@ def pose(recordings: Sequence[Recording], hold_out: Sequence[Recording], model: 
 
 
 def standing(posed: Posed) -> Posed:
-    """The same with the windows of a robot on the ground settled, those that can be trusted."""
+    """This problem with the windows of a robot on the ground settled, those that can be trusted."""
     problem = posed.problem
     if not problem.base.robot.contacts:
         return posed
@@ -94,7 +94,7 @@ def standing(posed: Posed) -> Posed:
 def resettled(
     posed: Posed, fitted: Fit, finer: bool = False, anew: bool = False
 ) -> Posed:
-    """The same on the ground with the footing of a fitted hypothesis.
+    """This problem on the ground with the footing of a fitted hypothesis.
 
     Args:
         posed: the problem.
@@ -113,7 +113,7 @@ def resettled(
 
 
 def quieter(posed: Posed, sigma: Array) -> Posed:
-    """The same with another noise."""
+    """This problem with another noise."""
     longer = posed.longer and replace(posed.longer, sigma=sigma)
     return replace(posed, problem=replace(posed.problem, sigma=sigma), longer=longer)
 

@@ -133,7 +133,7 @@ def _fitted(problem: Problem, base: Fit, law: Law, joint: str) -> Attempt:
 
 
 def with_fit(tried: Attempt, full: Fit, train: Array | None = None) -> Attempt:
-    """The same law with the values of another joint fit, in which it is the last effect.
+    """This law with the values of another joint fit, in which it is the last effect.
 
     Args:
         tried: the law.

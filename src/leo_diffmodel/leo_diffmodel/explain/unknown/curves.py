@@ -116,7 +116,7 @@ def waves(time: Array, hertz: Array) -> Array:
 
 
 def again(left: Influence, blocks: Array, curve: Curve) -> Curve:
-    """The same curve from another linearisation."""
+    """This curve from another linearisation."""
     variable = next(
         v for v in variables(left, curve.joint) if v.kind == curve.variable.kind
     )

@@ -2,7 +2,7 @@
 """How what a fit leaves unexplained would answer to a torque at each joint and instant.
 
 Linear and computed once: whatever a missing torque may depend on, its trace in the data is then
-one matrix product (gap_engine.md section 1.7).
+one matrix product (docs/reference/identification.md 1.7).
 """
 
 from __future__ import annotations

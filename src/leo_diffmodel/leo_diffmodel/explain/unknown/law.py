@@ -45,7 +45,7 @@ class Law:
         return y
 
     def settled(self, values: Array) -> Law:
-        """The same law with other values, which are also where its shape is neutral."""
+        """This law with other values, which are also where its shape is neutral."""
         count = len(self.family.linear)
         shapes = [
             replace(p, neutral=float(v))

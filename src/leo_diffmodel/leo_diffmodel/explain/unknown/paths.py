@@ -47,7 +47,7 @@ def dahl(episode: Episode, reach: Array) -> Array:
 
 
 def with_past(recordings: Sequence[Recording], windows: Windows) -> Windows:
-    """The same windows with 300 samples of history each, which a memory of the path needs.
+    """These windows with 300 samples of history each, which a memory of the path needs.
 
     Where an episode has fewer, its first sample is repeated for an instant.
     """
