@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Explain recordings: the whole answer as one object, and as explain.json (docs/reference/contracts.md)."""
+"""Explain recordings: the whole answer as one object, and as explain.json.
+
+The JSON is a contract: docs/reference/contracts.md.
+"""
 
 from __future__ import annotations
 

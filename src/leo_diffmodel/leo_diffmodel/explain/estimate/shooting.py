@@ -4,7 +4,8 @@
 The measured start of a window is noisy, so it is not trusted: the start state is a nuisance
 of the window, eliminated by an orthogonal projection (a Schur complement), which leaves a
 log-likelihood of the parameters alone. For small noise this equals whitening with the start
-noise propagated through the window (docs/reference/identification.md 1.1), and it stays right for long ones.
+noise propagated through the window, and it stays right for long ones
+(docs/reference/identification.md 1.1).
 """
 
 from __future__ import annotations

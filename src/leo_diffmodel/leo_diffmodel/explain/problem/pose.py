@@ -83,7 +83,7 @@ def pose(recordings: Sequence[Recording], hold_out: Sequence[Recording], model: 
 
 
 def standing(posed: Posed) -> Posed:
-    """This problem with the windows of a robot on the ground settled, those that can be trusted."""
+    """With the windows of a robot on the ground settled, those that can be trusted."""
     problem = posed.problem
     if not problem.base.robot.contacts:
         return posed
