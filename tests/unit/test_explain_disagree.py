@@ -50,6 +50,13 @@ def test_each_bag_by_itself(tmp_path, capsys):
     assert values[1]['value'] == pytest.approx(0.3, rel=0.05)
 
 
+@pytest.mark.parametrize('other', ['--hold-out', '--write-effect'])
+def test_each_goes_alone(tmp_path, capsys, other):
+    words = ['explain', 'a', '--each', other, str(tmp_path / 'b.py'), '--model', 'pendulum']
+    assert main(words) == 2
+    assert other in capsys.readouterr().err
+
+
 def test_names_of_bags_tell_them_apart(tmp_path):
     paths = [tmp_path / 'a' / 'bag', tmp_path / 'b' / 'bag']
     assert unique_names(paths) == ['a_bag', 'b_bag']

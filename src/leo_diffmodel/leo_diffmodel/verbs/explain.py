@@ -37,6 +37,8 @@ SHOWN = 8
 def main(argv: list[str]) -> int:
     """Run `leo explain`; exit status 0 for fine and named, 1 for an open answer."""
     arguments = _parser().parse_args(argv)
+    if arguments.each and (arguments.hold_out or arguments.write_effect):
+        raise UserError('--each takes every bag by itself: leave out --hold-out, --write-effect')
     folder = common.fresh_folder(arguments.output)
     target = _fresh_effect(arguments.write_effect)
     model = common.load(arguments)
