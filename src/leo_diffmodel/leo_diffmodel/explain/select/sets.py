@@ -162,6 +162,12 @@ def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: flo
     return all(weight.supports(s, scored, limit) for s in smaller)
 
 
+def _supported(sets: Sets) -> list[Scored]:
+    """The sets that could be the answer."""
+    known, weight, limit = list(sets.known.values()), sets.weight, sets.threshold
+    return [s for s in known if supported(known, s, weight, limit)]
+
+
 def _parts(scored: Scored) -> set[Names]:
     """The set less one effect, for each of them."""
     return {scored.names - {c} for c in scored.names}
@@ -184,7 +190,7 @@ def widens(candidate: Candidate, other: Candidate) -> bool:
 def contested(sets: Sets, best: Scored) -> Scored:
     """The best in windows as long as can be fitted, of the sets that short ones cannot part."""
     longer, weight, margin = best.at.posed.longer, sets.weight, sets.settings.margin_nats
-    near = [s for s in sets.known.values() if len(s.names) == len(best.names)
+    near = [s for s in _supported(sets) if len(s.names) == len(best.names)
             and weight.ahead(best, s) < margin]  # fmt: skip
     near = _distinct(weight.ordered(near), weight)[: sets.settings.singles]
     if longer is None or len(near) < 2:
@@ -205,7 +211,7 @@ def canonical(sets: Sets, best: Scored) -> Scored:
     Then the one whose names come first in the catalogue.
     """
     order, weight = {c: n for n, c in enumerate(sets.pool)}, sets.weight
-    alike = [s for s in sets.known.values() if s.size == best.size
+    alike = [s for s in _supported(sets) if s.size == best.size
              and abs(weight.ahead(best, s)) <= EQUAL_NATS]  # fmt: skip
     return min(alike, key=lambda s: (len(s.names), sorted(order[c] for c in s.names)),
                default=best)  # fmt: skip
