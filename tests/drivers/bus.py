@@ -41,7 +41,8 @@ def patient(robot: Robot, watchdog: float = 2.5) -> Robot:
 
 
 def robot_with_servo(
-    folder: Path, like: str, model: str, family: str = 'dynamixel', **more: object
+    folder: Path, like: str, model: str, family: str = 'dynamixel', period: float = 0.05,
+    **more: object,
 ) -> Robot:
     """A robot with one joint, like a shipped one but slow, on a servo with these figures."""
     made = folder / f'{like}_{model}'
@@ -49,8 +50,8 @@ def robot_with_servo(
     path = made / 'robot.yaml'
     path.chmod(0o644)
     text = path.read_text().split('\ndriver:')[0].rstrip('\n')
-    text = re.sub(r'control_period: \S+', 'control_period: 0.05', text)
-    text = re.sub(r'state_rate: \S+', 'state_rate: 20', text)
+    text = re.sub(r'control_period: \S+', f'control_period: {period:g}', text)
+    text = re.sub(r'state_rate: \S+', f'state_rate: {1 / period:g}', text)
     figures = ''.join(f', {key}: {value}' for key, value in more.items())
     path.write_text(f'{text}\n\n{SERVO.format(bus=BUSES[family], model=model, more=figures)}')
     return load_robot(made)

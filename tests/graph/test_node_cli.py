@@ -137,7 +137,7 @@ def test_nobody_there_says_where_it_looked(domain, monkeypatch, leo):
     ('words', 'said'),
     [
         ('run leo_sim robot --ros-args -p robot:=pendulun', 'pendulum'),
-        ('run leo_sim robot --ros-args -p driver:=replay -p bag:=nowhere', 'no bag nowhere'),
+        ('run leo_sim robot --ros-args -p driver:=replay -p bag:=nowhere', 'no bag at nowhere'),
         ('run leo_sim robot --ros-args -p seed:=x', "parameter 'seed'"),
         ('run leo_sim robot --ros-args -p seed=1', '-p seed=1'),
         ('run leo_diffmodel diffmodel --ros-args -p model:=pendulun', 'pendulum'),

@@ -113,7 +113,7 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
         'curve': curve(folder / case.folder),
         'nominal': walks[0],
         'random': walks[1:],
-        'seconds': round(spent(folder / case.folder), 1),
+        'seconds': round(spent(folder / case.folder), 3),
         'date': str(date.today()),
     }
 
