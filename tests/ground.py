@@ -7,7 +7,8 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.windows import cut
-from leo_diffmodel.explain.estimate.fit import fit, Problem
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import Problem
 from leo_diffmodel.explain.estimate.footing import settled
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis

@@ -11,7 +11,7 @@ from tests.simulate import TORQUE
 
 from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension
-from leo_diffmodel.explain.estimate.fit import Fit
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.select.evidence import Scored
@@ -102,3 +102,7 @@ class Regression:
     def finished(self, at: Estimate) -> Estimate:
         """As it is."""
         return at
+
+    def ends(self, at: Estimate) -> Array:
+        """The last samples of each window."""
+        return np.asarray((self.data - at.fit.residual)[:, -STATES:])

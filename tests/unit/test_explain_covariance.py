@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.explain.estimate import shooting
-from leo_diffmodel.explain.estimate.fit import covariance
+from leo_diffmodel.explain.estimate.covariance import covariance
 
 RUNS, BLOCKS, PER_BLOCK, SAMPLES, CHANNELS = 150, 12, 4, 15, 2
 

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from tests.simulate import PENDULUM, record
 
-from leo_diffmodel.explain.estimate.fit import Fit, fit, Problem
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.tell.whiteness import by_condition, chi_squared, correlation

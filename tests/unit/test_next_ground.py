@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from leo_diffmodel.explain.estimate.fit import Fit
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.next_run.motions import MotionRun, performed, walker_menu
 from leo_diffmodel.next_run.proposal import Proposal

@@ -20,6 +20,8 @@ class Settings:
         least_errors: and by so many standard errors, from how much the folds disagree.
         material: and by this share of what is left unexplained beyond noise: what is less may
             well be part of that.
+        part: of what a set does to the prediction (mean square), that it must do beyond a smaller
+            set: what does less is no answer to what is missing.
         price: of a parameter, in logs of the effective number of samples (0.5: Schwarz 1978).
         margin_nats: sets nearer than this to the best are rivals of it [nats] (5: odds of 150).
         width: best sets of a size that are extended by further effects.
@@ -44,6 +46,7 @@ class Settings:
     least_nats: float = 8.0
     least_errors: float = 2.0
     material: float = 0.2
+    part: float = 0.02
     price: float = 0.5
     margin_nats: float = 5.0
     width: int = 2

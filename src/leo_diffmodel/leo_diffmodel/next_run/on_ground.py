@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from leo_diffmodel.explain.estimate.contact import converged
-from leo_diffmodel.explain.estimate.fit import Fit, fit
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.estimate.scan import scales_of

@@ -11,7 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import needed
 from leo_diffmodel.check.traces import scan_all
-from leo_diffmodel.explain.estimate.fit import Problem
+from leo_diffmodel.explain.estimate.fitted import Problem
 from leo_diffmodel.explain.estimate.footing import settled
 from leo_diffmodel.explain.estimate.threshold import LEAST_NATS
 from leo_diffmodel.explain.problem.candidates import candidates

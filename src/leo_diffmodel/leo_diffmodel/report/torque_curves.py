@@ -13,7 +13,7 @@ from leo_diffmodel.compare.errors import predict_windows
 from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.torque import estimate, MissingTorque, trusted, window_seconds
 from leo_diffmodel.compare.windows import cut, Windows
-from leo_diffmodel.explain.estimate.fit import Fit
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.select.search import Search
 from leo_sim.model import Model
 

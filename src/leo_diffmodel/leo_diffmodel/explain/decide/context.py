@@ -15,7 +15,8 @@ from leo_diffmodel.explain.decide.classes import Facts, same_thing
 from leo_diffmodel.explain.decide.headline import Headline, headline
 from leo_diffmodel.explain.decide.held import undisturbed
 from leo_diffmodel.explain.estimate.estimator import Estimate
-from leo_diffmodel.explain.estimate.fit import Fit, fit
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.select.evidence import score, Scored
 from leo_diffmodel.explain.select.search import Search

@@ -10,7 +10,7 @@ import numpy as np
 
 from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.estimate.fit import Fit
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.loss import dispersion, unexplained
 from leo_diffmodel.explain.settings import SETTINGS, Settings
 

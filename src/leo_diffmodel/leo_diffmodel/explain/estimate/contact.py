@@ -11,8 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate.ends import predicted_ends
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
-from leo_diffmodel.explain.estimate.fit import Fit, fit, looked_at, moved, settled_as, Step
+from leo_diffmodel.explain.estimate.fit import fit, looked_at, moved, settled_as, Step
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.estimate.imitation import imitations
@@ -76,14 +78,19 @@ class Contact:
         larger = tuple(Estimate(at.posed, at.fit) for at in last)
         return Extension(Estimate(posed, null), larger, tuple(scans), limit)
 
-    def refitted(self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
-                 ) -> Estimate:
+    def refitted(
+        self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
+    ) -> Estimate:
         """Another hypothesis on the same settled windows; see `Estimator`."""
         return Estimate(at.posed, fit(at.problem, hypothesis, theta, at.fit.start))
 
     def finished(self, at: Estimate) -> Estimate:
         """The parameters brought to their best, all windows settled anew; see `Estimator`."""
         return Estimate(*polished(at.posed, at.fit)) if at.fit.hypothesis.size else at
+
+    def ends(self, at: Estimate) -> Array:
+        """What is predicted far ahead; see `Estimator`."""
+        return predicted_ends(at)
 
 
 def knock_out(

@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.fit import Fit, Problem
+from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.problem.pose import Posed
@@ -83,3 +83,6 @@ class Estimator(Protocol):
 
     def finished(self, at: Estimate) -> Estimate:
         """The chosen hypothesis brought to its best."""
+
+    def ends(self, at: Estimate) -> Array:
+        """States predicted far ahead, in units of what residuals are weighed by, (V, 2J)."""

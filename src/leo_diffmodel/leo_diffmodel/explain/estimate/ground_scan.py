@@ -16,7 +16,8 @@ import numpy as np
 
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.explain.estimate import helper, shooting
-from leo_diffmodel.explain.estimate.fit import calm, Fit, Problem
+from leo_diffmodel.explain.estimate.fit import calm
+from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.scan import (
     amplitude_indices,

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from leo_diffmodel.explain.estimate.fit import Fit, Problem
+from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.scan import amplitude_indices, Scan
 from leo_sim.motor import Motor

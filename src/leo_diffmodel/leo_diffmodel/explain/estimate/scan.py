@@ -12,7 +12,7 @@ import numpy as np
 from leo_diffmodel.compare.sizes import inertia_scale, mass_scale, torque_scale
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate import shooting
-from leo_diffmodel.explain.estimate.fit import Fit, Problem
+from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_sim.effects import Parameter
 from leo_sim.model import Model

@@ -12,8 +12,10 @@ import numpy as np
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate.ends import predicted_ends
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
-from leo_diffmodel.explain.estimate.fit import Fit, fit, Problem
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.estimate.pairs import best_pairs
 from leo_diffmodel.explain.estimate.scan import Scales, Scan, Scanner
@@ -97,6 +99,10 @@ class Smooth:
     def finished(self, at: Estimate) -> Estimate:
         """The fit as it is: it was brought to its best."""
         return at
+
+    def ends(self, at: Estimate) -> Array:
+        """What is predicted far ahead; see `Estimator`."""
+        return predicted_ends(at)
 
     def _weighed(self, best: Estimate) -> bool:
         """Read from a fit how much each recording counts; whether that is news."""

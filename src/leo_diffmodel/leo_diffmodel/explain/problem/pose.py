@@ -14,7 +14,7 @@ from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
-from leo_diffmodel.explain.estimate.fit import Fit, Problem
+from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.footing import refined, settled
 from leo_diffmodel.explain.problem.fineness import stepped
 from leo_sim.model import Model

@@ -17,7 +17,7 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.estimator import Estimate
-from leo_diffmodel.explain.estimate.fit import Fit
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.settings import Settings
 
@@ -40,12 +40,15 @@ class Scored:
         left: loss of each training window, predicted from the other folds [nats], shape (W,).
         fold: what was left out with each of them, shape (W,).
         behind: nats that count by which longer windows put it behind the best of its rivals.
+        ends: states it predicts for the ends of long windows from their measured start, in units
+            of what residuals are weighed by, shape (V, 2J); None where that does not matter.
     """
 
     at: Estimate
     left: Array
     fold: Array
     behind: float = 0.0
+    ends: Array | None = None
 
     @property
     def fit(self) -> Fit:
@@ -88,6 +91,7 @@ class Weight:
             one contact that flips may decide.
         settings: the gates.
         folds: the folds that count, shape (F,); None for all.
+        null: the model as given.
     """
 
     spread: float
@@ -95,6 +99,7 @@ class Weight:
     most: float
     settings: Settings
     folds: Array | None = None
+    null: Scored | None = None
 
     @property
     def price(self) -> float:
@@ -124,19 +129,31 @@ class Weight:
         """Whether a set with more parameters predicts better than one with fewer, all counted.
 
         What it saves must be beyond what noise gives, more than a trifle of what nothing explains,
-        and beyond how far the folds disagree about it.
+        and beyond how far the folds disagree about it; and it must change what is predicted.
 
         Args:
             smaller: a hypothesis; the larger need not hold its effects.
             larger: a hypothesis with more parameters.
             limit: gain that noise alone can give an effect [nats].
         """
-        if self.ahead(larger, smaller) <= 0:
+        if self.ahead(larger, smaller) <= 0 or not self.tells_apart(smaller, larger):
             return False
         saved, more = self.compare(smaller, larger), len(larger.names) - len(smaller.names)
         trifle = max(more, 1) * self.settings.material * self.unexplained(larger)
         least = max(more * limit * self.spread, trifle)
         return saved.nats > max(least, self.settings.least_errors * saved.error)
+
+    def tells_apart(self, smaller: Scored, larger: Scored) -> bool:
+        """Whether a set predicts another thing than a smaller one, measured by all that it does.
+
+        Mean square over the ends of long windows, predicted from their measured start, at the
+        joint where it is most.
+        """
+        null = self.null and self.null.ends
+        if null is None or smaller.ends is None or larger.ends is None:
+            return True
+        added, done = (_at_joints(larger.ends - e) for e in (smaller.ends, null))
+        return bool((added >= self.settings.part * (done + 1.0)).any())
 
     def surely_ahead(self, a: Scored, b: Scored) -> bool:
         """Whether `a` predicts better than `b` beyond how far the folds disagree about it."""
@@ -179,6 +196,12 @@ def score(at: Estimate) -> Scored:
         moved[inside] += columns[inside] @ move
     correction = shooting.huber(moved) - shooting.huber(fitted.residual[train])
     return Scored(at, fitted.loss[train] + correction, fold)
+
+
+def _at_joints(change: Array) -> Array:
+    """Mean square of a change of states (V, 2J) at each joint, (J,)."""
+    square = (change**2).mean(axis=0)
+    return np.asarray(square.reshape(2, -1).sum(axis=0))
 
 
 def _promised(smaller: Scored, larger: Scored) -> Array:
@@ -231,4 +254,5 @@ def weigh(sets: Sequence[Scored], settings: Settings, most: float = np.inf) -> W
     whitest = min(sets, key=spread)
     least = spread(whitest)
     samples = whitest.fit.residual.size / least
-    return Weight(least, samples, most * least, settings)
+    null = next((s for s in sets if not s.names), None)
+    return Weight(least, samples, most * least, settings, null=null)

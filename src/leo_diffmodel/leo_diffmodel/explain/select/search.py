@@ -12,7 +12,8 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.explain.estimate.contact import Contact
 from leo_diffmodel.explain.estimate.estimator import Estimator, Progress
-from leo_diffmodel.explain.estimate.fit import Fit, Problem, read_at
+from leo_diffmodel.explain.estimate.fit import read_at
+from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.estimate.scan import scales_of, Scan
 from leo_diffmodel.explain.estimate.smooth import Smooth

@@ -68,7 +68,8 @@ class Sets:
     def add(self, sets: Iterable[Estimate]) -> None:
         """Score fitted sets; of two fits of one set the better is kept."""
         for at in sets:
-            mine, other = score(at), self.known.get(at.names)
+            mine = replace(score(at), ends=self.estimator.ends(at))
+            other = self.known.get(at.names)
             if other is None or float(mine.left.sum()) < float(other.left.sum()):
                 self.known[at.names] = mine
 
@@ -155,11 +156,17 @@ def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:
 
 
 def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: float) -> bool:
-    """Whether every part of a set is known and predicts worse; see `chosen`."""
+    """Whether every part of a set is known and predicts worse; and no set of fewer effects alike.
+
+    What takes more effects to predict what fewer predict as well is no better answer, even where
+    it saves more.
+    """
     if not _parts(scored) <= {s.names for s in sets}:
         return False
-    smaller = [s for s in sets if s.size < scored.size and _holds(scored, s)]
-    return all(weight.supports(s, scored, limit) for s in smaller)
+    parts = [s for s in sets if s.size < scored.size and _holds(scored, s)]
+    fewer = [s for s in sets if len(s.names) < len(scored.names)]
+    return (all(weight.supports(s, scored, limit) for s in parts)
+            and all(weight.tells_apart(s, scored) for s in fewer))  # fmt: skip
 
 
 def _supported(sets: Sets) -> list[Scored]:

@@ -12,7 +12,8 @@ from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.explain.decide.context import Context
 from leo_diffmodel.explain.decide.doubts import doubt, instead, rivals
 from leo_diffmodel.explain.decide.verdict import Named, Rest
-from leo_diffmodel.explain.estimate.fit import Fit, fit
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.estimate.scan import Scan

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from leo_diffmodel.explain.estimate.fit import Fit
+from leo_diffmodel.explain.estimate.fitted import Fit
 
 MOST_DECIMALS = 8
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from leo_diffmodel.compare.conditions import Condition, conditions
 from leo_diffmodel.explain.estimate import shooting
-from leo_diffmodel.explain.estimate.fit import Fit, Problem
+from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 
 Array = np.ndarray
 LAGS = 10

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.estimate.fit import Fit
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.unknown.curves import carry
 from leo_diffmodel.explain.unknown.find import Found
 from leo_diffmodel.explain.unknown.influence import Influence, influence

@@ -18,7 +18,8 @@ from leo_diffmodel.explain.decide.verdict import rest_of
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.contact import converged
 from leo_diffmodel.explain.estimate.estimator import Estimate
-from leo_diffmodel.explain.estimate.fit import Fit, fit, Problem
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.loss import (
     AGREEMENT,
     dispersion,

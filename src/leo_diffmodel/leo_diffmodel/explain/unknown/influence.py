@@ -14,7 +14,8 @@ import numpy as np
 from leo_diffmodel.compare.pushes import respond, tame
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.explain.estimate import shooting
-from leo_diffmodel.explain.estimate.fit import calm, Fit, Problem
+from leo_diffmodel.explain.estimate.fit import calm
+from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_sim.model import Model
 
 Array = np.ndarray

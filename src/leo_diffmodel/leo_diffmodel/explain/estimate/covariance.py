@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Covariance of fitted parameters that holds where the model is wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import stdtrit
+
+from leo_diffmodel.explain.estimate import shooting
+
+Array = np.ndarray
+MEDIAN_CHI2 = 0.455
+"""Median of the square of a standard normal variable."""
+
+
+def gram(columns: Array) -> Array:
+    """Normal matrix (P, P) of columns (W, N, P)."""
+    flat = columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
+    return flat.T @ flat
+
+
+def covariance(columns: Array, residual: Array, block: Array, free: Array, spread: float) -> Array:
+    """Covariance of the parameters that holds where the model is wrong, shape (P, P).
+
+    The sandwich H^-1 J H^-1 (Godambe 1960, White 1982): H the curvature of the loss, J the
+    covariance of its slope, read from how much the slopes of the time blocks differ (Liang and
+    Zeger 1986) with the correction B / (B - 1). Of few blocks J is itself uncertain, so it is
+    averaged with what the size and the correlation of the residual give, and with Student's t.
+
+    Args:
+        columns: sensitivity of the whitened residual to the parameters, shape (W, N, P).
+        residual: whitened residual, shape (W, N).
+        block: stretch of time of each window, shape (W,).
+        free: parameters that are on none of their bounds, shape (P,).
+        spread: times the residual exceeds white noise, see `shooting.dispersion`.
+    """
+    scale = np.sqrt(max(1.0, float(np.median(residual**2)) / MEDIAN_CHI2))
+    weight = shooting.robust_weight(residual / scale)[..., None]
+    inverse = _inverse(gram(columns * np.sqrt(weight)), free)
+    slopes = np.einsum('wnp,wn->wp', columns * weight, residual)
+    _, number = np.unique(block, return_inverse=True)
+    slopes = np.stack([np.bincount(number, s) for s in slopes.T], axis=-1) if free.size else slopes
+    count = len(slopes)
+    sandwich = inverse @ (slopes.T @ slopes) @ inverse * count / max(count - 1, 1)
+    mixed = 0.5 * (sandwich + spread * inverse)
+    return mixed * (stdtrit(max(count - 1, 1), 0.975) / 1.96) ** 2
+
+
+def _inverse(information: Array, free: Array) -> Array:
+    """Inverse of the information over the free parameters.
+
+    A direction the data do not determine gets a huge variance, a parameter on a bound none.
+    """
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-30))
+    scaled = information / np.outer(scale, scale)
+    values, vectors = np.linalg.eigh(scaled[np.ix_(free, free)])
+    inverse = np.zeros_like(information)
+    inverse[np.ix_(free, free)] = (vectors / np.maximum(values, 1e-12)) @ vectors.T
+    return inverse / np.outer(scale, scale)

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What every hypothesis is judged on, and a fitted hypothesis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.estimate.footing import Footing
+from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_sim.model import Model
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What every hypothesis is judged on.
+
+    Attributes:
+        base: the model as it stands.
+        windows: the data, training and held-out.
+        sigma: noise of each recording and channel (angles, then rates), shape (R, 2J).
+        train: which windows a fit may see, shape (W,).
+        footing: of a robot on the ground, the settled start states and what they do.
+        block: stretch of time each window lies in, shape (W,): within one, errors are alike.
+        fold: what is left out together when a prediction is judged, shape (W,).
+        scale: times `sigma` by which residuals are weighed, shape (R, 2J): what a channel of a
+            recording is off by with the best hypothesis, so that none shouts the others down.
+    """
+
+    base: Model
+    windows: Windows
+    sigma: Array
+    train: Array
+    footing: Footing | None = None
+    block: Array | None = None
+    fold: Array | None = None
+    scale: Array | None = None
+
+    @property
+    def weight(self) -> Array:
+        """What residuals are divided by, shape (R, 2J)."""
+        return self.sigma if self.scale is None else self.sigma * self.scale
+
+    @property
+    def by_start(self) -> Array | None:
+        """Sensitivity of the sensed states to the start states, where it is known."""
+        return None if self.footing is None else self.footing.by_start
+
+    def held(self, hypothesis: Hypothesis, theta: Array) -> Problem:
+        """The problem with a hypothesis at some values in the model, nothing free."""
+        model = hypothesis.model(self.base, theta) if len(theta) else self.base
+        return replace(self, base=model)
+
+    def take(self, index: Array) -> Problem:
+        """The problem on some of its windows."""
+        footing = self.footing and self.footing.take(index)
+        block, fold = (x if x is None else x[index] for x in (self.block, self.fold))
+        return replace(self, windows=self.windows.take(index), train=self.train[index],
+                       footing=footing, block=block, fold=fold)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted hypothesis.
+
+    Attributes:
+        hypothesis: what was free.
+        theta: its parameters, shape (P,).
+        covariance: of theta, from the training windows, wider where more than noise is left,
+            shape (P, P).
+        start: start states, shape (W, 2J).
+        loss: robust cost of each window [nats], shape (W,).
+        residual: whitened, start states projected out, shape (W, N).
+        columns: its sensitivity to the parameters, shape (W, N, P).
+    """
+
+    hypothesis: Hypothesis
+    theta: Array
+    covariance: Array
+    start: Array
+    loss: Array
+    residual: Array
+    columns: Array
+
+    def take(self, index: Array) -> Fit:
+        """The fit as it is on some of its windows."""
+        return replace(self, start=self.start[index], loss=self.loss[index],
+                       residual=self.residual[index], columns=self.columns[index])  # fmt: skip
+
+    def ci95(self, index: int) -> tuple[float, float]:
+        """95 % confidence interval of parameter `index`, within its bounds."""
+        half = 1.96 * float(np.sqrt(max(self.covariance[index, index], 0.0)))
+        low, high = self.hypothesis.low[index], self.hypothesis.high[index]
+        value = float(self.theta[index])
+        return max(value - half, float(low)), min(value + half, float(high))
