@@ -15,6 +15,8 @@ class Settings:
     """Gates of the selection and of the verdict.
 
     Attributes:
+        noise_quantile: of the best gain of all candidates in draws of pure noise;
+        noise_times: as much is what noise can give, whose size is known only roughly.
         least_nats: an effect must improve the prediction of what was left out by so much, whatever
             the draws of noise say [nats].
         least_errors: and by so many standard errors, from how much the folds disagree.
@@ -24,6 +26,8 @@ class Settings:
             set: what does less is no answer to what is missing.
         price: of a parameter, in logs of the effective number of samples (0.5: Schwarz 1978).
         margin_nats: sets nearer than this to the best are rivals of it [nats] (5: odds of 150).
+        told_nats: what is further behind is not even told as a rival [nats].
+        equal_nats: sets no further apart are one thing by two names, as fits end so far apart.
         width: best sets of a size that are extended by further effects.
         singles: effects fitted on top of a set, those that a linear scan finds best.
         pairs: pairs of effects fitted on top of a set at once, found in the same way.
@@ -32,10 +36,23 @@ class Settings:
         left_out: share of the folds left out of each turn.
         stable: share of the turns that must choose an effect for it to be sure.
         unexplained: times the noise that may be left where nothing is missing (mean square).
+        correlated: the same where what is left is correlated in time,
+        correlation: which it is where that multiplies its variance by so much.
         share: of the error beyond noise that may be left where everything is explained.
+        far: times the noise (mean square) that matters however much was explained.
+        nearly: times the noise (rms) that a recording may be off by with nothing missing.
+        out_of_line: times the median loss that a window may count for in what is unexplained.
+        law_nats: a law that is no known effect must save so much [nats]: white noise gives the
+            best of all curves 9 at most (40 draws).
+        law_share: and this share of all that is explained.
+        law_whole: times the noise that one law may leave to stand for all named effects.
+        law_form: price of choosing its form [nats].
+        law_agreement: of what it promises in data that was held out, that it must save there.
+        law_tells: where it promises less than this there, it must only do no harm [nats].
         many: so many effects or more must hold one above the noise floor to be sure: a robot is
             wrong in many smaller ways, of which one or two names are no account.
         least_floors: that it must change the prediction by, all others refitted [noise floors].
+        fewest_blocks: stretches of time of a recording that tells its own value.
         disagree: of a value, by which two recordings that exclude each other must differ for the
             answer not to be sure.
         outside: share of the moving time moved from outside from which on no effect is named.
@@ -43,12 +60,16 @@ class Settings:
         least_motion: standard deviations of noise a window must swing to count as motion.
     """
 
+    noise_quantile: float = 0.999
+    noise_times: float = 1.5
     least_nats: float = 8.0
     least_errors: float = 2.0
     material: float = 0.2
     part: float = 0.02
     price: float = 0.5
     margin_nats: float = 5.0
+    told_nats: float = 15.0
+    equal_nats: float = 0.5
     width: int = 2
     singles: int = 6
     pairs: int = 2
@@ -57,9 +78,21 @@ class Settings:
     left_out: float = 0.1
     stable: float = 0.9
     unexplained: float = 1.6
+    correlated: float = 1.3
+    correlation: float = 1.5
     share: float = 0.25
+    far: float = 4.0
+    nearly: float = 1.15
+    out_of_line: float = 2.0
+    law_nats: float = 15.0
+    law_share: float = 0.1
+    law_whole: float = 1.3
+    law_form: float = 3.0
+    law_agreement: float = 0.1
+    law_tells: float = 2.0
     many: int = 3
     least_floors: float = 1.0
+    fewest_blocks: int = 3
     disagree: float = 0.5
     outside: float = 0.5
     fewest_windows: int = 12

@@ -13,8 +13,8 @@ from leo_diffmodel.check.amplitudes import needed
 from leo_diffmodel.check.traces import scan_all
 from leo_diffmodel.explain.estimate.fitted import Problem
 from leo_diffmodel.explain.estimate.footing import settled
-from leo_diffmodel.explain.estimate.threshold import LEAST_NATS
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.next_run.separate import MOST_WINDOWS, windows_of
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -59,4 +59,4 @@ def shown(
 
 def is_shown(nats: float | Array) -> Array:
     """Where an effect would stand out of noise in 19 runs of 20."""
-    return np.asarray(nats > needed(LEAST_NATS))
+    return np.asarray(nats > needed(SETTINGS.least_nats))

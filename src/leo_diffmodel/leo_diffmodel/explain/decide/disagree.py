@@ -13,9 +13,6 @@ from leo_diffmodel.explain.decide.context import Context
 from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.scan import amplitude_indices
 
-FEWEST_BLOCKS = 3
-"""Stretches of time of a recording from which on it tells its own value."""
-
 
 class Own(NamedTuple):
     """The value that one recording asks for, and half its 95 % interval."""
@@ -68,7 +65,8 @@ def own_values(context: Context, index: int) -> list[Own]:
     for number, bag in enumerate(context.bags):
         mine = problem.windows.source == number
         blocks, where = np.unique(problem.block[mine], return_inverse=True)
-        if len(blocks) < FEWEST_BLOCKS or not (whole := float(curvature[mine].sum())) > 0:
+        whole = float(curvature[mine].sum())
+        if len(blocks) < context.settings.fewest_blocks or not whole > 0:
             continue
         value = float(final.theta[index] - slopes[mine].sum() / whole)
         spread = float(np.sqrt((np.bincount(where, slopes[mine]) ** 2).sum())) / whole

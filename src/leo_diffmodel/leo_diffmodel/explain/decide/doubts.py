@@ -15,8 +15,8 @@ from leo_diffmodel.explain.problem.limits import at_limit
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.sets import supported, widens
 
-RIVAL_NATS, MOST_INSTEAD = 15.0, 3
-"""What is told beside an effect: what is so near, and so many that were chosen instead."""
+MOST_INSTEAD = 3
+"""Names told of those that were chosen instead."""
 
 
 def doubt(context: Context, index: int, candidate: Candidate) -> str:
@@ -52,7 +52,7 @@ def rivals(context: Context, candidate: Candidate) -> list[dict]:
 
     An effect that was not chosen is compared alone, on the model as given.
     """
-    found = context.found
+    found, most = context.found, context.settings.told_nats
     names = found.chosen.names if candidate in found.chosen.names else frozenset({candidate})
     mine = found.chosen if names == found.chosen.names else found.known(names)
     assert mine is not None
@@ -63,7 +63,7 @@ def rivals(context: Context, candidate: Candidate) -> list[dict]:
         (rival,) = other.names - (names - {candidate})
         behind = found.weight.ahead(mine, other)
         why = same_thing(candidate, rival, context.facts) if behind < MARGIN_NATS else None
-        if rival != candidate and not widens(rival, candidate) and abs(behind) < RIVAL_NATS:
+        if rival != candidate and not widens(rival, candidate) and abs(behind) < most:
             near.append({'name': rival.effect.name, 'where': rival.where,
                          'separable_nats': behind, 'same_thing': why})  # fmt: skip
     return near
@@ -97,14 +97,15 @@ def _many_small(context: Context) -> bool:
 
 
 def _other(context: Context) -> str:
-    """The set that leaves less unexplained than the chosen one, and is not surely behind it.
+    """The set that leaves much less unexplained than the chosen one, and is not surely behind it.
 
     Two measures then disagree: the chosen one saves more in all, the other in most windows. A
     set that shares effects with the chosen one must be as small, and supported itself. One that
     shares none may have one effect more: what is little for one effect is no reason against two.
     """
     found, chosen = context.found, context.found.chosen
-    weight, left = found.weight, found.weight.unexplained(found.chosen)
+    weight = found.weight
+    left = (1.0 - context.settings.material) * weight.unexplained(chosen)
     near = [s for s in found.sets if _comparable(context, s) and weight.unexplained(s) < left
             and not weight.surely_ahead(chosen, s)]  # fmt: skip
     best = min(near, key=weight.unexplained, default=None)

@@ -14,9 +14,6 @@ from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.loss import dispersion, unexplained
 from leo_diffmodel.explain.settings import SETTINGS, Settings
 
-CORRELATED_RATIO, CORRELATED = 1.3, 1.5
-FAR_RATIO = 4.0
-"""Times the noise (mean square) from which on what is left matters, however much was explained."""
 AT_TIMES, FEWEST = 0.85, 4
 """Quantile of windows: a law that acts in a sixth of them is seen; contacts that flip make up
 less (ten runs of LEO without an effect: at most 1.15 times the noise here). And how many windows
@@ -66,11 +63,16 @@ class Rest:
     settings: Settings = SETTINGS
 
     @property
+    def _is_correlated(self) -> bool:
+        gates = self.settings
+        return self.ratio > gates.correlated and self.correlation > gates.correlation
+
+    @property
     def matters(self) -> bool:
         """Whether it is more than noise and a good part of what was missing, or far more."""
-        if self.ratio > FAR_RATIO:
+        if self.ratio > self.settings.far:
             return True
-        correlated = self.ratio > CORRELATED_RATIO and self.correlation > CORRELATED
+        correlated = self._is_correlated
         much = self.ratio > self.settings.unexplained or correlated
         return self.share > self.settings.share and much
 

@@ -73,7 +73,7 @@ class Contact:
         scanner = GroundScanner(posed.problem, null, self.scales)
         scanner.trace(pool, lambda c: told(c.label))
         scans = sorted((scanner.scan(c) for c in pool), key=lambda s: -s.gain)
-        limit = threshold(scans)
+        limit = threshold(scans, self.settings)
         null, last = knock_out(posed, null, scans, limit, told)
         larger = tuple(Estimate(at.posed, at.fit) for at in last)
         return Extension(Estimate(posed, null), larger, tuple(scans), limit)

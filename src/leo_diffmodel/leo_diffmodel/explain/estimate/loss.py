@@ -14,10 +14,6 @@ from leo_diffmodel.explain.settings import SETTINGS
 Array = np.ndarray
 WINDOW_NATS = 6.0
 """Most that one window with contacts may say, for a dispersion of 1: a contact there may flip."""
-AGREEMENT = 0.1
-TELLING_NATS = 2.0
-WHOLE = 1.3
-"""Most that is left, in units of noise, where nothing more is missing."""
 MARGIN_NATS = SETTINGS.margin_nats
 """Nats by which the best must be ahead to be named alone: odds of 150 to 1."""
 

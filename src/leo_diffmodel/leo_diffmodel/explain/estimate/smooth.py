@@ -31,6 +31,8 @@ ITERATIONS, QUICK_ITERATIONS, QUICK = 5, 3, 2
 """Of a fit, and of those that only tell the weights; and how many single effects tell them."""
 WORTH = 0.3
 """Share of the threshold that a scan must promise to be fitted."""
+LOOK = 2
+"""Iterations of every fit; the better half of them then goes on (successive halving)."""
 FEWEST = 4
 """Windows of a recording from which on it tells its own size of what is left."""
 
@@ -82,12 +84,16 @@ class Smooth:
         scans = helper.spread(scanner.scan, pool, lambda c: told(c.label))
         scans = [replace(s, candidate=c) for s, c in zip(scans, pool, strict=True)]
         scans.sort(key=lambda s: -s.gain)
-        limit = threshold(scans)
+        limit = threshold(scans, self.settings)
         worth = [s for s in scans[:singles] if s.gain > WORTH * limit] or scans[:1]
         points: list[Point] = [((s.candidate,), s.own) for s in worth]
         points += best_pairs(scans, scanner.residual, pairs, limit)
-        fits = helper.spread(partial(_joint, problem, null, iterations), points,
+        fits = helper.spread(partial(_joint, problem, null, LOOK), points,
                              lambda p: told(' + '.join(c.label for c in p[0])))  # fmt: skip
+        leading = _leading(problem, fits)
+        better = helper.spread(partial(_followed, problem, iterations), [fits[i] for i in leading])
+        for i, fitted in zip(leading, better, strict=True):
+            fits[i] = fitted
         named = [_named(f, null, p[0]) for f, p in zip(fits, points, strict=True)]
         return [Estimate(base.posed, f) for f in named], scans, limit
 
@@ -147,6 +153,20 @@ def _joint(problem: Problem, null: Fit, iterations: int, point: Point) -> Fit:
     parameters = [p for c in added for p in c.parameters]
     neutral = np.where([p.whole for p in parameters], values, [p.neutral for p in parameters])
     return fit(problem, hypothesis, _between(null, neutral), null.start, iterations=3)
+
+
+def _leading(problem: Problem, fits: Sequence[Fit]) -> list[int]:
+    """The better half of the fits, of those with one effect more and of those with two."""
+    loss = [float(f.loss[problem.train].sum()) for f in fits]
+    sizes = [len(f.hypothesis.candidates) for f in fits]
+    kinds = [[i for i, s in enumerate(sizes) if s == size] for size in sorted(set(sizes))]
+    return [i for kind in kinds
+            for i in sorted(kind, key=loss.__getitem__)[: (len(kind) + 1) // 2]]  # fmt: skip
+
+
+def _followed(problem: Problem, iterations: int, fitted: Fit) -> Fit:
+    """A fit brought to its best."""
+    return fit(problem, fitted.hypothesis, fitted.theta, fitted.start, iterations)
 
 
 def _between(null: Fit, values: Array) -> Array:

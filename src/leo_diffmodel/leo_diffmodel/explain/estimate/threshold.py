@@ -8,16 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from leo_diffmodel.explain.estimate.scan import Scan
-from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.explain.settings import SETTINGS, Settings
 
 DRAWS = 1000
 AT_ONCE = 100
-QUANTILE = 0.999
-SAFETY = 1.5
-LEAST_NATS = SETTINGS.least_nats
 
 
-def threshold(scans: Sequence[Scan], seed: int = 0) -> float:
+def threshold(scans: Sequence[Scan], settings: Settings = SETTINGS, seed: int = 0) -> float:
     """Gain [nats] that a bag of this robot, length and excitation shows without any effect.
 
     A no-effect run is noise with the whitening applied: white, of unit variance, nuisances
@@ -26,10 +23,11 @@ def threshold(scans: Sequence[Scan], seed: int = 0) -> float:
     raised by a safety factor for noise that is known only roughly.
     """
     if not scans:
-        return LEAST_NATS
+        return settings.least_nats
     columns = np.concatenate([s.signatures for s in scans])
     rng, best = np.random.default_rng(seed), []
     for _ in range(DRAWS // AT_ONCE):
         draws = rng.standard_normal((columns.shape[1], AT_ONCE))
         best.append(0.5 * np.maximum(columns @ draws, 0.0).max(axis=0) ** 2)
-    return max(LEAST_NATS, SAFETY * float(np.quantile(best, QUANTILE)))
+    noise = settings.noise_times * float(np.quantile(best, settings.noise_quantile))
+    return max(settings.least_nats, noise)

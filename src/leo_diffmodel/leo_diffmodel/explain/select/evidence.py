@@ -25,10 +25,6 @@ Array = np.ndarray
 RIDGE = 1e-9
 FARTHEST = 3.0
 """Standard deviations that leaving a fold out may move the parameters: the step is linear."""
-OUT_OF_LINE = 2.0
-"""Times the median loss: what is left of a window beyond that is somebody else's."""
-NEARLY = 1.15
-"""Times the noise that a recording may be off by without anything being missing."""
 
 
 @dataclass(frozen=True)
@@ -129,14 +125,14 @@ class Weight:
         """Whether a set with more parameters predicts better than one with fewer, all counted.
 
         What it saves must be beyond what noise gives, more than a trifle of what nothing explains,
-        and beyond how far the folds disagree about it; and it must change what is predicted.
+        and beyond how far the folds disagree about it.
 
         Args:
             smaller: a hypothesis; the larger need not hold its effects.
             larger: a hypothesis with more parameters.
             limit: gain that noise alone can give an effect [nats].
         """
-        if self.ahead(larger, smaller) <= 0 or not self.tells_apart(smaller, larger):
+        if self.ahead(larger, smaller) <= 0:
             return False
         saved, more = self.compare(smaller, larger), len(larger.names) - len(smaller.names)
         trifle = max(more, 1) * self.settings.material * self.unexplained(larger)
@@ -169,9 +165,10 @@ class Weight:
         problem = scored.at.problem
         if problem.scale is None:
             return 0.0
-        beyond = 1.0 - np.minimum(NEARLY / np.sqrt((problem.scale**2).mean(axis=-1)), 1.0) ** 2
+        nearly, most = self.settings.nearly, self.settings.out_of_line
+        beyond = 1.0 - np.minimum(nearly / np.sqrt((problem.scale**2).mean(axis=-1)), 1.0) ** 2
         share = beyond[problem.windows.source[problem.train]]
-        told = np.minimum(scored.left, OUT_OF_LINE * np.median(scored.left))
+        told = np.minimum(scored.left, most * np.median(scored.left))
         return float(self._by_fold(share * told, scored).sum())
 
     def _saved(self, smaller: Scored, larger: Scored) -> Array:

@@ -17,8 +17,6 @@ from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray
 Names = frozenset[Candidate]
-EQUAL_NATS = 0.5
-"""Sets no further apart are one thing by two names, as fits end so far apart; one is extended."""
 
 
 @dataclass
@@ -219,7 +217,7 @@ def canonical(sets: Sets, best: Scored) -> Scored:
     """
     order, weight = {c: n for n, c in enumerate(sets.pool)}, sets.weight
     alike = [s for s in _supported(sets) if s.size == best.size
-             and abs(weight.ahead(best, s)) <= EQUAL_NATS]  # fmt: skip
+             and abs(weight.ahead(best, s)) <= sets.settings.equal_nats]  # fmt: skip
     return min(alike, key=lambda s: (len(s.names), sorted(order[c] for c in s.names)),
                default=best)  # fmt: skip
 
@@ -257,7 +255,7 @@ def _distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
     """The sets less those that do the same as the one before, by other names."""
     kept: list[Scored] = []
     for scored in ordered:
-        if not kept or abs(weight.ahead(kept[-1], scored)) > EQUAL_NATS:
+        if not kept or abs(weight.ahead(kept[-1], scored)) > weight.settings.equal_nats:
             kept.append(scored)
     return kept
 

@@ -20,29 +20,17 @@ from leo_diffmodel.explain.estimate.contact import converged
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.loss import (
-    AGREEMENT,
-    dispersion,
-    gain,
-    MARGIN_NATS,
-    TELLING_NATS,
-    unexplained,
-    WHOLE,
-)
+from leo_diffmodel.explain.estimate.loss import dispersion, gain, unexplained
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.select.evidence import score
 from leo_diffmodel.explain.select.search import Search
+from leo_diffmodel.explain.settings import Settings
 from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, with_fit
 from leo_diffmodel.explain.unknown.curves import Curve, curves
 from leo_diffmodel.explain.unknown.influence import Influence, influence
 from leo_diffmodel.explain.unknown.paths import paths
 
 Array = np.ndarray
-LEAST_NATS = 15.0
-"""White noise in place of the residual gives the best of all curves 9 nats at most (40 draws)."""
-LEAST_SHARE = 0.1
-"""Of all that is explained; less is no answer to what is missing."""
-FORM_NATS = 3.0
 TRIED = 2
 NEARLY = 3.0
 """Most that a law may leave, in units of noise, for its starts to be settled."""
@@ -91,13 +79,14 @@ def _beyond(
     """A law for what the named effects leave."""
     left, best = _curves(recordings, problem, found.final, blocks)
     named = gain(found.null, found.final, problem.train)
-    if not _counts(best[0], named, 1.0):
+    gates = found.weight.settings
+    if not _counts(best[0], named, 1.0, gates):
         return None
     tried = _settled(found.posed, attempt(recordings, found.final, left, blocks, best[0]))
     spread = min(tried.dispersion, dispersion(found.final))
-    if not (_counts(best[0], named, spread) and _holds(problem, tried)):
+    if not (_counts(best[0], named, spread, gates) and _holds(problem, tried, gates)):
         return None
-    kept, tried = _needed(problem, tried)
+    kept, tried = _needed(problem, tried, gates)
     beside = found.final
     for index in sorted(set(range(len(beside.hypothesis.candidates))) - set(kept), reverse=True):
         beside = _without(problem, beside, index)
@@ -131,28 +120,30 @@ def find_alone(recordings: Sequence[Recording], found: Search) -> Found | None:
         return None
     left, best = _curves(recordings, problem, found.null, blocks)
     alone = partial(attempt, recordings, found.null, left, blocks)
+    whole = found.weight.settings.law_whole
     for tried in helper.spread(alone, _distinct(best)[:TRIED]):
         tried = _settled(found.posed, tried)
-        if tried.fit and unexplained(tried.fit) < WHOLE and _beats(tried, found):
+        if tried.fit and unexplained(tried.fit) < whole and _beats(tried, found):
             return Found(tried, (), found.null, left, blocks)
     return None
 
 
 def _is_whole(recordings: Sequence[Recording], found: Search, blocks: Array) -> bool:
     """Whether no curve follows what the named effects leave."""
-    return _curves(recordings, found.problem, found.final, blocks)[1][0].gain < LEAST_NATS
+    best = _curves(recordings, found.problem, found.final, blocks)[1][0]
+    return best.gain < found.weight.settings.law_nats
 
 
 def _beats(tried: Attempt, found: Search) -> bool:
     """Whether a law explains more than all named effects, for what either takes to write down."""
     assert tried.fit
-    problem = found.problem
+    problem, gates = found.problem, found.weight.settings
     spread = min(tried.dispersion, dispersion(found.final))
     most = spread if problem.footing else np.inf
     ahead = gain(found.final, tried.fit, np.ones(problem.windows.count, dtype=bool), most)
     named = _price(problem, len(found.final.theta) - len(found.null.theta))
-    price = _price(problem, len(tried.law.values)) + FORM_NATS
-    return ahead / spread > price - named + MARGIN_NATS
+    price = _price(problem, len(tried.law.values)) + gates.law_form
+    return ahead / spread > price - named + gates.margin_nats
 
 
 def _settled(posed: Posed, tried: Attempt) -> Attempt:
@@ -171,22 +162,23 @@ def _curves(
     return left, curves(left, blocks, paths(recordings, left))
 
 
-def _counts(curve: Curve, named: float, spread: float) -> bool:
+def _counts(curve: Curve, named: float, spread: float, gates: Settings) -> bool:
     """Whether a curve is more than noise, and matters."""
     trained = float(curve.score.gain_train)
-    return curve.gain / spread > LEAST_NATS and trained > LEAST_SHARE * (trained + named)
+    matters = trained > gates.law_share * (trained + named)
+    return curve.gain / spread > gates.law_nats and matters
 
 
-def _holds(problem: Problem, tried: Attempt) -> bool:
+def _holds(problem: Problem, tried: Attempt, gates: Settings) -> bool:
     """Whether the law explains data that nothing was fitted to, where it would show there."""
     if tried.fit is None:
-        return tried.gain_held_out > AGREEMENT * float(tried.law.curve.score.expected)
+        return tried.gain_held_out > gates.law_agreement * float(tried.law.curve.score.expected)
     moved = ((tried.base.residual - tried.fit.residual) ** 2).sum(axis=-1)
     held, trained = float(moved[~problem.train].sum()), float(moved[problem.train].sum())
     expected = tried.gain_train * held / max(trained, 1e-12)
-    if expected < TELLING_NATS:
-        return tried.gain_held_out > -TELLING_NATS
-    return tried.gain_held_out > AGREEMENT * expected
+    if expected < gates.law_tells:
+        return tried.gain_held_out > -gates.law_tells
+    return tried.gain_held_out > gates.law_agreement * expected
 
 
 def _distinct(best: Sequence[Curve]) -> list[Curve]:
@@ -197,7 +189,9 @@ def _distinct(best: Sequence[Curve]) -> list[Curve]:
     return list(first.values())
 
 
-def _needed(problem: Problem, tried: Attempt) -> tuple[tuple[int, ...], Attempt]:
+def _needed(
+    problem: Problem, tried: Attempt, gates: Settings
+) -> tuple[tuple[int, ...], Attempt]:
     """Which effects of the base still earn their place beside the law, and the fit with them."""
     everything = np.ones(problem.windows.count, dtype=bool)
     kept, full = list(range(len(tried.base.hypothesis.candidates))), tried.fit
@@ -205,7 +199,7 @@ def _needed(problem: Problem, tried: Attempt) -> tuple[tuple[int, ...], Attempt]
         smaller = [_without(problem, full, i) for i in range(len(kept))]
         costs = [gain(s, full, everything) / dispersion(full) for s in smaller]
         least = int(np.argmin(costs))
-        if costs[least] > LEAST_NATS:
+        if costs[least] > gates.law_nats:
             break
         full = smaller[least]
         del kept[least]
