@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.description.urdf import Body
 from leo_sim.effects import Effect, EFFECTS, Parameter
-from leo_sim.effects.base import Body, Drive, Ground
-from leo_sim.motor import Motor
+from leo_sim.effects.base import Drive, Ground
+from leo_sim.effects.motor import Motor
 
 DOCS = Path(__file__).parent
 SHOWN: dict[str, dict[str, float]] = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any, TYPE_CHECKING
 
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 
 class BackEmfScale(Effect):

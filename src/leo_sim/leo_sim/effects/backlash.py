@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from leo_sim.effects.base import Drive, Effect, Parameter, Values
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 
 class Backlash(Effect):

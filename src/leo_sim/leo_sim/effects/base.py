@@ -8,9 +8,11 @@ from typing import Any, ClassVar, NamedTuple, TYPE_CHECKING
 
 import numpy as np
 
+from leo_sim.description.urdf import Body as Body
+
 if TYPE_CHECKING:
-    from leo_sim.motor import Motor
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
+    from leo_sim.effects.motor import Motor
 
 Values = Mapping[str, Any]
 HOOKS = ('command', 'torque', 'drive', 'body', 'ground', 'sensor')
@@ -41,22 +43,6 @@ class Drive(NamedTuple):
 
     rotor_inertia: Any
     gap: Any
-
-
-class Body(NamedTuple):
-    """Inertial figures of a link, in its link frame, as broadcastable components.
-
-    Attributes:
-        mass: kg.
-        com: Centre of mass (x, y, z), m.
-        inertia: About the centre of mass (xx, yy, zz, xy, xz, yz), kg m2.
-        force: Constant force at the centre of mass in world axes (x, y, z), N.
-    """
-
-    mass: Any
-    com: tuple[Any, Any, Any]
-    inertia: tuple[Any, Any, Any, Any, Any, Any]
-    force: tuple[Any, Any, Any] = (0.0, 0.0, 0.0)
 
 
 class Ground(NamedTuple):

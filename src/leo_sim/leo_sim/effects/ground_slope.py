@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from leo_sim.effects.base import Effect, Ground, Parameter, Values
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 
 class GroundSlope(Effect):

@@ -3,7 +3,7 @@
 from typing import Any
 
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 
 class JointSpring(Effect):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.user_code import classes_of, guarded, load_file
 from leo_sim.effects.base import Effect, HOOKS, Parameter
-from leo_sim.user_code import classes_of, guarded, load_file
 
 REQUIRED = ('name', 'family', 'hook', 'parameters')
 

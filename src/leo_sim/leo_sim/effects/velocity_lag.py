@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.common.broadcasting import paired
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.filled import paired
 
 TINY = 1e-200
 

@@ -9,7 +9,7 @@ import numpy as np
 from leo_sim.effects.base import Effect, in_input_unit, Parameter, Values
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 
 class VoltageDeadband(Effect):

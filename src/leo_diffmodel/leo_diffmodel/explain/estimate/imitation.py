@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 from leo_diffmodel.explain.estimate.fit import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.scan import amplitude_indices, Scan
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 Array = np.ndarray
 LEFT = 0.05

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_sim.description.robot import Constant
 from leo_sim.effects import Effect, EFFECTS
 from leo_sim.model import Model
-from leo_sim.robot import Constant
 
 
 def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, ...]:
