@@ -260,7 +260,8 @@ def _parameter(effect: Effect, parameter: Parameter) -> str:
     if effect.hook == 'ground':
         neutral = "the ground's own"
     unit = f' [{parameter.unit}]' if parameter.unit else ''
-    return f'`{parameter.name}`{unit}, without effect at {neutral}'
+    role = parameter.role if parameter.linear else f'{parameter.role}, not linear'
+    return f'`{parameter.name}`{unit} ({role}), without effect at {neutral}'
 
 
 def main(argv: list[str]) -> int:

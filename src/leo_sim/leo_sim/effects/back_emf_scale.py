@@ -17,7 +17,7 @@ class BackEmfScale(Effect):
     name = 'back_emf_scale'
     family = 'motor'
     hook = 'torque'
-    parameters = (Parameter('k', '', neutral=1.0, low=0.0),)
+    parameters = (Parameter('k', '', neutral=1.0, low=0.0, role='amplitude'),)
     equation = 'tau = (k - 1) tau_emf'
     looks_like = 'Damping while the motors are on differs; the stall torque is right.'
     confused_with = ('viscous_friction on a voltage-driven joint that is never free: the same '

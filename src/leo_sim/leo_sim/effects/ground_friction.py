@@ -17,7 +17,7 @@ class GroundFriction(Effect):
     name = 'ground_friction'
     family = 'ground'
     hook = 'ground'
-    parameters = (Parameter('mu', '', low=0.0),)
+    parameters = (Parameter('mu', '', low=0.0, role='amplitude', linear=False),)
     equation = '|f_tangential| <= mu f_normal'
     looks_like = 'Stance feet slide where the model holds them; nothing changes in the air.'
     confused_with = 'ground_slope, which also drives sliding, downhill only.'

@@ -13,8 +13,8 @@ class JointSpring(Effect):
     family = 'load'
     hook = 'torque'
     parameters = (
-        Parameter('k', 'N m/rad', low=0.0),
-        Parameter('rest', 'rad', times='k'),
+        Parameter('k', 'N m/rad', low=0.0, role='amplitude'),
+        Parameter('rest', 'rad', times='k', role='position'),
     )
     equation = 'tau = -k (q - rest)'
     looks_like = ('A pull towards one angle that grows with the distance from it: cables, hoses,'

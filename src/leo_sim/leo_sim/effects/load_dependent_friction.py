@@ -14,7 +14,7 @@ class LoadDependentFriction(Effect):
     name = 'load_dependent_friction'
     family = 'friction'
     hook = 'torque'
-    parameters = (Parameter('mu', '', low=0.0),)
+    parameters = (Parameter('mu', '', low=0.0, role='amplitude', linear=False),)
     equation = 'tau = -mu |tau_motor - tau_load| sign(w)'
     looks_like = ('Dry friction that grows with the torque through the gear: strong under load, '
                   'weak when idle.')

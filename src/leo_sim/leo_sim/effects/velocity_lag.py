@@ -21,7 +21,7 @@ class VelocityLag(Effect):
     name = 'velocity_lag'
     family = 'sensor'
     hook = 'sensor'
-    parameters = (Parameter('tau', 's', low=0.0, high=0.5),)
+    parameters = (Parameter('tau', 's', low=0.0, high=0.5, role='delay'),)
     equation = 'tau dw_read/dt = w - w_read'
     looks_like = 'The rate is not the derivative of the angle: it comes late and rounded.'
     confused_with = 'measurement_delay, which holds up the angle too.'

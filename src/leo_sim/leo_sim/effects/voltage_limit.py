@@ -19,7 +19,7 @@ class VoltageLimit(Effect):
     name = 'voltage_limit'
     family = 'command'
     hook = 'command'
-    parameters = (Parameter('v', 'V', neutral=float('inf'), low=0.0),)
+    parameters = (Parameter('v', 'V', neutral=float('inf'), low=0.0, role='threshold'),)
     equation = 'u_motor = min(max(u, -v), v)'
     looks_like = 'Right with small commands, too weak with large ones.'
     confused_with = 'voltage_scale when only large commands occur.'

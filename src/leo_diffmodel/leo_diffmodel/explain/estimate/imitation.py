@@ -61,7 +61,7 @@ def _nearest(scan: Scan, q: Array, dq: Array, torque: Array) -> tuple[Array, flo
     """
     parameters = scan.candidate.parameters
     scaling = amplitude_indices(parameters)
-    free = [i for i, p in enumerate(parameters) if i in scaling or p.unit == 'rad']
+    free = [i for i, p in enumerate(parameters) if i in scaling or p.turns]
     bounds = [np.array([getattr(parameters[i], end) for i in free]) for end in ('low', 'high')]
     size = np.sqrt((torque**2).mean())
 

@@ -82,7 +82,7 @@ def _range(parameter: Parameter, candidate: Candidate, model: Model) -> tuple[fl
 
 
 def _angle(parameter: Parameter, candidate: Candidate) -> float:
-    if parameter.name == 'gap':
+    if parameter.role == 'threshold':
         return GAP
     return OFFSET if candidate.effect.hook == 'sensor' else float('inf')
 
