@@ -3,6 +3,10 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 def filled(shape: tuple[int, ...], values: Any) -> Any:

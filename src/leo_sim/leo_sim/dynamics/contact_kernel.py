@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array, Indices
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
 from leo_sim.dynamics.inertia_inverse import inverted
 
@@ -27,10 +28,10 @@ FRICTION, STOP, GAP, NORMAL, TANGENT = range(5)
 class Motion(NamedTuple):
     """States (N, J): angles, rates, offset and rates of the motor sides behind play."""
 
-    q: Any
-    dq: Any
-    offset: Any
-    speed: Any
+    q: Array
+    dq: Array
+    offset: Array
+    speed: Array
 
 
 class Forces(NamedTuple):
@@ -45,13 +46,13 @@ class Forces(NamedTuple):
         low, high: Stops, rad.
     """
 
-    smooth: Any
-    drag: Any
-    at: Any
-    rotor: Any
-    level: Any
-    low: Any
-    high: Any
+    smooth: Array
+    drag: Array
+    at: Array
+    rotor: Array
+    level: Array
+    low: Array
+    high: Array
 
 
 class Play(NamedTuple):
@@ -65,11 +66,11 @@ class Play(NamedTuple):
         inertia: kg m2.
     """
 
-    gap: Any
-    torque: Any
-    drag: Any
-    at: Any
-    inertia: Any
+    gap: Array
+    torque: Array
+    drag: Array
+    at: Array
+    inertia: Array
 
 
 class Touch(NamedTuple):
@@ -84,14 +85,14 @@ class Touch(NamedTuple):
         friction: (., 1).
     """
 
-    over: Any
-    bend: Any
-    normal: Any
-    tangent: Any
-    at: Any
-    stiffness: Any
-    damping: Any
-    friction: Any
+    over: Array
+    bend: Array
+    normal: Array
+    tangent: Array
+    at: Array
+    stiffness: Array
+    damping: Array
+    friction: Array
 
 
 class Work(NamedTuple):
@@ -111,21 +112,21 @@ class Work(NamedTuple):
         unknown: The row each unknown of it belongs to.
     """
 
-    axes: Any
-    joint: Any
-    stiffness: Any
-    damping: Any
-    over: Any
-    bend: Any
-    kind: Any
-    place: Any
-    line: Any
-    lever: Any
-    moves: Any
-    gram: Any
-    inverse: Any
-    system: Any
-    unknown: Any
+    axes: tuple[int, ...]
+    joint: Array
+    stiffness: Array
+    damping: Array
+    over: Array
+    bend: Array
+    kind: Indices
+    place: Indices
+    line: Array
+    lever: Array
+    moves: Array
+    gram: Array
+    inverse: Array
+    system: Array
+    unknown: Indices
 
 
 # rows of Work.joint
@@ -138,7 +139,7 @@ GIVEN, RATE, FIRST, OVER, TIME, DEPTH, LATE = range(7)
 
 
 @compiled_in_place
-def along(axes: Any, matrix: Any, r: Any, vector: Any, v: Any) -> Any:
+def along(axes: tuple[int, ...], matrix: Array, r: int, vector: Array, v: int) -> Any:
     """Scalar product of row r of a matrix with row v of another, four sums side by side."""
     size, a, b, c, d = len(axes), 0.0, 0.0, 0.0, 0.0
     for i in range(0, size - 3, 4):
@@ -152,8 +153,8 @@ def along(axes: Any, matrix: Any, r: Any, vector: Any, v: Any) -> Any:
 
 
 @compiled_without_gil
-def advance(motion: Any, mass: Any, forces: Any, play: Any, touch: Any, h: Any, count: Any,
-            held: Any, impulses: Any, axes: Any) -> Any:
+def advance(motion: Motion, mass: Array, forces: Forces, play: Play, touch: Touch, h: Array,
+            count: int, held: Indices, impulses: Array, axes: tuple[int, ...]) -> Any:
     """Move states in place by `count` substeps of h s.
 
     Args:
@@ -188,8 +189,8 @@ def advance(motion: Any, mass: Any, forces: Any, play: Any, touch: Any, h: Any, 
 
 
 @compiled_in_place
-def run(n: Any, mass: Any, longest: Any, count: Any, held: Any, grip: Any, work: Any, used: Any,
-        impulses: Any) -> Any:
+def run(n: int, mass: Array, longest: float, count: int, held: int, grip: float, work: Work,
+        used: int, impulses: Array) -> Any:
     """The substeps of one state, cut where something strikes."""
     left, current = longest * count, 0.0
     middle = 0.5 * left
@@ -209,7 +210,7 @@ def run(n: Any, mass: Any, longest: Any, count: Any, held: Any, grip: Any, work:
 
 
 @compiled_in_place
-def taken(n: Any, motion: Any, forces: Any, play: Any, touch: Any, work: Any) -> Any:
+def taken(n: int, motion: Motion, forces: Forces, play: Play, touch: Touch, work: Work) -> Any:
     """Copy the figures of state n to work."""
     first = copied(n, motion, work.joint, 0)
     first = copied(n, forces, work.joint, first)
@@ -225,7 +226,7 @@ def taken(n: Any, motion: Any, forces: Any, play: Any, touch: Any, work: Any) ->
 
 
 @compiled_in_place
-def copied(n: Any, part: Any, out: Any, first: Any) -> Any:
+def copied(n: int, part: tuple[Array, ...], out: Array, first: int) -> Any:
     """Copy row n of each array of a tuple to the rows of out from `first` on; returns the next."""
     for values in part:
         row = n if values.shape[0] > 1 else 0
@@ -236,7 +237,7 @@ def copied(n: Any, part: Any, out: Any, first: Any) -> Any:
 
 
 @compiled_in_place
-def gathered(n: Any, touch: Any, period: Any, held: Any, work: Any) -> Any:
+def gathered(n: int, touch: Touch, period: float, held: int, work: Work) -> Any:
     """List the impulses that may act in the period, none given yet; returns their number."""
     joint, used, size = work.joint, 0, len(work.axes)
     for j in range(held, size):
@@ -266,7 +267,7 @@ def gathered(n: Any, touch: Any, period: Any, held: Any, work: Any) -> Any:
 
 
 @compiled_in_place
-def height(t: Any, work: Any, r: Any) -> Any:
+def height(t: float, work: Work, r: int) -> Any:
     """Height of the sphere of the normal row r and its rate, t s after the middle."""
     p = work.place[r]
     over = along(work.axes, work.lever, r, work.joint, Q)
@@ -275,7 +276,7 @@ def height(t: Any, work: Any, r: Any) -> Any:
 
 
 @compiled_in_place
-def next_strike(t: Any, work: Any, used: Any) -> Any:
+def next_strike(t: float, work: Work, used: int) -> Any:
     """Time to the next impact at the present rates, s; infinite without one.
 
     T is the time since the middle of the period, s. Fills heights of spheres and their rates.
@@ -302,7 +303,7 @@ def next_strike(t: Any, work: Any, used: Any) -> Any:
 
 
 @compiled_in_place
-def factorised(n: Any, mass: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
+def factorised(n: int, mass: Array, h: float, held: int, work: Work, used: int) -> Any:
     """Fill inverse, moves and gram for substeps of h s."""
     size = len(work.axes)
     for i in range(size):
@@ -324,7 +325,7 @@ def factorised(n: Any, mass: Any, h: Any, held: Any, work: Any, used: Any) -> An
 
 
 @compiled_in_place
-def substep(t: Any, h: Any, held: Any, grip: Any, work: Any, used: Any) -> Any:
+def substep(t: float, h: float, held: int, grip: float, work: Work, used: int) -> Any:
     """Drift, kick and drift by h s, from t s after the middle of the period."""
     joint = work.joint
     size = len(work.axes)
@@ -350,7 +351,7 @@ def substep(t: Any, h: Any, held: Any, grip: Any, work: Any, used: Any) -> Any:
 
 
 @compiled_in_place
-def sunk(t: Any, h: Any, grip: Any, work: Any, used: Any) -> Any:
+def sunk(t: float, h: float, grip: float, work: Work, used: int) -> Any:
     """Fill how long the spheres are in the ground in this substep, and how high on average."""
     joint, line = work.joint, work.line
     for r in range(used):
@@ -371,7 +372,7 @@ def sunk(t: Any, h: Any, grip: Any, work: Any, used: Any) -> Any:
 
 
 @compiled_in_place
-def lateness(stiffness: Any) -> Any:
+def lateness(stiffness: float) -> Any:
     """Weight of the last rate that makes a step of a decaying rate exact: 1/2 to 1."""
     if stiffness < 1e-3:
         return 0.5
@@ -379,7 +380,7 @@ def lateness(stiffness: Any) -> Any:
 
 
 @compiled_in_place
-def pushed(t: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
+def pushed(t: float, h: float, held: int, work: Work, used: int) -> Any:
     """Rates after the smooth torques, and those of the rows with the impulses given before."""
     joint, line = work.joint, work.line
     size = len(work.axes)
@@ -402,13 +403,13 @@ def pushed(t: Any, h: Any, held: Any, work: Any, used: Any) -> Any:
 
 
 @compiled_in_place
-def share(h: Any, work: Any, j: Any) -> Any:
+def share(h: float, work: Work, j: int) -> Any:
     """Rate of the motor side of joint j that a unit impulse causes."""
     return 1.0 / (work.joint[INERTIA, j] + 0.5 * h * work.joint[MOTOR_DRAG, j])
 
 
 @compiled_in_place
-def swept(h: Any, grip: Any, work: Any, used: Any) -> Any:
+def swept(h: float, grip: float, work: Work, used: int) -> Any:
     """Correct every impulse once; returns the largest change of a rate."""
     joint, line, moved = work.joint, work.line, 0.0
     for r in range(used):
@@ -438,7 +439,7 @@ def swept(h: Any, grip: Any, work: Any, used: Any) -> Any:
 
 
 @compiled_in_place
-def changed(work: Any, used: Any, r: Any, total: Any) -> Any:
+def changed(work: Work, used: int, r: int, total: float) -> Any:
     """Give row r another impulse; returns the change of its rate."""
     change = total - work.line[GIVEN, r]
     if change == 0.0:
@@ -450,7 +451,7 @@ def changed(work: Any, used: Any, r: Any, total: Any) -> Any:
 
 
 @compiled_in_place
-def pressed(grip: Any, work: Any, r: Any) -> Any:
+def pressed(grip: float, work: Work, r: int) -> Any:
     """Normal and tangential impulse of a sphere: it sticks, slides or leaves the ground."""
     line, up, cross, side = (work.line, work.gram[r, r], work.gram[r, r + 1],
                              work.gram[r + 1, r + 1])
@@ -469,7 +470,7 @@ def pressed(grip: Any, work: Any, r: Any) -> Any:
 
 
 @compiled_in_place
-def yielding(work: Any, r: Any) -> Any:
+def yielding(work: Work, r: int) -> Any:
     """Normal impulse of a sphere at the rate 0 after the substep, and its fall with that rate."""
     line, p = work.line, work.place[r]
     early = work.damping[p] * (1.0 - line[LATE, r]) * line[FIRST, r]
@@ -478,7 +479,7 @@ def yielding(work: Any, r: Any) -> Any:
 
 
 @compiled_in_place
-def agreed(h: Any, grip: Any, work: Any, used: Any) -> Any:
+def agreed(h: float, grip: float, work: Work, used: int) -> Any:
     """Solve for all impulses at once, with what holds, sticks and slides as it is now."""
     a, line, count = work.system, work.line, 0
     for r in range(used):
@@ -508,7 +509,7 @@ def agreed(h: Any, grip: Any, work: Any, used: Any) -> Any:
 
 
 @compiled_in_place
-def holds(h: Any, grip: Any, work: Any, r: Any) -> Any:
+def holds(h: float, grip: float, work: Work, r: int) -> Any:
     """Whether the impulse of row r is what it takes, and not at a limit of its own."""
     kind, line = work.kind[r], work.line
     if kind == FRICTION:
@@ -520,13 +521,13 @@ def holds(h: Any, grip: Any, work: Any, r: Any) -> Any:
 
 
 @compiled_in_place
-def slides(grip: Any, line: Any, r: Any) -> Any:
+def slides(grip: float, line: Array, r: int) -> Any:
     """Whether the sphere of the normal row r slides."""
     return abs(line[GIVEN, r + 1]) >= 0.999999 * grip * line[GIVEN, r]
 
 
 @compiled_in_place
-def complete(h: Any, work: Any, r: Any, i: Any, count: Any) -> Any:
+def complete(h: float, work: Work, r: int, i: int, count: int) -> Any:
     """Add to equation i what is particular to its row r."""
     a, kind, j, joint = work.system, work.kind[r], work.place[r], work.joint
     given = work.line[GIVEN, r]
@@ -547,7 +548,7 @@ def complete(h: Any, work: Any, r: Any, i: Any, count: Any) -> Any:
 
 
 @compiled_in_place
-def solved(a: Any, size: Any) -> Any:
+def solved(a: Array, size: int) -> Any:
     """Solve in place by elimination, the solution in column `size`; whether there is one."""
     for i in range(size):
         if abs(a[i, i]) < 1e-12:
@@ -565,7 +566,7 @@ def solved(a: Any, size: Any) -> Any:
 
 
 @compiled_in_place
-def slowed(before: Any, free: Any, reach: Any) -> Any:
+def slowed(before: float, free: float, reach: float) -> Any:
     """Rate after dry friction, exact for a constant driving torque; see impulses.py."""
     if before == 0.0:
         return free - min(max(free, -reach), reach)

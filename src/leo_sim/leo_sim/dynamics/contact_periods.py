@@ -4,15 +4,17 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array, Indices
 from leo_sim.common.compiled import compiled_without_gil
-from leo_sim.dynamics.contact_kernel import advance, Forces
-from leo_sim.dynamics.ground import touched, untouched
-from leo_sim.dynamics.planar import POSE, poses, weighed
+from leo_sim.dynamics.contact_kernel import advance, Forces, Motion, Play
+from leo_sim.dynamics.ground import Floor, touched, untouched
+from leo_sim.dynamics.planar import POSE, poses, Tree, weighed, World
 
 
 @compiled_without_gil
-def advance_periods(motion: Any, last: Any, tree: Any, world: Any, floor: Any, forces: Any,
-                    play: Any, h: Any, inner: Any, count: Any, held: Any, axes: Any) -> Any:
+def advance_periods(motion: Motion, last: Array, tree: Tree, world: World, floor: Floor,
+                    forces: Forces, play: Play, h: Array, inner: int, count: int, held: Indices,
+                    axes: tuple[int, ...]) -> Any:
     """Move states in place by `count` periods of `inner` substeps of h s.
 
     Args:
@@ -52,7 +54,7 @@ def advance_periods(motion: Any, last: Any, tree: Any, world: Any, floor: Any, f
 
 
 @compiled_without_gil
-def _linked(motion: Any, play: Any) -> Any:
+def _linked(motion: Motion, play: Play) -> Any:
     """Motor sides without play turn as their joints do."""
     for n in range(motion.q.shape[0]):
         gap = play.gap[n if play.gap.shape[0] > 1 else 0]

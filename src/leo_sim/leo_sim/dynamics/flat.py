@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.broadcasting import common, rows
+from leo_sim.common.broadcasting import Array, common, rows
 from leo_sim.common.compiled import compiled_without_gil
 from leo_sim.description.urdf import Joint
 from leo_sim.dynamics.free_motion import Stateless
 from leo_sim.dynamics.impulses import at, Factor, kicked
 from leo_sim.dynamics.inertia_inverse import inverted
-from leo_sim.dynamics.planar import Planar, POSE, poses, tree_of, weighed
+from leo_sim.dynamics.planar import Planar, POSE, poses, Tree, tree_of, weighed, World
 
 
 def is_flat(joints: Sequence[Joint]) -> bool:
@@ -28,7 +28,7 @@ def is_flat(joints: Sequence[Joint]) -> bool:
 class Flat(Stateless, Planar):
     """The numbers of `Rigid`, for trees in the x-z plane."""
 
-    def kicked(self, q: Any, dq: Any, diagonal: Any, driving: Any, held: Any, h: Any
+    def kicked(self, q: Array, dq: Array, diagonal: Any, driving: Any, held: Any, h: Any
                ) -> tuple[Any, Factor]:
         """See `Free`; here all at once."""
         size, h = q.shape[-1], np.asarray(h)
@@ -42,8 +42,8 @@ class Flat(Stateless, Planar):
 
 
 @compiled_without_gil
-def _kick(tree: Any, world: Any, q: Any, dq: Any, diagonal: Any, driving: Any, held: Any,
-          h: Any, inverse: Any, rates: Any) -> None:
+def _kick(tree: Tree, world: World, q: Array, dq: Array, diagonal: Array, driving: Array,
+          held: Array, h: Array, inverse: Array, rates: Array) -> None:
     """Fill the inverse of the inertia with the diagonal, (N, J, J), and rates, (N, J)."""
     size = q.shape[1]
     pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, size))

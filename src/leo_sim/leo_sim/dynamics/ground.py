@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import rows
+from leo_sim.common.broadcasting import Array, Indices, rows
 from leo_sim.common.compiled import compiled, compiled_in_place, compiled_without_gil
 from leo_sim.description.robot import Contact, Robot
 from leo_sim.dynamics.contact_kernel import Touch
-from leo_sim.dynamics.planar import jacobian, POSE, poses, tree_of
+from leo_sim.dynamics.planar import jacobian, POSE, poses, Tree, tree_of
 from leo_sim.effects.base import Ground
 
 
@@ -29,12 +29,12 @@ class Floor(NamedTuple):
         friction: (., 1).
     """
 
-    links: Any
-    places: Any
-    slope: Any
-    stiffness: Any
-    damping: Any
-    friction: Any
+    links: Indices
+    places: Array
+    slope: Array
+    stiffness: Array
+    damping: Array
+    friction: Array
 
 
 class Spheres:
@@ -52,7 +52,7 @@ class Spheres:
         self._friction = np.asarray(ground.friction, dtype=float)[..., None]
         self._floors: dict[tuple[int, ...], Floor] = {}  # of the shape asked last
 
-    def touch(self, q: Any, dq: Any, shape: tuple[int, ...]) -> Touch:
+    def touch(self, q: Array, dq: Array, shape: tuple[int, ...]) -> Touch:
         """The spheres at true angles and rates (..., J), for states of leading axes `shape`."""
         size = q.shape[-1]
         angles, rates = rows(q, shape, size, True), rows(dq, shape, size, True)
@@ -71,7 +71,7 @@ class Spheres:
             self._floors = {shape: found}
         return found
 
-    def forces(self, q: Any, dq: Any) -> Any:
+    def forces(self, q: Array, dq: Array) -> Any:
         """Normal force on each sphere at true angles and rates (..., J), N, (..., P)."""
         shape = np.shape(q)[:-1]
         touch = self.touch(q, dq, shape)
@@ -87,7 +87,7 @@ def _each(contacts: Sequence[Contact], name: str, of_ground: Any) -> Any:
 
 
 @compiled
-def untouched(q: Any, floor: Any) -> Any:
+def untouched(q: Array, floor: Floor) -> Any:
     """A `Touch` to be filled, for states (N, J)."""
     states, points, size = q.shape[0], floor.links.shape[0], q.shape[1]
     return Touch(np.empty((states, points)), np.empty((states, points, 2)),
@@ -96,7 +96,7 @@ def untouched(q: Any, floor: Any) -> Any:
 
 
 @compiled_without_gil
-def touching(tree: Any, floor: Any, dq: Any, touch: Any) -> Any:
+def touching(tree: Tree, floor: Floor, dq: Array, touch: Touch) -> Any:
     """Fill the geometry of a `Touch` at its angles and the rates (N, J)."""
     q, size = touch.at, touch.at.shape[1]
     pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, size))
@@ -106,7 +106,7 @@ def touching(tree: Any, floor: Any, dq: Any, touch: Any) -> Any:
 
 
 @compiled_in_place
-def touched(tree: Any, floor: Any, n: Any, pose: Any, lever: Any, touch: Any) -> Any:
+def touched(tree: Tree, floor: Floor, n: int, pose: Array, lever: Array, touch: Touch) -> Any:
     """Fill row n of a `Touch` from the poses of the links; lever (3, J) is room to work in."""
     angle = floor.slope[n if floor.slope.shape[0] > 1 else 0]
     up, along = np.cos(angle), np.sin(angle)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from leo_sim.common.broadcasting import common, rows
+from leo_sim.common.broadcasting import Array, common, rows
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
 from leo_sim.dynamics.inertia_inverse import inverted
 
@@ -60,7 +60,7 @@ class Factor:
         factor.inverse = inverse
         return factor
 
-    def solve(self, right: Any) -> Any:
+    def solve(self, right: Array) -> Any:
         """Accelerations (..., J) under the torques `right` (..., J)."""
         size = self.inverse.shape[-1]
         if size == 1:
@@ -76,7 +76,7 @@ class Factor:
 
 
 @compiled_without_gil
-def invert(mass: Any, diagonal: Any, inverse: Any) -> None:
+def invert(mass: Array, diagonal: Array, inverse: Array) -> None:
     """Fill inverse (N, J, J) with that of mass plus a diagonal (N, J)."""
     size = mass.shape[1]
     for n in range(inverse.shape[0]):
@@ -89,7 +89,7 @@ def invert(mass: Any, diagonal: Any, inverse: Any) -> None:
 
 
 @compiled_without_gil
-def times(matrix: Any, vector: Any, out: Any) -> None:
+def times(matrix: Array, vector: Array, out: Array) -> None:
     """Fill out (N, J) with matrices (N, J, J) times vectors (N, J)."""
     size = out.shape[1]
     for n in range(out.shape[0]):
@@ -101,7 +101,7 @@ def times(matrix: Any, vector: Any, out: Any) -> None:
             out[n, i] = total
 
 
-def settled(contact: Contact, factor: Factor, dq: Any, motor: Any) -> tuple[Any, Any]:
+def settled(contact: Contact, factor: Factor, dq: Array, motor: Any) -> tuple[Any, Any]:
     """Rates of joints and motor sides after all impulses.
 
     Args:
@@ -127,7 +127,7 @@ def settled(contact: Contact, factor: Factor, dq: Any, motor: Any) -> tuple[Any,
     return rates, None if motor is None else speeds
 
 
-def _clear(contact: Contact, dq: Any) -> bool:
+def _clear(contact: Contact, dq: Array) -> bool:
     """Whether no joint reaches a stop, as `_stopped` has it."""
     low, high = contact.stops or (-np.inf, np.inf)
     way = dq * np.maximum(contact.h, 1e-12)
@@ -135,8 +135,8 @@ def _clear(contact: Contact, dq: Any) -> bool:
 
 
 @compiled_without_gil
-def _sweep(dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: Any, high: Any, gap: Any,
-           rotor: Any, offset: Any, q: Any, before: Any) -> None:
+def _sweep(dq: Array, motor: Array, answers: Array, h: Array, level: Array, low: Array,
+           high: Array, gap: Array, rotor: Array, offset: Array, q: Array, before: Array) -> None:
     """Change rates (N, J) of joints and motors in place; fields are (N, J) or (1, J)."""
     given = np.empty((3, dq.shape[1]))
     for n in range(dq.shape[0]):
@@ -145,8 +145,9 @@ def _sweep(dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: Any, high
 
 
 @compiled_in_place
-def _swept(n: Any, dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: Any, high: Any,
-           gap: Any, rotor: Any, offset: Any, q: Any, before: Any, given: Any) -> Any:
+def _swept(n: int, dq: Array, motor: Array, answers: Array, h: Array, level: Array, low: Array,
+           high: Array, gap: Array, rotor: Array, offset: Array, q: Array, before: Array,
+           given: Array) -> Any:
     """Change row n alone; given (3, J) are impulses of friction, stops and play, none at first.
 
     One friction that acts alone is right at once.
@@ -184,14 +185,14 @@ def _swept(n: Any, dq: Any, motor: Any, answers: Any, h: Any, level: Any, low: A
 
 
 @compiled_in_place
-def _push(n: Any, a: Any, j: Any, impulse: Any, dq: Any, answers: Any) -> Any:
+def _push(n: int, a: int, j: int, impulse: float, dq: Array, answers: Array) -> Any:
     """Change the rates of row n by an impulse at joint j; a is the row of the answers."""
     for k in range(dq.shape[1] if impulse != 0.0 else 0):
         dq[n, k] += answers[a, j, k] * impulse
 
 
 @compiled_in_place
-def _stopped(free: Any, least: Any, most: Any, h: Any, answer: Any) -> Any:
+def _stopped(free: float, least: float, most: float, h: float, answer: float) -> Any:
     """Impulse of the stops, which are `least` and `most` away."""
     if least <= free * h and free * h <= most:
         return 0.0
@@ -199,7 +200,7 @@ def _stopped(free: Any, least: Any, most: Any, h: Any, answer: Any) -> Any:
 
 
 @compiled_in_place
-def _friction(before: Any, free: Any, most: Any, answer: Any) -> Any:
+def _friction(before: float, free: float, most: float, answer: float) -> Any:
     """Impulse of dry friction against the motion, exact for a constant driving torque.
 
     The joint may come to rest within the substep; then it stays there, or turns round and
@@ -218,20 +219,21 @@ def _friction(before: Any, free: Any, most: Any, answer: Any) -> Any:
 
 
 @compiled_in_place
-def _gap(apart: Any, offset: Any, width: Any, h: Any) -> Any:
+def _gap(apart: float, offset: float, width: float, h: float) -> Any:
     """What a motor side is too fast for its link to keep the play within its width."""
     half = 0.5 * width
     return apart - min(max(apart, (-half - offset) / h), (half - offset) / h)
 
 
 @compiled_in_place
-def at(values: Any, n: Any) -> Any:
+def at(values: Array, n: int) -> Any:
     """Index of row n in rows as `broadcasting.rows` makes them."""
     return n if values.shape[0] > 1 else 0
 
 
 @compiled_in_place
-def kicked(n: Any, answer: Any, torque: Any, bias: Any, dq: Any, h: Any, rates: Any) -> Any:
+def kicked(n: int, answer: Array, torque: Array, bias: Array, dq: Array, h: float, rates: Array
+           ) -> Any:
     """Fill row n of rates (N, J) with those after h s of a torque less the bias.
 
     The answer is the inverse of the inertia, (J, J).

@@ -2,11 +2,12 @@
 """Inverse of an inertia, compiled."""
 from typing import Any
 
+from leo_sim.common.broadcasting import Array
 from leo_sim.common.compiled import compiled_in_place
 
 
 @compiled_in_place
-def inverted(size: Any, held: Any, matrix: Any) -> Any:
+def inverted(size: int, held: int, matrix: Array) -> Any:
     """Invert (J, J) in place by Gauss and Jordan; zero for the first `held` joints.
 
     Without pivoting: an inertia is positive definite.

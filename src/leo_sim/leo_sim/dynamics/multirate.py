@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array
 from leo_sim.common.broadcasting import rows as _rows
 from leo_sim.dynamics.contact_kernel import advance, Forces, Motion, Play, Touch
 from leo_sim.dynamics.contact_periods import advance_periods
@@ -23,7 +24,7 @@ from leo_sim.laws.laws import HELD, Laws, Memory
 BASE = 3  # joints of a planar base
 
 
-def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, inputs: Any,
+def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, inputs: Any,
               enabled: Any, h: Any, count: int, push: Any = 0.0, *, spheres: Spheres,
               geometry_every: int, switching: float) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held; see `substep.integrate`.
@@ -77,7 +78,7 @@ class _Driven(NamedTuple):
     play: Play
 
 
-def _driven(laws: Laws, drag: Drag, q: Any, dq: Any, memory: Memory, u: Any, enabled: Any,
+def _driven(laws: Laws, drag: Drag, q: Array, dq: Array, memory: Memory, u: Any, enabled: Any,
             push: Any, load: Any, lead: tuple[int, ...], before: _Driven | None) -> _Driven:
     """The laws of the model at one instant, for the kernel; `lead` are axes of the dynamics.
 
@@ -115,7 +116,7 @@ def _undriven(laws: Laws, drag: Drag, linked: Any, moving: tuple[Any, ...],
                    Play(gap, none, motor, none, inertia))
 
 
-def _moved(laws: Laws, spheres: Spheres, driven: _Driven, q: Any, dq: Any, memory: Memory,
+def _moved(laws: Laws, spheres: Spheres, driven: _Driven, q: Array, dq: Array, memory: Memory,
            place: tuple[Any, Any, Any, Any], h: Any, count: int) -> tuple[Any, Any, Memory, Any]:
     """State, memory and mean contact torque of `count` substeps of h s.
 
@@ -134,8 +135,8 @@ def _moved(laws: Laws, spheres: Spheres, driven: _Driven, q: Any, dq: Any, memor
     return *_state(laws, shape, motion, memory), pressed
 
 
-def _moved_on(laws: Laws, spheres: Spheres, driven: _Driven, dynamics: Planar, q: Any,
-              dq: Any, last: Any, memory: Memory, h: Any, inner: int, count: int
+def _moved_on(laws: Laws, spheres: Spheres, driven: _Driven, dynamics: Planar, q: Array, dq: Array,
+              last: Any, memory: Memory, h: Any, inner: int, count: int
               ) -> tuple[Any, Any, Memory]:
     """State and memory after `count` periods of `inner` substeps of h s.
 
@@ -149,12 +150,12 @@ def _moved_on(laws: Laws, spheres: Spheres, driven: _Driven, dynamics: Planar, q
     return _state(laws, shape, motion, memory)
 
 
-def _axes(q: Any) -> tuple[int, ...]:
+def _axes(q: Array) -> tuple[int, ...]:
     """One entry per joint, see `contact_kernel.Work`."""
     return tuple(range(q.shape[-1]))
 
 
-def _motion(laws: Laws, shape: tuple[int, ...], q: Any, dq: Any, memory: Memory) -> Motion:
+def _motion(laws: Laws, shape: tuple[int, ...], q: Array, dq: Array, memory: Memory) -> Motion:
     """The states of leading axes `shape` as rows of their own."""
     offset, speed = (np.zeros_like(dq), dq) if laws.gap is None else memory[DRIVE]
     return Motion(*(_rows(a, shape, q.shape[-1], True).copy() for a in (q, dq, offset, speed)))

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.broadcasting import common, rows
+from leo_sim.common.broadcasting import Array, common, Indices, rows
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
 from leo_sim.description.urdf import Body, Joint
 
@@ -35,12 +35,12 @@ class Tree(NamedTuple):
             each, (L, 4).
     """
 
-    kind: Any
-    parent: Any
-    column: Any
-    turn: Any
-    sense: Any
-    place: Any
+    kind: Indices
+    parent: Indices
+    column: Indices
+    turn: Array
+    sense: Array
+    place: Array
 
 
 class World(NamedTuple):
@@ -51,8 +51,8 @@ class World(NamedTuple):
         gravity: m/s2, (.,).
     """
 
-    figures: Any
-    gravity: Any
+    figures: Array
+    gravity: Array
 
 
 class Planar:
@@ -70,28 +70,28 @@ class Planar:
         self.figures = _figures([bodies[joint.child] for joint in joints])
         self.gravity = np.asarray(gravity, dtype=float)
 
-    def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
+    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
         """Joint-space inertia (..., J, J) and bias torques (..., J); see `Rigid`."""
         shape, size = self.leading(q, dq), q.shape[-1]
         mass = np.empty((math.prod(shape), size, size))
         bias = self._filled(shape, q, dq, mass)
         return mass.reshape(*shape, size, size), bias
 
-    def bias(self, q: Any, dq: Any) -> Any:
+    def bias(self, q: Array, dq: Array) -> Any:
         """The bias torques alone, (..., J)."""
         none = np.empty((0, q.shape[-1], q.shape[-1]))
         return self._filled(self.leading(q, dq), q, dq, none)
 
-    def load(self, q: Any) -> Any:
+    def load(self, q: Array) -> Any:
         """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
         return -self.bias(q, np.zeros_like(q))
 
-    def leading(self, q: Any, dq: Any) -> tuple[int, ...]:
+    def leading(self, q: Array, dq: Array) -> tuple[int, ...]:
         """Leading axes of what is computed for such states."""
         return common(q.shape[:-1], dq.shape[:-1], self.figures.shape[:-2],
                       self.gravity.shape)
 
-    def _filled(self, shape: tuple[int, ...], q: Any, dq: Any, mass: Any) -> Any:
+    def _filled(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Any) -> Any:
         """The bias torques; fills the inertia too unless it has no rows."""
         size = q.shape[-1]
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
@@ -144,7 +144,7 @@ def _figures(bodies: Sequence[Body]) -> Any:
 
 
 @compiled_in_place
-def poses(tree: Any, n: Any, q: Any, dq: Any, pose: Any) -> Any:
+def poses(tree: Tree, n: int, q: Array, dq: Array, pose: Array) -> Any:
     """Fill pose (L, POSE): angle, origin, rate, velocity, acceleration, axis, cosine and sine.
 
     Of the links' frames in state n of (N, J); vectors as x z; cosine and sine are of the angle.
@@ -185,7 +185,7 @@ def poses(tree: Any, n: Any, q: Any, dq: Any, pose: Any) -> Any:
 
 
 @compiled_in_place
-def jacobian(tree: Any, pose: Any, link: Any, px: Any, pz: Any, out: Any) -> Any:
+def jacobian(tree: Tree, pose: Array, link: int, px: float, pz: float, out: Array) -> Any:
     """Fill out (3, J): x, z and angle rates of a point of a link per joint rate."""
     kind, column, sense = tree.kind, tree.column, tree.sense
     out[:] = 0.0
@@ -203,7 +203,7 @@ def jacobian(tree: Any, pose: Any, link: Any, px: Any, pz: Any, out: Any) -> Any
 
 
 @compiled_without_gil
-def dynamics(tree: Any, world: Any, q: Any, dq: Any, mass: Any, bias: Any) -> Any:
+def dynamics(tree: Tree, world: World, q: Array, dq: Array, mass: Array, bias: Array) -> Any:
     """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows."""
     pose, lever = np.zeros((tree.kind.shape[0], POSE)), np.empty((3, q.shape[1]))
     for n in range(q.shape[0]):
@@ -212,7 +212,8 @@ def dynamics(tree: Any, world: Any, q: Any, dq: Any, mass: Any, bias: Any) -> An
 
 
 @compiled_in_place
-def weighed(tree: Any, world: Any, n: Any, pose: Any, lever: Any, mass: Any, bias: Any) -> Any:
+def weighed(tree: Tree, world: World, n: int, pose: Array, lever: Array, mass: Array, bias: Array
+            ) -> Any:
     """Fill row n of bias, and of mass if it has rows, from the poses of the links.
 
     Lever (3, J) is room to work in.

@@ -15,6 +15,7 @@ import weakref
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array
 from leo_sim.description import urdf
 from leo_sim.description.urdf import Body, Joint
 from leo_sim.dynamics.free_motion import Free
@@ -68,7 +69,7 @@ class Bullet(Free):
         self._mass: Any = None
         self._bias: Any = None
 
-    def begin(self, q: Any, dq: Any, h: float) -> None:
+    def begin(self, q: Array, dq: Array, h: float) -> None:
         """Put the robot into a state; substeps of h s follow."""
         if h != self._h:
             pybullet.setTimeStep(h, **self._at)
@@ -76,7 +77,7 @@ class Bullet(Free):
         for joint, angle, rate in zip(self._joints, q.tolist(), dq.tolist(), strict=True):
             pybullet.resetJointState(self._body, joint, angle, rate, **self._at)
 
-    def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
+    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
         """Joint-space inertia (J, J) and bias torques (J,), external forces included."""
         angles = q[self._to_bullet].tolist()
         mass = np.array(pybullet.calculateMassMatrix(self._body, angles, **self._at))
@@ -85,19 +86,19 @@ class Bullet(Free):
         self._mass, self._bias = mass, self._resistance(angles, dq)
         return mass, self._less_pulls(self._bias, angles)
 
-    def bias(self, q: Any, dq: Any) -> Any:
+    def bias(self, q: Array, dq: Array) -> Any:
         """The bias torques alone, (J,)."""
         angles = q[self._to_bullet].tolist()
         return self._less_pulls(self._resistance(angles, dq), angles)
 
-    def load(self, q: Any) -> Any:
+    def load(self, q: Array) -> Any:
         """Torque of gravity and external forces at the joints, (J,), along +q."""
         angles = q[self._to_bullet].tolist()
         still = pybullet.calculateInverseDynamics(self._body, angles, self._still, self._still,
                                                   **self._at)
         return self._pulls(angles) - np.array(still)[self._from_bullet]
 
-    def move(self, q: Any, dq: Any, faster: Any, h: float) -> tuple[Any, Any]:
+    def move(self, q: Array, dq: Array, faster: Array, h: float) -> tuple[Any, Any]:
         """One step of the simulator under the torques that take the rates to `faster`."""
         torques = self._mass @ ((faster - dq) / h) + self._bias
         if self._pulled:
@@ -109,7 +110,7 @@ class Bullet(Free):
         states = pybullet.getJointStates(self._body, self._joints, **self._at)
         return np.array([s[0] for s in states]), np.array([s[1] for s in states])
 
-    def _resistance(self, angles: list[float], dq: Any) -> Any:
+    def _resistance(self, angles: list[float], dq: Array) -> Any:
         """Torques that keep the rates as they are without external forces, (J,)."""
         bias: Any = pybullet.calculateInverseDynamics(
             self._body, angles, dq[self._to_bullet].tolist(), self._still, **self._at)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array
 from leo_sim.description.urdf import Body, Joint
 from leo_sim.dynamics.free_motion import Stateless
 from leo_sim.kinematics.components import (
@@ -60,7 +61,7 @@ class Rigid(Stateless):
         self._gravity = gravity
         self._pulled = any(f.__class__ is not float or f for b in self._bodies for f in b.force)
 
-    def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
+    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
         """Joint-space inertia (..., J, J) and bias torques (..., J).
 
         M ddq + bias = torques; bias holds gravity, external, Coriolis and centrifugal forces.
@@ -73,12 +74,12 @@ class Rigid(Stateless):
         return (_square(self._inertia(poses), shape),
                 joined(self._torques(poses, self._split(dq)), shape))
 
-    def bias(self, q: Any, dq: Any) -> Any:
+    def bias(self, q: Array, dq: Array) -> Any:
         """The bias torques alone, (..., J)."""
         torques = self._torques(self._poses(q), self._split(dq))
         return joined(torques, np.broadcast_shapes(np.shape(q), np.shape(dq)))
 
-    def load(self, q: Any) -> Any:
+    def load(self, q: Array) -> Any:
         """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
         torques = self._torques(self._poses(q), [0.0] * len(self._column))
         return joined([sub(0.0, t) for t in torques], np.shape(q))
@@ -86,7 +87,7 @@ class Rigid(Stateless):
     def _split(self, values: Any) -> list[Any]:
         return [values[..., column] for column in range(len(self._column))]
 
-    def _poses(self, q: Any) -> list[Frame]:
+    def _poses(self, q: Array) -> list[Frame]:
         """Child link frames in their parents."""
         return [placed(joint, parts, q[..., self._column[i]] if i in self._column else 0.0)
                 for i, (joint, parts) in enumerate(zip(self._joints, self._fixed, strict=True))]

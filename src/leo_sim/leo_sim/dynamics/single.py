@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array
 from leo_sim.description.urdf import Body, Joint
 from leo_sim.dynamics.free_motion import Stateless
 from leo_sim.dynamics.rigid import Rigid
@@ -24,10 +25,10 @@ class Single(Stateless):
         self._mean, self._cosine = 0.5 * (ahead + behind), 0.5 * (ahead - behind)
         self._sine = aside - self._mean
 
-    def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
+    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
         """Inertia (..., 1, 1) and bias torque (..., 1); the speed adds none."""
         return self._mass, -self.load(q)
 
-    def load(self, q: Any) -> Any:
+    def load(self, q: Array) -> Any:
         """Torque of gravity and external forces at the joint, N m, (..., 1), along +q."""
         return self._mean + self._cosine * np.cos(q) + self._sine * np.sin(q)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import common, rows
+from leo_sim.common.broadcasting import Array, common, rows
 from leo_sim.description.urdf import Body, Joint
 from leo_sim.dynamics.free_motion import Stateless
 from leo_sim.dynamics.impulses import Factor
@@ -33,23 +33,23 @@ class Spatial(Stateless):
         self._world = (np.ascontiguousarray(figures),
                        np.broadcast_to(gravity, self._scans).copy())
 
-    def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
+    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
         """Joint-space inertia (..., J, J) and bias torques (..., J); see `Rigid`."""
         shape, size = self._leading(q, dq), np.shape(q)[-1]
         mass = np.empty((math.prod(shape), size, size))
         bias = self._filled(shape, q, dq, mass)
         return mass.reshape(*shape, size, size), bias
 
-    def bias(self, q: Any, dq: Any) -> Any:
+    def bias(self, q: Array, dq: Array) -> Any:
         """The bias torques alone, (..., J)."""
         size = np.shape(q)[-1]
         return self._filled(self._leading(q, dq), q, dq, np.empty((0, size, size)))
 
-    def load(self, q: Any) -> Any:
+    def load(self, q: Array) -> Any:
         """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
         return -self.bias(q, np.zeros_like(q))
 
-    def kicked(self, q: Any, dq: Any, diagonal: Any, driving: Any, held: Any, h: Any
+    def kicked(self, q: Array, dq: Array, diagonal: Any, driving: Any, held: Any, h: Any
                ) -> tuple[Any, Factor]:
         """See `Free`; here all at once."""
         size, h = q.shape[-1], np.asarray(h)
@@ -61,12 +61,12 @@ class Spatial(Stateless):
         kick(self._tree, *self._world, *states, *given, rows(h, shape, 1), inverse, rates)
         return rates.reshape(*shape, size), Factor.of(inverse.reshape(*shape, size, size))
 
-    def _leading(self, q: Any, dq: Any) -> tuple[int, ...]:
+    def _leading(self, q: Array, dq: Array) -> tuple[int, ...]:
         """Leading axes of what is computed for such states."""
         return common(np.shape(q)[:-1], np.shape(dq)[:-1],
                       (self._scans, 1) if self._scans > 1 else ())
 
-    def _filled(self, shape: tuple[int, ...], q: Any, dq: Any, mass: Any) -> Any:
+    def _filled(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Any) -> Any:
         """The bias torques; fills the inertia too unless it has no rows."""
         size = np.shape(q)[-1]
         states = rows(q, shape, size, True), rows(dq, shape, size, True)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from leo_sim.common.broadcasting import paired
+from leo_sim.common.broadcasting import Array, paired
 from leo_sim.dynamics.impulses import Contact, Factor, settled
 from leo_sim.laws.laws import Laws, Memory
 
@@ -21,20 +21,20 @@ PROBE = 1e-3  # rad/s, to differentiate the torques by speed
 class Dynamics(Protocol):
     """What a substep needs of a body: inertia, bias and load at a state, and its motion."""
 
-    def begin(self, q: Any, dq: Any, h: Any) -> None:
+    def begin(self, q: Array, dq: Array, h: Any) -> None:
         """Take a state; substeps of h s follow."""
 
-    def move(self, q: Any, dq: Any, faster: Any, h: Any) -> tuple[Any, Any]:
+    def move(self, q: Array, dq: Array, faster: Array, h: Any) -> tuple[Any, Any]:
         """The state after the rates went from dq to `faster` and then held for h s."""
 
-    def mass_and_bias(self, q: Any, dq: Any) -> tuple[Any, Any]:
+    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
         """Joint-space inertia (..., J, J) and bias torques (..., J)."""
 
-    def kicked(self, q: Any, dq: Any, diagonal: Any, driving: Any, held: Any, h: Any
+    def kicked(self, q: Array, dq: Array, diagonal: Any, driving: Any, held: Any, h: Any
                ) -> tuple[Any, Factor]:
         """Rates (..., J) after h s without impulses, and the inertia; see `engines.free`."""
 
-    def load(self, q: Any) -> Any:
+    def load(self, q: Array) -> Any:
         """Torque of gravity and external forces, (..., J)."""
 
 
@@ -45,7 +45,7 @@ class Drag(NamedTuple):
     joint: Any
 
 
-def slowing(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any,
+def slowing(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, u: Any,
             enabled: Any) -> Drag:
     """Derivative of the smooth torques by speed, once per sample period."""
     load = dynamics.load(q) if laws.needs_load else None
@@ -54,7 +54,7 @@ def slowing(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: 
     return Drag((here.motor - faster.motor) / PROBE, (here.joint - faster.joint) / PROBE)
 
 
-def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any, enabled: Any,
+def kick(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, u: Any, enabled: Any,
          h: Any, drag: Drag, push: Any = 0.0) -> tuple[Any, Memory]:
     """Rates (..., J) after one kick at the angles q, and the new memory."""
     load = dynamics.load(q) if laws.needs_load else None
@@ -80,7 +80,7 @@ def kick(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, u: Any
     return rates, memory
 
 
-def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, inputs: Any,
+def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, inputs: Any,
               enabled: Any, h: Any, count: int, push: Any = 0.0) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held.
 
@@ -111,7 +111,7 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, i
     return q - 0.5 * h * dq, dq, memory
 
 
-def rested(laws: Laws, q: Any, dq: Any, memory: Memory) -> Memory:
+def rested(laws: Laws, q: Array, dq: Array, memory: Memory) -> Memory:
     """The memory; where it says nothing, motors are amid their play and sensors have settled."""
     if laws.sensors.dynamic:
         memory = laws.sensors.sense(q, dq, memory, 0.0)[2]

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array, Indices
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
 from leo_sim.dynamics.impulses import at, kicked
 from leo_sim.dynamics.inertia_inverse import inverted
@@ -32,12 +33,12 @@ class Tree(NamedTuple):
         axis: Unit vector in the joint frame, (L, 3).
     """
 
-    kind: Any
-    parent: Any
-    column: Any
-    turning: Any
-    place: Any
-    axis: Any
+    kind: Indices
+    parent: Indices
+    column: Indices
+    turning: Array
+    place: Array
+    axis: Array
 
 
 class Room(NamedTuple):
@@ -53,29 +54,29 @@ class Room(NamedTuple):
         force: Moment and force that this takes, (L, SCREW).
     """
 
-    frame: Any
-    screw: Any
-    weight: Any
-    whole: Any
-    speed: Any
-    pull: Any
-    force: Any
+    frame: Array
+    screw: Array
+    weight: Array
+    whole: Array
+    speed: Array
+    pull: Array
+    force: Array
 
 
 @compiled_without_gil
-def _room(links: Any) -> Any:
+def _room(links: int) -> Any:
     return Room(np.empty((links, FRAME)), np.zeros((links, SCREW)), np.empty((links, WEIGHT)),
                 np.empty((links, WEIGHT)), np.empty((links, SCREW)), np.empty((links, SCREW)),
                 np.empty((links, SCREW)))
 
 
 @compiled_in_place
-def _cross(ax: Any, ay: Any, az: Any, bx: Any, by: Any, bz: Any) -> Any:
+def _cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> Any:
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 @compiled_in_place
-def _placed(tree: Any, figures: Any, n: Any, q: Any, room: Any) -> Any:
+def _placed(tree: Tree, figures: Array, n: int, q: Array, room: Room) -> Any:
     """Fill frame, screw and weight at the angles of state n."""
     frame, screw = room.frame, room.screw
     for i in range(tree.kind.shape[0]):
@@ -104,7 +105,7 @@ def _placed(tree: Any, figures: Any, n: Any, q: Any, room: Any) -> Any:
 
 
 @compiled_in_place
-def _screwed(tree: Any, i: Any, n: Any, q: Any, frame: Any, screw: Any) -> Any:
+def _screwed(tree: Tree, i: int, n: int, q: Array, frame: Array, screw: Array) -> Any:
     """The screw of joint i; a slide moves its frame along."""
     ax, ay, az = tree.axis[i, 0], tree.axis[i, 1], tree.axis[i, 2]
     x = frame[i, 0] * ax + frame[i, 1] * ay + frame[i, 2] * az
@@ -123,7 +124,7 @@ def _screwed(tree: Any, i: Any, n: Any, q: Any, frame: Any, screw: Any) -> Any:
 
 
 @compiled_in_place
-def _weighed(figures: Any, i: Any, frame: Any, weight: Any) -> Any:
+def _weighed(figures: Array, i: int, frame: Array, weight: Array) -> Any:
     """The inertial figures of link i in the world, of (L, FIGURES) in its own axes."""
     m, cx, cy, cz = figures[i, 0], figures[i, 1], figures[i, 2], figures[i, 3]
     xx, yy, zz = figures[i, 4], figures[i, 5], figures[i, 6]
@@ -147,7 +148,8 @@ def _weighed(figures: Any, i: Any, frame: Any, weight: Any) -> Any:
 
 
 @compiled_in_place
-def _momentum(weight: Any, i: Any, wx: Any, wy: Any, wz: Any, vx: Any, vy: Any, vz: Any) -> Any:
+def _momentum(weight: Array, i: int, wx: float, wy: float, wz: float, vx: float, vy: float,
+              vz: float) -> Any:
     """Inertia of row i times a screw: moment and force."""
     m, hx, hy, hz = weight[i, 0], weight[i, 1], weight[i, 2], weight[i, 3]
     xx, yy, zz = weight[i, 4], weight[i, 5], weight[i, 6]
@@ -160,7 +162,7 @@ def _momentum(weight: Any, i: Any, wx: Any, wy: Any, wz: Any, vx: Any, vy: Any, 
 
 
 @compiled_in_place
-def _inertia(tree: Any, room: Any, mass: Any) -> Any:
+def _inertia(tree: Tree, room: Room, mass: Array) -> Any:
     """Fill mass (J, J) by composite rigid bodies."""
     screw, whole = room.screw, room.whole
     for j in range(mass.shape[0]):
@@ -179,7 +181,7 @@ def _inertia(tree: Any, room: Any, mass: Any) -> Any:
 
 
 @compiled_in_place
-def _answered(tree: Any, i: Any, screw: Any, whole: Any, mass: Any) -> Any:
+def _answered(tree: Tree, i: int, screw: Array, whole: Array, mass: Array) -> Any:
     """Fill mass at joint i and those above it: what these feel of a unit acceleration of it."""
     own, j = tree.column[i], i
     a, b, c, d, e, f = _momentum(whole, i, screw[i, 0], screw[i, 1], screw[i, 2], screw[i, 3],
@@ -194,7 +196,7 @@ def _answered(tree: Any, i: Any, screw: Any, whole: Any, mass: Any) -> Any:
 
 
 @compiled_in_place
-def _moving(tree: Any, figures: Any, gravity: Any, n: Any, dq: Any, room: Any) -> Any:
+def _moving(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: Room) -> Any:
     """Fill speed, pull and force at the rates of state n."""
     screw, speed, pull, force = room.screw, room.speed, room.pull, room.force
     for i in range(tree.kind.shape[0]):
@@ -235,7 +237,8 @@ def _moving(tree: Any, figures: Any, gravity: Any, n: Any, dq: Any, room: Any) -
 
 
 @compiled_in_place
-def _bias(tree: Any, figures: Any, gravity: Any, n: Any, dq: Any, room: Any, bias: Any) -> Any:
+def _bias(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: Room, bias: Array
+          ) -> Any:
     """Fill row n of bias at the rates of state n, by recursive Newton-Euler."""
     screw, force = room.screw, room.force
     _moving(tree, figures, gravity, n, dq, room)
@@ -252,8 +255,8 @@ def _bias(tree: Any, figures: Any, gravity: Any, n: Any, dq: Any, room: Any, bia
 
 
 @compiled_without_gil
-def dynamics(tree: Any, figures: Any, gravity: Any, q: Any, dq: Any, mass: Any, bias: Any
-             ) -> None:
+def dynamics(tree: Tree, figures: Array, gravity: Array, q: Array, dq: Array, mass: Array,
+             bias: Array) -> None:
     """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows.
 
     Figures (S, L, FIGURES) and gravity (S,) each serve N / S states in a row.
@@ -268,8 +271,8 @@ def dynamics(tree: Any, figures: Any, gravity: Any, q: Any, dq: Any, mass: Any, 
 
 
 @compiled_without_gil
-def kick(tree: Any, figures: Any, gravity: Any, q: Any, dq: Any, diagonal: Any, driving: Any,
-         held: Any, h: Any, inverse: Any, rates: Any) -> None:
+def kick(tree: Tree, figures: Array, gravity: Array, q: Array, dq: Array, diagonal: Array,
+         driving: Array, held: Array, h: Array, inverse: Array, rates: Array) -> None:
     """Fill the inverse of the inertia with the diagonal, (N, J, J), and rates, (N, J).
 
     See `engines.free`; fields are (N, J) or (1, J), h is (N, 1) or (1, 1), s.

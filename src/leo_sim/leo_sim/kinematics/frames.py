@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array
 from leo_sim.description.urdf import Body, Joint
 from leo_sim.kinematics.components import add, Mat, mul, plus, product, scaled, turned, Vec, ZERO
 
@@ -32,7 +33,7 @@ class Kinematics:
         self._root = next(j.parent for j in joints if j.parent not in {k.child for k in joints})
         self._parts = [turning_parts(joint) for joint in joints]
 
-    def frames(self, q: Any) -> dict[str, Frame]:
+    def frames(self, q: Array) -> dict[str, Frame]:
         """The frame of every link at angles q (..., J)."""
         q = np.asarray(q, dtype=float)
         angles = iter(q.tolist() if q.ndim == 1 else np.moveaxis(q, -1, 0))

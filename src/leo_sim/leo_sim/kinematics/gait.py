@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array
 from leo_sim.description.constants import bodies
 from leo_sim.description.robot import Contact, Robot
 from leo_sim.kinematics.plane import Plane, Points
@@ -37,19 +38,19 @@ class Gait:
                          for joint in robot.joints}
         self._touching = Soles(self._plane, robot.contacts, slope)
 
-    def com_x(self, q: Any) -> Any:
+    def com_x(self, q: Array) -> Any:
         """Of the centre of mass, m, (...)."""
         return self._centre(q)[0][..., 0]
 
-    def com(self, q: Any) -> Any:
+    def com(self, q: Array) -> Any:
         """X and z of the centre of mass, m, (..., 2)."""
         return np.concatenate(self._centre(q), axis=-1)
 
-    def clearance(self, q: Any) -> Any:
+    def clearance(self, q: Array) -> Any:
         """Distance from the ground to the lowest contact, m, (...); negative when pressed in."""
         return self._touching.clearance(q)
 
-    def stance(self, q: Any, before: Any) -> Any:
+    def stance(self, q: Array, before: Any) -> Any:
         """Which of two feet carries, 0 or 1, (...).
 
         The one that touches; of two the one in front; of none the one of `before`.
@@ -59,13 +60,13 @@ class Gait:
         front = np.where(ankles[..., 1] > ankles[..., 0], 1, 0)
         return np.where(left & right, front, np.where(left, 0, np.where(right, 1, before)))
 
-    def stride(self, q: Any, stance: Any) -> Any:
+    def stride(self, q: Array, stance: Any) -> Any:
         """X of the swing ankle minus x of the stance ankle, m, (...)."""
         ankles = self._ankles(q)[0]
         apart = ankles[..., 1] - ankles[..., 0]
         return np.where(np.asarray(stance) == 0, apart, -apart)
 
-    def height_over_feet(self, joint: str, q: Any) -> Any:
+    def height_over_feet(self, joint: str, q: Array) -> Any:
         """Height of a joint over the lowest point of the feet, m, (...)."""
         return self._heights[joint](q)[1][..., 0] - self._feet.lowest(q)
 
@@ -78,12 +79,12 @@ class Soles:
         self._radii = np.array([c.radius for c in contacts])
         self._normal = -np.sin(slope), np.cos(slope)
 
-    def clearance(self, q: Any) -> Any:
+    def clearance(self, q: Array) -> Any:
         """Distance from the ground to the nearest of them, m, (...)."""
         x, z = self._centres(q)
         return np.min(self._normal[0] * x + self._normal[1] * z - self._radii, axis=-1)
 
-    def lowest(self, q: Any) -> Any:
+    def lowest(self, q: Array) -> Any:
         """Lowest height, m, (...)."""
         return np.min(self._centres(q)[1] - self._radii, axis=-1)
 

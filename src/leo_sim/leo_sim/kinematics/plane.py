@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.broadcasting import Array
 from leo_sim.description.urdf import Joint
 from leo_sim.kinematics.frames import Frame, Kinematics
 
@@ -91,7 +92,7 @@ class Points:
     def __init__(self, slopes: np.ndarray, start: np.ndarray, weights: np.ndarray):
         self._slopes, self._start, self._weights = slopes, start, weights
 
-    def __call__(self, q: Any) -> tuple[np.ndarray, np.ndarray]:
+    def __call__(self, q: Array) -> tuple[np.ndarray, np.ndarray]:
         """X and z, m, (..., P) each."""
         q = np.asarray(q, dtype=float)
         pitch = q @ self._slopes

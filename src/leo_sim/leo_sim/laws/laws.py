@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array
 from leo_sim.description.constants import bodies
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Body
@@ -113,7 +114,7 @@ class Laws:
                 changed[use.key] = kept
         return u, enabled, changed
 
-    def remember(self, q: Any, dq: Any, memory: Memory, h: Any) -> Memory:
+    def remember(self, q: Array, dq: Array, memory: Memory, h: Any) -> Memory:
         """The memory of the torque and sensor laws after h s, at the rates dq."""
         kept = {use.key: use.effect.remember(use.values, q[..., use.at], dq[..., use.at],
                                              _recalled(use, memory), h)
@@ -121,16 +122,16 @@ class Laws:
         memory = {**memory, **kept}
         return self.sensors.sense(q, dq, memory, h)[2] if self.sensors.dynamic else memory
 
-    def sense(self, q: Any, dq: Any, memory: Memory) -> tuple[Any, Any]:
+    def sense(self, q: Array, dq: Array, memory: Memory) -> tuple[Any, Any]:
         """Measured angles and rates of true ones."""
         return self.sensors.sense(q, dq, memory, 0.0)[:2]
 
-    def true_state(self, q: Any, dq: Any) -> tuple[Any, Any]:
+    def true_state(self, q: Array, dq: Array) -> tuple[Any, Any]:
         """True angles and rates of measured ones, with sensors that had settled."""
         return self.sensors.true_state(q, dq)[:2]
 
-    def torques(self, q: Any, dq: Any, motor_speed: Any, u: Any, enabled: Any,
-                load: Any, memory: Memory = NOTHING) -> Torques:
+    def torques(self, q: Array, dq: Array, motor_speed: Array, u: Any, enabled: Any, load: Any,
+                memory: Memory = NOTHING) -> Torques:
         """All torques at one instant.
 
         Args:
@@ -211,7 +212,7 @@ class Laws:
         result[..., self.actuated] = figures
         return result
 
-    def _added(self, total: Any, use: Use, q: Any, dq: Any, motor: Motor, load: Any,
+    def _added(self, total: Any, use: Use, q: Array, dq: Array, motor: Motor, load: Any,
                memory: Memory) -> Any:
         index = use.at
         part = use.effect.torque(use.values, q[..., index], dq[..., index],

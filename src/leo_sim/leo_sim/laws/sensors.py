@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from leo_sim.common.broadcasting import Array
 from leo_sim.laws.placement import put, Use
 
 Memory = Mapping[str, Any]
@@ -24,7 +25,7 @@ class Sensors:
         self._uses, self._offset = uses, offset
         self.dynamic = any(use.effect.dynamic for use in uses)
 
-    def sense(self, q: Any, dq: Any, memory: Memory, dt: Any) -> tuple[Any, Any, Memory]:
+    def sense(self, q: Array, dq: Array, memory: Memory, dt: Any) -> tuple[Any, Any, Memory]:
         """Measured angles and rates of the true ones dt s after the memory, and the new memory."""
         if self._offset is not None:
             q = q + self._offset
@@ -39,7 +40,7 @@ class Sensors:
                 changed[use.key] = kept
         return q, dq, changed
 
-    def true_state(self, q: Any, dq: Any, past: Past = ()) -> tuple[Any, Any, Memory]:
+    def true_state(self, q: Array, dq: Array, past: Past = ()) -> tuple[Any, Any, Memory]:
         """True angles and rates of measured ones, and what the sensors then remember.
 
         Args:

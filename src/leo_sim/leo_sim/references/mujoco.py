@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.broadcasting import Array
 from leo_sim.description.robot import Contact, Robot
 from leo_sim.dynamics.substep import rested, slowing
 from leo_sim.effects.base import Ground
@@ -56,7 +57,7 @@ class World:
                          for geom in self._model.pair_geom2]
         self._h = 0.0
 
-    def begin(self, q: Any, dq: Any, h: float, drag: Any, held: int) -> None:
+    def begin(self, q: Array, dq: Array, h: float, drag: Any, held: int) -> None:
         """Take a state; substeps of h s follow, with torques that fall by `drag` with speed."""
         if h != self._h:
             self._soften(h)
@@ -98,7 +99,7 @@ class World:
             self._model.pair_friction[pair] = friction, friction, 0.0, 0.0, 0.0
 
 
-def integrate(laws: Laws, world: Any, q: Any, dq: Any, memory: Memory, inputs: Any,
+def integrate(laws: Laws, world: Any, q: Array, dq: Array, memory: Memory, inputs: Any,
               enabled: Any, h: float, count: int, push: Any = 0.0) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held; see `substep.integrate`."""
     memory, place = rested(laws, q, dq, memory), q[:BASE]

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array
 from leo_sim.dynamics.impulses import Factor
 from leo_sim.dynamics.substep import DRIVE, Dynamics, rested
 from leo_sim.laws.laws import Laws, Memory
@@ -120,7 +121,7 @@ class _System:
         return first, stops & (fraction <= first), ends & (fraction <= first)
 
 
-def integrate(laws: Laws, dynamics: Dynamics, q: Any, dq: Any, memory: Memory, inputs: Any,
+def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, inputs: Any,
               enabled: Any, h: float, count: int, push: Any = 0.0) -> tuple[Any, Any, Memory]:
     """The state after `count` steps of h s with the inputs held; see `substep.integrate`."""
     memory = rested(laws, q, dq, memory)
