@@ -17,12 +17,12 @@ import time
 
 import numpy as np
 
+from leo_sim.description.servos import PWM_MODE, registers, servo_model
 from leo_sim.drivers.dynamixel import DynamixelDriver
 from leo_sim.drivers.dynamixel_bus import DynamixelBus
-from leo_sim.servo_bus.line import BITS, Line, Trouble
-from leo_sim.servo_bus.rig import Rig
-from leo_sim.servo_bus.servo import Servo
-from leo_sim.servos import PWM_MODE, registers, servo_model
+from leo_sim.drivers.servo_bus.line import BITS, Line, Trouble
+from leo_sim.drivers.servo_bus.rig import Rig
+from leo_sim.drivers.servo_bus.servo import Servo
 
 FIRST, LAST = DynamixelDriver.first, DynamixelDriver.last
 ASK, STATUS, GOAL = 14, 11, 2

@@ -31,9 +31,9 @@ from leo_diffmodel.blind.judge import judge
 from leo_msgs_py.cdr import decode
 from leo_msgs_py.node import call, join, spin_until
 from leo_msgs_py.values import nanoseconds
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import EFFECTS
-from leo_sim.reveal import read_sealed
-from leo_sim.robot import load_robot
+from leo_sim.verbs.reveal import read_sealed
 
 ROBOT = load_robot('leo')
 MOTIONS = (

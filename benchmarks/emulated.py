@@ -17,7 +17,7 @@ import numpy as np
 
 from leo_learner.experiments.processes import free_domain
 from leo_msgs_py.node import graph, spin_until
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 LEO = str(Path(sys.executable).with_name('leo'))
 PATIENCE = 60.0

@@ -14,7 +14,7 @@ from leo_states import moved, sampled, States, stepping
 import numpy as np
 
 from leo_sim.effects import place
-from leo_sim.kinematics import Kinematics
+from leo_sim.kinematics.frames import Kinematics
 from leo_sim.model import Model, State
 
 REFERENCE = 3e-5  # s

@@ -15,7 +15,7 @@ from leo_states import moved, sampled, States
 import numpy as np
 import pybullet
 
-from leo_sim import urdf
+from leo_sim.description import urdf
 from leo_sim.model import Model
 
 PERIOD = 0.03  # s

@@ -31,9 +31,9 @@ from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.explanation import explain
 from leo_learner.policy import Policy
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model, State
-from leo_sim.robot import Robot
-from leo_sim.task import Task
+from leo_sim.task.task import Task
 
 AHEAD = {'swinging': 1.0, 'standing': 1.0, 'stepping': 0.3, 'walking': 0.3}
 WALK_SECONDS = 10.0

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from leo_sim.dynamics.substep import substeps
 from leo_sim.model import Model
-from leo_sim.substep import substeps
 
 FEET = slice(0, 4)
 CLEAR = 1e-4  # m

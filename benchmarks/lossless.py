@@ -23,7 +23,7 @@ from leo_diffmodel.bags.contents import load
 from leo_learner.experiments.processes import Processes
 from leo_msgs_py.cdr import decode
 from leo_msgs_py.values import nanoseconds
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 ROBOT = load_robot('pendulum')
 STATE_NS = round(1e9 / ROBOT.state_rate)

@@ -30,10 +30,10 @@ from rig import simulated
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.explanation import explain
-from leo_sim.batch import rollout
+from leo_sim.description.robot import load_robot, Robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot, Robot
+from leo_sim.model.batch import rollout
 
 CASES = (
     ('viscous_friction', 'b', 0.05, 'damping', 1.0),

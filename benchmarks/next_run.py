@@ -39,8 +39,8 @@ from leo_diffmodel.blind.table import rate
 from leo_diffmodel.blind.truth import hide, reveal
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.next_run.proposal import propose
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
-from leo_sim.robot import Robot
 
 FIRST_SECONDS = 8.0
 NEXT_SECONDS = 20.0

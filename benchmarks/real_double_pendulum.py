@@ -24,7 +24,7 @@ from rich.table import Table
 from rig import DATA, imported, leo, refitted
 
 from leo_diffmodel.bags.recording import read_bag
-from leo_sim.model_file import load_model
+from leo_sim.model.model_file import load_model
 
 MODEL = Path(__file__).parent / 'rigs/dfki_double_pendulum.yaml'
 

@@ -21,7 +21,7 @@ from rich.table import Table
 from rig import DATA, imported, leo, refitted, window_errors
 
 from leo_diffmodel.bags.recording import read_bag
-from leo_sim.model_file import load_model
+from leo_sim.model.model_file import load_model
 
 ROBOT = Path(__file__).parent / 'rigs/map_pendulum'
 LOG = 'SinglePendulumDataForParameterEstimation.mat'

@@ -24,9 +24,9 @@ from rich.table import Table
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.windows import cut, Windows
-from leo_sim.batch import rollout
 from leo_sim.model import Model
-from leo_sim.model_file import load_model
+from leo_sim.model.batch import rollout
+from leo_sim.model.model_file import load_model
 
 RUNS = ('ddp', 'direct_collocation', 'pd.system_identification', 'energy_shaping')
 DATA = Path(__file__).resolve().parents[2] / 'shared/data/dfki_simple_pendulum'

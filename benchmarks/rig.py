@@ -17,8 +17,8 @@ from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.pose import pose
-from leo_sim.batch import rollout
 from leo_sim.model import Model
+from leo_sim.model.batch import rollout
 
 DATA = Path(__file__).resolve().parents[2] / 'shared/data'
 START_SECONDS = 0.02

@@ -20,7 +20,8 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
 SIM = Path('src/leo_sim/leo_sim')
-SAFETY, SENDERS, GATE = SIM / 'safety.py', SIM / 'senders.py', SIM / 'nodes/watchdog.py'
+SAFETY, SENDERS = SIM / 'drivers/safety.py', SIM / 'nodes/senders.py'
+GATE = SIM / 'nodes/watchdog.py'
 NODE, DRIVER = SIM / 'nodes/robot.py', SIM / 'drivers/dynamixel.py'
 JOINTS, SHARED = SIM / 'drivers/servo_joints.py', SIM / 'drivers/servo_driver.py'
 UNIT, GRAPH = 'tests/unit/', 'tests/graph/'

@@ -32,9 +32,9 @@ import numpy as np
 from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py import cdr
-from leo_sim.engines.mjcf import mjcf
+from leo_sim.description.robot import load_robot, Robot
 from leo_sim.model import Model
-from leo_sim.robot import load_robot, Robot
+from leo_sim.references.mjcf import mjcf
 
 RIG = Path(__file__).parent / 'rigs/panda'
 SECONDS, PERIOD, SUBSTEPS = 21.0, 1e-3, 10

@@ -94,7 +94,7 @@ def trips(count: int) -> dict[str, float]:
 def drive(count: int) -> dict[str, float]:
     """Control periods in lockstep with the robot that runs: states per second."""
     from leo_learner.robot_env import RobotEnv
-    from leo_sim.robot import load_robot
+    from leo_sim.description.robot import load_robot
 
     robot, rng = load_robot('pendulum'), np.random.default_rng(0)
     with node_of('drive') as (node, _):

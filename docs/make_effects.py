@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.description.urdf import Body
 from leo_sim.effects import Effect, EFFECTS, Parameter
-from leo_sim.effects.base import Body, Drive, Ground
-from leo_sim.motor import Motor
+from leo_sim.effects.base import Drive, Ground
+from leo_sim.effects.motor import Motor
 
 DOCS = Path(__file__).parent
 SHOWN: dict[str, dict[str, float]] = {
@@ -259,7 +260,8 @@ def _parameter(effect: Effect, parameter: Parameter) -> str:
     if effect.hook == 'ground':
         neutral = "the ground's own"
     unit = f' [{parameter.unit}]' if parameter.unit else ''
-    return f'`{parameter.name}`{unit}, without effect at {neutral}'
+    role = parameter.role if parameter.linear else f'{parameter.role}, not linear'
+    return f'`{parameter.name}`{unit} ({role}), without effect at {neutral}'
 
 
 def main(argv: list[str]) -> int:

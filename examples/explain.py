@@ -7,7 +7,7 @@
 import sys
 
 from leo_diffmodel import add, compare, explain
-from leo_sim.model_file import load_model, save_model
+from leo_sim.model import load_model, save_model
 
 bag, other, name, new = sys.argv[1:]
 model = load_model(name)

@@ -13,8 +13,7 @@ import numpy as np
 
 from leo_diffmodel.add.patch import from_words
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_sim.batch import rollout
-from leo_sim.model import Model
+from leo_sim.model import Model, rollout
 
 DT, HOLD = 0.01, 0.3
 """Between two samples, and between two steps of the input [s]."""

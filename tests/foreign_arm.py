@@ -16,10 +16,10 @@ from rosbags.typesys import get_typestore, Stores
 from scipy.integrate import solve_ivp
 import yaml
 
-from leo_sim.constants import bodies
-from leo_sim.effects.base import Body
-from leo_sim.engines.rigid import Rigid
-from leo_sim.robot import load_robot, Robot
+from leo_sim.description.constants import bodies
+from leo_sim.description.robot import load_robot, Robot
+from leo_sim.description.urdf import Body
+from leo_sim.dynamics.rigid import Rigid
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 EPOCH = 1_700_000_000.0

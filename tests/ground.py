@@ -14,8 +14,8 @@ from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.estimate.scan import scales_of
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 LEO = load_robot('leo')
 NOISE = (1e-3, 0.05)

@@ -8,8 +8,8 @@ from tests.simulate import DT, NOISE, record
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.sizes import gravity_scale
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
-from leo_sim.robot import Robot
 
 SECONDS = 20.0
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_sim.batch import rollout
+from leo_sim.description.robot import load_robot, Robot
 from leo_sim.effects import Placed
 from leo_sim.model import Model
-from leo_sim.robot import load_robot, Robot
+from leo_sim.model.batch import rollout
 
 PENDULUM, TORQUE = load_robot('pendulum'), load_robot('torque_pendulum')
 NOISE = (1e-3, 0.05)

@@ -8,10 +8,10 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.next_run.motions import MotionRun, performed
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import Placed
 from leo_sim.model import Model
-from leo_sim.motions import MOTIONS
-from leo_sim.robot import load_robot
+from leo_sim.task.motions import MOTIONS
 
 LEO = load_robot('leo')
 NOISE = (1e-3, 0.05)

@@ -16,7 +16,8 @@ setup(
     license='Apache-2.0',
     python_requires='>=3.11',
     packages=find_packages(),
-    package_data={PACKAGE: ['py.typed', 'robots/*/*', 'servos/*.yaml', 'servos/models/*.yaml']},
+    package_data={PACKAGE: ['py.typed', 'description/robots/*/*', 'description/servos/*.yaml',
+                            'description/servos/models/*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
@@ -41,16 +42,16 @@ setup(
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
         'leo.verbs': [
             'check-driver = leo_sim.verbs.check_driver:main',
-            'reveal = leo_sim.reveal:main',
+            'reveal = leo_sim.verbs.reveal:main',
             'robot = leo_sim.verbs.robot:main',
         ],
         'leo.robots': [
-            'pendulum = leo_sim.robots:PENDULUM',
-            'torque_pendulum = leo_sim.robots:TORQUE_PENDULUM',
-            'leo = leo_sim.robots:LEO',
-            'leo_ode = leo_sim.robots:LEO_ODE',
-            'servo_pendulum = leo_sim.robots:SERVO_PENDULUM',
-            'double_pendulum = leo_sim.robots:DOUBLE_PENDULUM',
+            'pendulum = leo_sim.description.robots:PENDULUM',
+            'torque_pendulum = leo_sim.description.robots:TORQUE_PENDULUM',
+            'leo = leo_sim.description.robots:LEO',
+            'leo_ode = leo_sim.description.robots:LEO_ODE',
+            'servo_pendulum = leo_sim.description.robots:SERVO_PENDULUM',
+            'double_pendulum = leo_sim.description.robots:DOUBLE_PENDULUM',
         ],
         'leo.drivers': [
             'simulated = leo_sim.drivers.simulated:SimulatedDriver',

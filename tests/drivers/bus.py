@@ -10,13 +10,13 @@ import shutil
 from threading import Event, Thread
 import time
 
+from leo_sim.description.robot import load_robot, Robot
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverOptions
+from leo_sim.drivers.servo_bus.line import Line, Trouble
+from leo_sim.drivers.servo_bus.plant import Plant
+from leo_sim.drivers.servo_bus.rig import Rig
 from leo_sim.drivers.servo_driver import ServoDriver
-from leo_sim.robot import load_robot, Robot
-from leo_sim.servo_bus.line import Line, Trouble
-from leo_sim.servo_bus.plant import Plant
-from leo_sim.servo_bus.rig import Rig
 
 BUSES = {'dynamixel': 'dynamixel:\n    watchdog: {value: 2, unit: s}', 'feetech': 'feetech:'}
 PATIENCE = 30.0

@@ -10,11 +10,11 @@ import yaml
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.writer import BagWriter
+from leo_sim.description.robot import load_robot
+from leo_sim.description.robots import LEO
 from leo_sim.model import Model
-from leo_sim.model_file import save_model
-from leo_sim.robot import load_robot
-from leo_sim.robots import LEO
-from leo_sim.sealing import seal
+from leo_sim.model.model_file import save_model
+from leo_sim.truth.sealing import seal
 
 FRICTION = {
     'name': 'viscous_friction',

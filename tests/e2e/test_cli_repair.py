@@ -14,7 +14,7 @@ from tests.simulate import bag, record, TORQUE
 
 from leo_msgs_py.cli import main
 from leo_sim.effects import place
-from leo_sim.model_file import load_model
+from leo_sim.model.model_file import load_model
 
 FRICTION = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
 MODEL = ['--model', 'torque_pendulum']

@@ -14,9 +14,9 @@ from leo_learner.experiments.closing import closing
 from leo_learner.experiments.main_job import MainJob, Plan
 from leo_learner.experiments.processes import Processes
 from leo_msgs_py.errors import UserError
-from leo_sim.drawing import draw
-from leo_sim.reveal import read_sealed
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
+from leo_sim.truth.drawing import draw
+from leo_sim.verbs.reveal import read_sealed
 
 pytestmark = pytest.mark.graph
 

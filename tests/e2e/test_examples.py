@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from leo_sim.model_file import load_model
+from leo_sim.model.model_file import load_model
 
 EXAMPLES = Path(__file__).resolve().parents[2] / 'examples'
 ROBOT = 'torque_pendulum'

@@ -9,8 +9,8 @@ from tests import foreign_arm
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py.cli import main
-from leo_sim.model_file import load_model
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
+from leo_sim.model.model_file import load_model
 
 ARM = Path(__file__).parents[1] / 'data' / 'arm2.urdf'
 FRICTION = 0.02

@@ -11,7 +11,7 @@ import pytest
 from leo_diffmodel.bags.recorder import recorded
 from leo_diffmodel.bags.recording import read_bag
 from leo_learner.policy import Policy
-from leo_sim.model_file import load_model
+from leo_sim.model.model_file import load_model
 
 pytestmark = pytest.mark.graph
 

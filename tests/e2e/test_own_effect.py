@@ -8,7 +8,7 @@ from tests.simulate import bag, record, TORQUE
 
 from leo_msgs_py.cli import main
 from leo_sim.effects import get_effect, place
-from leo_sim.model_file import load_model
+from leo_sim.model.model_file import load_model
 
 WIND = """
 from leo_sim.effects import Effect, Parameter

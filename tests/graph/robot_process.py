@@ -13,7 +13,7 @@ from rclpy.serialization import deserialize_message
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, spin_once
 from leo_msgs_py.values import Applied, Command, JointStates
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 PATIENCE = 120.0
 PENDULUM = load_robot('pendulum')

@@ -10,9 +10,9 @@ from leo_diffmodel.difference.model import from_bytes
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, spin_until
 from leo_msgs_py.values import JointStates
-from leo_sim.batch import rollout
 from leo_sim.effects import place
 from leo_sim.model import Model
+from leo_sim.model.batch import rollout
 
 pytestmark = pytest.mark.graph
 

@@ -17,7 +17,7 @@ from tests.graph.hostile_peer import KINDS
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, graph, join, spin_until
 from leo_msgs_py.values import Command
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
 PATIENCE = 120.0

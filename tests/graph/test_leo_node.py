@@ -14,8 +14,8 @@ from leo_learner.robot_env import RobotEnv
 from leo_learner.sym import Sym
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, spin_until
+from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 pytestmark = pytest.mark.graph
 

@@ -18,7 +18,7 @@ from leo_diffmodel.bags.recorder import header_stamp
 from leo_learner.robot_env import RobotEnv
 from leo_msgs_py import topics
 from leo_msgs_py.node import spin_until
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
 PATIENCE = 120.0

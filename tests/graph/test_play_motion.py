@@ -9,7 +9,7 @@ from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py import topics
 from leo_msgs_py.cli import main
 from leo_msgs_py.node import graph, join, spin_until
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
 PATIENCE = 120.0

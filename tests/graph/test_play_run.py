@@ -11,7 +11,7 @@ from leo_diffmodel.next_run.run_file import read_run, write_run
 from leo_msgs_py import topics
 from leo_msgs_py.node import spin_once, spin_until
 from leo_msgs_py.values import Applied
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
 PATIENCE = 120.0

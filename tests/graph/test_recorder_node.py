@@ -23,7 +23,7 @@ from leo_diffmodel.nodes.robot_facts import FACTS, RobotFacts
 from leo_msgs_py import topics
 from leo_msgs_py.node import graph, join, private_parameter, spin_once, spin_until
 from leo_msgs_py.values import Applied, JointStates
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
 

@@ -5,11 +5,11 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from leo_sim.batch import rollout
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import EFFECTS, place
+from leo_sim.effects.motor import Motor, voltage_motor
 from leo_sim.model import Model
-from leo_sim.motor import Motor, voltage_motor
-from leo_sim.robot import load_robot
+from leo_sim.model.batch import rollout
 
 ROBOTS = {name: load_robot(name) for name in ('pendulum', 'torque_pendulum')}
 speeds = st.floats(-30, 30)

@@ -18,7 +18,7 @@ from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.importing.expression import evaluate, FUNCTIONS
 from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py.errors import UserError
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
 MAP: dict[str, Any] = {

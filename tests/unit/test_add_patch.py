@@ -9,9 +9,9 @@ import yaml
 from leo_diffmodel.add.patch import from_explanation, from_words
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
-from leo_sim.model_file import load_model
-from leo_sim.robot import load_robot
+from leo_sim.model.model_file import load_model
 
 PENDULUM = load_robot('pendulum')
 CONSTANT = 'actuators.pivot.resistance'

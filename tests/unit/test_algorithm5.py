@@ -22,8 +22,8 @@ from leo_learner.policy import save_policy
 from leo_learner.rollouts import Rollouts
 from leo_learner.sym import driven
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 SMALL = replace(RECOMMENDED, hidden=(8, 8), warm_up=64, test_interval=2, test_starts=1)
 SETTINGS = Settings(updates=4, first_steps=120, update_steps=120, transitions=60, tests=1)

@@ -14,8 +14,8 @@ from leo_diffmodel.picture.shapes import shapes_of
 from leo_diffmodel.picture.show import show, Wanted
 from leo_diffmodel.picture.stick import Stick
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot, named_robots
 from leo_sim.model import Model
-from leo_sim.robot import load_robot, named_robots
 
 ROBOTS = sorted(named_robots())
 

@@ -18,7 +18,7 @@ from leo_diffmodel.bags.types import definition, JOINT_STATE
 from leo_msgs_py.cdr import joint_state
 from leo_msgs_py.cli import main
 from leo_msgs_py.mcap_file import LARGEST_CHUNK
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
 FRAME = struct.Struct('<BQ')

@@ -18,7 +18,7 @@ from leo_diffmodel.bags.importing.expression import evaluate
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.verbs.import_logs import main
 from leo_msgs_py.errors import UserError
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data'
 PENDULUM = load_robot('pendulum')

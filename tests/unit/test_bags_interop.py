@@ -28,7 +28,7 @@ from leo_msgs_py import cdr
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import McapFile
 from leo_msgs_py.values import Applied, JointStates
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
 COUNT = 2000

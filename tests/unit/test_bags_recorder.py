@@ -22,7 +22,7 @@ from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import find_files
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
 STATES = RecordedTopic('/joint_states', 'sensor_msgs/msg/JointState')

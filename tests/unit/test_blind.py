@@ -20,8 +20,8 @@ from leo_diffmodel.blind.scenes import Given
 from leo_diffmodel.blind.table import confusion, lower_bound, summary, upper_bound
 from leo_diffmodel.blind.truth import hide, reveal
 from leo_diffmodel.verbs.blind import main, TITLES, WORDS
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
-from leo_sim.robot import load_robot
 
 PENDULUM, SERVO = 8, 12
 """Seeds of cases with these robots."""

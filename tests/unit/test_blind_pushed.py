@@ -9,8 +9,8 @@ from leo_diffmodel.blind.case import draw_case
 from leo_diffmodel.blind.pushes import draw_pushes, inertia, Push, Pusher, SHOVE_SIZE
 from leo_diffmodel.blind.record import record
 from leo_diffmodel.compare.sizes import torque_scale
+from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 LED, HELD = 8, 16
 """Seeds of the pendulum that are led and held, without anything hidden."""

@@ -24,7 +24,7 @@ from leo_diffmodel.verbs import blind
 from leo_diffmodel.verbs.blind import main
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import JointStates
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 NONE_HIDDEN, ONE_HIDDEN = 2, 34
 """Seeds of the torque pendulum."""

@@ -13,13 +13,13 @@ from tests.drivers.rig import Rig
 
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
-from leo_sim.driver_check.suite import CHECKS, examine, FAILED, PASSED
-from leo_sim.driver_check.trial import Moving, Trial
+from leo_sim.description.robot import load_robot
 from leo_sim.drivers import dynamixel, load_driver, servo_line
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
+from leo_sim.drivers.check.suite import CHECKS, examine, FAILED, PASSED
+from leo_sim.drivers.check.trial import Moving, Trial
 from leo_sim.drivers.dynamixel import DynamixelDriver
 from leo_sim.drivers.simulated import SimulatedDriver
-from leo_sim.robot import load_robot
 
 PENDULUM = load_robot('servo_pendulum')
 FULL = Moving(range=0.2, share=1.0)

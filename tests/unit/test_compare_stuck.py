@@ -8,9 +8,9 @@ import pytest
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.torque import missing_torque
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 PERIOD, STILL, MOVING = 0.01, 200, 200
 SIGMA = np.array([[1e-3, 0.03]])

@@ -10,8 +10,8 @@ from tests.simulate import record, TORQUE
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.windows import cut, sample_period
-from leo_sim.batch import rollout
 from leo_sim.model import Model
+from leo_sim.model.batch import rollout
 
 
 def faster(recording: Recording, factor: int) -> Recording:

@@ -9,8 +9,8 @@ from tests.page import read
 from tests.simulate import bag, PENDULUM, record, steps
 
 from leo_diffmodel.verbs.compare import main
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
-from leo_sim.robot import load_robot
 
 DOUBLE = load_robot('double_pendulum')
 

@@ -15,9 +15,9 @@ from leo_diffmodel.compare.conditions import bands
 from leo_diffmodel.compare.errors import state_names
 from leo_diffmodel.compare.sizes import torque_unit
 from leo_diffmodel.compare.where import against_motion, bin_in_words, worst_places
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 DOUBLE, SERVO = load_robot('double_pendulum'), load_robot('servo_pendulum')
 FIELDS = {'joint', 'variable', 'bin', 'share', 'torque_nm', 'volts', 'stall_percent', 'windows'}

@@ -9,18 +9,18 @@ import sys
 
 import pytest
 
-import leo_sim.compiled
-import leo_sim.compiled_cache
+import leo_sim.common.compiled
+import leo_sim.common.compiled_cache
 
 INNER = """
-from leo_sim.compiled import compiled_in_place
+from leo_sim.common.compiled import compiled_in_place
 
 @compiled_in_place
 def inner(x):
     return x + {}
 """
 OUTER = """
-from leo_sim.compiled import compiled
+from leo_sim.common.compiled import compiled
 from leo_sim.inner import inner
 
 @compiled
@@ -34,10 +34,11 @@ print(outer(0), sum(outer.stats.cache_hits.values()))
 @pytest.mark.parametrize('folder', ['', 'kept'])
 def test_a_function_is_compiled_again_when_one_it_calls_has_changed(tmp_path, folder):
     package = tmp_path / 'leo_sim'
-    package.mkdir()
-    for module in (leo_sim.compiled, leo_sim.compiled_cache):
-        shutil.copy(module.__file__, package)
-    (package / '__init__.py').touch()
+    (package / 'common').mkdir(parents=True)
+    for module in (leo_sim.common.compiled, leo_sim.common.compiled_cache):
+        shutil.copy(module.__file__, package / 'common')
+    for folder_of in (package, package / 'common'):
+        (folder_of / '__init__.py').touch()
     (package / 'outer.py').write_text(OUTER)
     said = []
     for added in (1, 1, 2):

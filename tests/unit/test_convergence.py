@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from leo_sim.batch import rollout
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
+from leo_sim.model.batch import rollout
 
 FRICTION = {'pendulum': 1e-3, 'torque_pendulum': 0.1, 'servo_pendulum': 0.02,
             'double_pendulum': 0.1}

@@ -33,10 +33,10 @@ from leo_diffmodel.bags.show import show
 from leo_learner.checkpoint import load_checkpoint, start_from
 from leo_learner.policy import Policy
 from leo_msgs_py.errors import UserError
-from leo_sim.batch import rollout
+from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
-from leo_sim.model_file import load_model
-from leo_sim.robot import load_robot
+from leo_sim.model.batch import rollout
+from leo_sim.model.model_file import load_model
 
 CASES = int(os.environ.get('LEO_DAMAGED', '100'))
 BATCHES = 10

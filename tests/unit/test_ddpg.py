@@ -15,7 +15,7 @@ from leo_learner.ddpg import Agent, AutogradUpdate, OrnsteinUhlenbeck, THESIS, T
 from leo_learner.learning import learn
 from leo_learner.replay import Batch, Replay
 from leo_msgs_py.errors import UserError
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 SMALL = replace(RECOMMENDED, hidden=(32, 32), warm_up=64, test_interval=2, test_starts=2)
 

@@ -20,9 +20,9 @@ from leo_diffmodel.difference.model import from_bytes
 from leo_diffmodel.difference.network import RECOMMENDED, THESIS
 from leo_diffmodel.difference.service import correction
 from leo_msgs_py.errors import UserError
-from leo_sim.batch import rollout
 from leo_sim.effects import place
 from leo_sim.model import Model
+from leo_sim.model.batch import rollout
 
 PENDULUM = Layout((True,), planar=False, actuators=1)
 

@@ -16,10 +16,10 @@ from leo_diffmodel.difference.network import Config, CONFIGS, Network, RECOMMEND
 from leo_diffmodel.difference.targets import targets
 from leo_diffmodel.difference.trust import calibrated
 from leo_msgs_py.errors import UserError
-from leo_sim.batch import rollout
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
+from leo_sim.model.batch import rollout
 
 FRICTION = 2e-4
 """N m s/rad: some 0.4 of the pendulum's back-EMF."""

@@ -11,12 +11,12 @@ import pytest
 from tests.drivers.bus import driven, LATE, patient, robot_with_servo, running, until
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.drivers import dynamixel, load_driver, servo_line
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
 from leo_sim.drivers.dynamixel_bus import _Packets
+from leo_sim.drivers.servo_bus.packets import encoded, status
 from leo_sim.drivers.servo_joints import MotorUnits
-from leo_sim.robot import load_robot
-from leo_sim.servo_bus.packets import encoded, status
 
 LEO = patient(load_robot('leo'))
 PWM_STEP = 13.8 / 885

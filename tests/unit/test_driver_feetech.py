@@ -12,12 +12,12 @@ import pytest
 from tests.drivers.bus import driven, robot_with_servo, running, until
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
+from leo_sim.description.servos import registers, servo_models
 from leo_sim.drivers import load_driver, servo_line
 from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
+from leo_sim.drivers.servo_bus.feetech import encoded, SmallReader
 from leo_sim.drivers.servo_joints import JointUnits
-from leo_sim.robot import load_robot
-from leo_sim.servo_bus.feetech import encoded, SmallReader
-from leo_sim.servos import registers, servo_models
 
 SUPPLY = 7.4
 STEP = SUPPLY / 1000

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverBug, DriverOptions, Haltable, NotPossible
-from leo_sim.robot import load_robot
 
 OPTIONS = DriverOptions(load_robot('pendulum'))
 RIG = Path(__file__).parents[1] / 'drivers' / 'rig.py'

@@ -10,9 +10,9 @@ from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import JointStates
+from leo_sim.description.robot import load_robot
 from leo_sim.drivers.base import DriverOptions, EndOfRun, NotPossible
 from leo_sim.drivers.replay import ReplayDriver
-from leo_sim.robot import load_robot
 
 STAMPS = [0, 10_000_000, 20_000_000, 35_000_000, 45_000_000, 55_000_000]
 

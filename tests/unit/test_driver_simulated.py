@@ -10,15 +10,15 @@ import yaml
 
 from leo_diffmodel.blind import kinds
 from leo_msgs_py.errors import UserError
-from leo_sim import drawing
-from leo_sim.batch import rollout
+from leo_sim.description.robot import load_robot
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.reveal import read_sealed
-from leo_sim.robot import load_robot
+from leo_sim.model.batch import rollout
+from leo_sim.truth import drawing
+from leo_sim.verbs.reveal import read_sealed
 
 WEAK = {
     'effects': [

@@ -23,7 +23,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.effects import consent
 from leo_sim.effects.consent import effect_words, trust
 from leo_sim.model import Model
-from leo_sim.model_file import load_effects, load_model
+from leo_sim.model.model_file import load_effects, load_model
 
 LAW = """
 from pathlib import Path

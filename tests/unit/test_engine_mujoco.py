@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model, State
-from leo_sim.robot import load_robot
 
 LEO = load_robot('leo')
 BALL = """<robot name="ball"><link name="world"/>
@@ -166,8 +166,8 @@ def test_what_it_does_not_know_is_said(name, values):
 
 def test_without_the_package_it_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, 'mujoco', None)
-    monkeypatch.delattr('leo_sim.engines.mujoco', raising=False)
-    monkeypatch.delitem(sys.modules, 'leo_sim.engines.mujoco', raising=False)
+    monkeypatch.delattr('leo_sim.references.mujoco', raising=False)
+    monkeypatch.delitem(sys.modules, 'leo_sim.references.mujoco', raising=False)
     model = Model(LEO, engine='mujoco')
     with pytest.raises(UserError, match=r"pip install 'mujoco<4'"):
         model.step(model.start(), np.zeros(6), 0.03)

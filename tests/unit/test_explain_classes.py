@@ -15,10 +15,10 @@ from leo_diffmodel.explain.estimate.scan import scales_of, Scanner
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import uncertain
 from leo_diffmodel.explain.problem.pose import pose
-from leo_sim.batch import rollout
+from leo_sim.description.robot import Constant, load_robot, Robot
 from leo_sim.effects import EFFECTS, place
 from leo_sim.model import Model
-from leo_sim.robot import Constant, load_robot, Robot
+from leo_sim.model.batch import rollout
 
 SERVO, ARM = load_robot('servo_pendulum'), load_robot('double_pendulum')
 CONSTANT = 'actuators.pivot.torque_constant'

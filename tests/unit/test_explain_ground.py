@@ -28,7 +28,7 @@ from leo_diffmodel.explain.unknown import find as unknown_find
 from leo_diffmodel.explain.unknown import influence as influences
 from leo_diffmodel.explain.unknown.curves import curves
 from leo_diffmodel.explain.unknown.influence import influence
-from leo_sim import multirate
+from leo_sim.dynamics import multirate
 from leo_sim.effects import get_effect, place
 from leo_sim.model import Model
 

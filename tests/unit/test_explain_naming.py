@@ -11,11 +11,11 @@ from tests.simulate import DT, NOISE, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.explain.decide.classes import Facts, same_thing
 from leo_diffmodel.explain.select.search import Search
-from leo_sim.batch import rollout
-from leo_sim.drawing import of_size
+from leo_sim.description.robot import Robot
 from leo_sim.effects import EFFECTS, place, Placed
 from leo_sim.model import Model
-from leo_sim.robot import Robot
+from leo_sim.model.batch import rollout
+from leo_sim.truth.drawing import of_size
 
 SECONDS, SIZE, SHORT = 8.0, 15.0, 30
 ROBOTS = {robot.name: robot for robot in (PENDULUM, TORQUE)}

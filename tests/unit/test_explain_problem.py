@@ -13,9 +13,9 @@ from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.cut import Cut
 from leo_diffmodel.explain.problem.limits import at_limit, GAIN, limited
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import EFFECTS, place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 ROBOTS = [PENDULUM, TORQUE, load_robot('servo_pendulum'), load_robot('leo')]
 

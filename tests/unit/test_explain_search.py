@@ -18,10 +18,10 @@ from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.select import search as selection
 from leo_diffmodel.explain.select.search import Search
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.model_file import load_model
-from leo_sim.robot import load_robot
+from leo_sim.model.model_file import load_model
 
 SEEDS = range(20, 25)
 FEW = ('coulomb_friction', 'viscous_friction', 'stribeck_friction', 'command_delay', 'bias_torque')

@@ -12,8 +12,8 @@ from leo_learner.ddpg import Training
 from leo_learner.env import ModelEnv
 from leo_learner.policy import save_policy
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 ROBOT = load_robot('pendulum')
 

@@ -33,10 +33,10 @@ from leo_learner.verbs import learn as learn_verb
 from leo_learner.verbs import play as play_verb
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import JointStates
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.model_file import load_model, save_model
-from leo_sim.robot import load_robot
+from leo_sim.model.model_file import load_model, save_model
 
 
 @pytest.fixture(scope='module')

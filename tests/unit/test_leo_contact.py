@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from leo_msgs_py.errors import UserError
-from leo_sim import multirate
-from leo_sim.batch import rollout
+from leo_sim.description.robot import load_robot
+from leo_sim.dynamics import multirate
+from leo_sim.dynamics.rigid import Rigid
 from leo_sim.effects import EFFECTS, place
-from leo_sim.engines.rigid import Rigid
 from leo_sim.model import Model, State
-from leo_sim.robot import load_robot
+from leo_sim.model.batch import rollout
 
 ROBOTS = {name: load_robot(name) for name in ('leo', 'leo_ode')}
 FREE = np.zeros(6, dtype=bool)

@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 
 from leo_msgs_py.errors import UserError
-from leo_sim.constants import bodies
+from leo_sim.description.constants import bodies
+from leo_sim.description.robot import load_robot
+from leo_sim.dynamics.planar import Planar
+from leo_sim.dynamics.rigid import Rigid
 from leo_sim.effects import place
-from leo_sim.engines.planar import Planar
-from leo_sim.engines.rigid import Rigid
-from leo_sim.gait import Gait
-from leo_sim.kinematics import centre_of_mass, Kinematics
+from leo_sim.kinematics.frames import centre_of_mass, Kinematics
+from leo_sim.kinematics.gait import Gait
+from leo_sim.kinematics.plane import Plane
 from leo_sim.model import Model
-from leo_sim.plane import Plane
-from leo_sim.robot import load_robot
 
 LEO, ODE = load_robot('leo'), load_robot('leo_ode')
 JOINTS = ('base_x', 'base_z', 'torso_pitch', 'left_hip', 'right_hip', 'left_knee', 'right_knee',

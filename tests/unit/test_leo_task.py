@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from leo_sim.gait import Gait
+from leo_sim.description.robot import load_robot
+from leo_sim.description.robot_file import TerminationFile
+from leo_sim.kinematics.gait import Gait
 from leo_sim.model import Model, State
-from leo_sim.robot import load_robot
-from leo_sim.robot_file import TerminationFile
-from leo_sim.task import Memory, Task
+from leo_sim.task.task import Memory, Task
 
 LEO, ODE = load_robot('leo'), load_robot('leo_ode')
 STANDING = Model(LEO, engine='rigid').start('standing').q

@@ -16,8 +16,8 @@ from leo_diffmodel.check.traces import Trace
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.comparison import compare
 from leo_diffmodel.compare.fineness import LONGEST, stepped
-from leo_sim.batch import rollout
 from leo_sim.model import Model
+from leo_sim.model.batch import rollout
 
 FINE = Model(TORQUE, integration_step=5e-4)
 

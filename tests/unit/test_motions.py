@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
-from leo_sim.motions import check_motion, Falls, LYING_SECONDS, MOTIONS, Routine
-from leo_sim.robot import load_robot
+from leo_sim.task.motions import check_motion, Falls, LYING_SECONDS, MOTIONS, Routine
 
 LEO = load_robot('leo')
 

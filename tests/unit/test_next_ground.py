@@ -12,9 +12,9 @@ from leo_diffmodel.next_run.run_file import read_run, write_run
 from leo_diffmodel.next_run.separate import separable
 from leo_diffmodel.next_run.simulate import danger, Seen, simulate
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 LEO = load_robot('leo')
 MODEL = Model(LEO, engine='rigid', scheme='search')

@@ -18,9 +18,9 @@ from leo_diffmodel.next_run.run import Run
 from leo_diffmodel.next_run.run_file import read_run, write_run
 from leo_diffmodel.next_run.simulate import seen, simulate, too_far
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 MODEL = Model(PENDULUM)
 DEAD_BAND = place(PENDULUM, 'voltage_deadband', 'pivot', v=0.05)

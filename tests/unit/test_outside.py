@@ -19,9 +19,9 @@ from leo_diffmodel.check.outside import moved_from_outside, share_outside, witho
 from leo_diffmodel.compare.sizes import gravity_scale
 from leo_diffmodel.verbs.bag import main
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot, Robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot, Robot
 
 SERVO = load_robot('servo_pendulum')
 WRONG = {

@@ -9,9 +9,9 @@ import pytest
 from tests.simulate import bag, record
 
 from leo_msgs_py.cli import main
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 PASSIVE = Path(__file__).parents[2] / 'benchmarks/rigs/map_pendulum'
 

@@ -13,7 +13,7 @@ from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.model_file import load_model, save_model
+from leo_sim.model.model_file import load_model, save_model
 
 FRICTION = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
 MODEL = 'torque_pendulum'

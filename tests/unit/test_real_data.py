@@ -11,7 +11,7 @@ import pytest
 from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.compare import noise
-from leo_sim.model_file import load_model
+from leo_sim.model.model_file import load_model
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT.parent / 'shared/data'

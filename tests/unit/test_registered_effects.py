@@ -5,9 +5,9 @@ from argparse import Namespace
 
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.verbs.common import own_effects
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import get_effect, place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 EFFECT = """
 from leo_sim.effects.base import Effect, Parameter

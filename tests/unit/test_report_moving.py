@@ -9,7 +9,7 @@ import pytest
 from leo_diffmodel.report import page
 from leo_diffmodel.report.sections import moving
 from leo_diffmodel.report.worst import Stretch
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 
 def stretch(robot, models: int) -> Stretch:

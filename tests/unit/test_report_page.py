@@ -24,8 +24,8 @@ from leo_diffmodel.report.sections import missing as missing_section
 from leo_diffmodel.report.sections import verdict as verdict_section
 from leo_diffmodel.report.sections import where as where_section
 from leo_diffmodel.report.sections.gates import descriptions
+from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 STATES = [{'name': 'pivot', 'unit': 'rad'}, {'name': 'pivot rate', 'unit': 'rad/s'}]
 PROVENANCE = {

@@ -13,9 +13,9 @@ from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.report import bins
 from leo_diffmodel.report.explained import write_explanation
 from leo_diffmodel.report.torque_curves import trace
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 FRICTION = 1e-4
 SAMPLES, PERIOD, HELD = 800, 0.01, 10

@@ -5,8 +5,8 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 import pytest
 
+from leo_sim.drivers.safety import Safety
 from leo_sim.nodes.diagnostics import diagnostic_array, Health, robot_status
-from leo_sim.safety import Safety
 
 
 def status(safety=None, health=None, torque=True, new_missed=0):

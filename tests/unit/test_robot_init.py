@@ -9,13 +9,13 @@ import pytest
 
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.model import Model
-from leo_sim.model_file import load_model
-from leo_sim.robot import load_robot
-from leo_sim.skeleton.figures import EXACT, integration_step
-from leo_sim.skeleton.folder import make_folder
+from leo_sim.model.model_file import load_model
+from leo_sim.verbs.skeleton.folder import make_folder
+from leo_sim.verbs.skeleton.implied_figures import EXACT, integration_step
 
 ARM = Path(__file__).parents[1] / 'data' / 'arm3.urdf'
 JOINTS = ('joint1', 'joint2', 'joint3')

@@ -13,7 +13,7 @@ from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import read_topic_map
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import joint_state
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 LEO = load_robot('leo')
 ACTUATED = [a.joint for a in LEO.actuators]

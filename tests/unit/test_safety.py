@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from leo_msgs_py.errors import UserError
-from leo_sim.robot import load_robot
-from leo_sim.safety import BadCommand, Safety
+from leo_sim.description.robot import load_robot
+from leo_sim.drivers.safety import BadCommand, Safety
 
 LIMITS = (7.4, 3.0)
 finite = st.floats(-1e6, 1e6)

@@ -19,8 +19,8 @@ from leo_learner.training_loop import Transition
 from leo_learner.verbs import learn as learn_verb
 from leo_learner.verbs import play as play_verb
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 SMALL = Config(levels=3, tilings=8, widths=(0.2, 1.5), memory=2**12, gamma=0.98, trace=0.8,
                test_interval=5)

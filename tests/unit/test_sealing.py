@@ -9,8 +9,8 @@ import pytest
 import yaml
 
 from leo_msgs_py.errors import UserError
-from leo_sim import reveal
-from leo_sim.sealing import seal, unseal
+from leo_sim.truth.sealing import seal, unseal
+from leo_sim.verbs import reveal
 
 TRUTH = {
     'robot': 'pendulum',

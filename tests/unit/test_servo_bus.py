@@ -20,13 +20,21 @@ import numpy as np
 import pytest
 from tests.drivers.bus import until
 
+from leo_sim.description.robot import load_robot
+from leo_sim.description.servos import CURRENT_MODE, PWM_MODE, registers, servo_models
 from leo_sim.drivers.base import DriverOptions
-from leo_sim.robot import load_robot
-from leo_sim.servo_bus.line import Line, Trouble
-from leo_sim.servo_bus.packets import crc16, encoded, Packet, Reader, status, stuffed, unstuffed
-from leo_sim.servo_bus.plant import Plant
-from leo_sim.servo_bus.rig import Rig
-from leo_sim.servos import CURRENT_MODE, PWM_MODE, registers, servo_models
+from leo_sim.drivers.servo_bus.line import Line, Trouble
+from leo_sim.drivers.servo_bus.packets import (
+    crc16,
+    encoded,
+    Packet,
+    Reader,
+    status,
+    stuffed,
+    unstuffed,
+)
+from leo_sim.drivers.servo_bus.plant import Plant
+from leo_sim.drivers.servo_bus.rig import Rig
 
 SDK = Protocol2PacketHandler()
 R = registers()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from leo_sim.batch import rollout
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
+from leo_sim.model.batch import rollout
 
 ROBOT, ARM = load_robot('pendulum'), load_robot('double_pendulum')
 RNG = np.random.default_rng(0)

@@ -8,16 +8,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from leo_msgs_py.errors import UserError
-from leo_sim.batch import rollout
-from leo_sim.drawing import of_size, Windows
+from leo_sim.description.robot import load_robot
+from leo_sim.description.urdf import Body, parse
+from leo_sim.dynamics.pybullet import Bullet
+from leo_sim.dynamics.rigid import Rigid
+from leo_sim.dynamics.spatial import Spatial
 from leo_sim.effects import EFFECTS, place
-from leo_sim.effects.base import Body
-from leo_sim.engines.pybullet import Bullet
-from leo_sim.engines.rigid import Rigid
-from leo_sim.engines.spatial import Spatial
 from leo_sim.model import Model, State
-from leo_sim.robot import load_robot
-from leo_sim.urdf import parse
+from leo_sim.model.batch import rollout
+from leo_sim.truth.drawing import of_size, Windows
 
 ROBOTS = {name: load_robot(name) for name in (
     'pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')}

@@ -6,9 +6,9 @@ import pytest
 from tests.simulate import DT, PENDULUM, steps, TORQUE
 
 from leo_diffmodel.blind import kinds
-from leo_sim.batch import rollout
 from leo_sim.effects import get_effect, place
 from leo_sim.model import Model
+from leo_sim.model.batch import rollout
 
 LAWS = {
     'periodic_torque': {'a': 0.3, 'f': 1.3, 'phase': 0.5},

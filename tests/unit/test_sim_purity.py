@@ -9,9 +9,9 @@ import sys
 import numpy as np
 import pytest
 
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model, State
-from leo_sim.robot import load_robot
 
 PAIRS = 2000
 PROGRAM = """

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.model import Model, State
-from leo_sim.robot import load_robot
-from leo_sim.task import Memory, observation, Task, wrapped
+from leo_sim.task.task import Memory, observation, Task, wrapped
 
 PENDULUM = load_robot('pendulum')
 

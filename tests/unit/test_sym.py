@@ -13,8 +13,8 @@ from leo_learner.env import ModelEnv
 from leo_learner.policy import Policy, save_policy
 from leo_learner.sym import actions_of, driven, OBSERVED, Sym, SymMap
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 ODE = load_robot('leo_ode')
 LEFT_RIGHT = [0, 1, 2, 4, 3, 6, 5, 8, 7]

@@ -21,7 +21,7 @@ from leo_msgs_py.cdr import joint_state
 from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import Output, visible
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 
 ROOT = Path(__file__).parents[2]
 HARM = '\x1b]0;owned\x07\x1b[2J\x9b31m[bold]x[/red]\u202e'

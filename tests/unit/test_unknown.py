@@ -14,9 +14,9 @@ from leo_diffmodel.explain.unknown import attempt
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
 from leo_diffmodel.explain.unknown.find import find
 from leo_diffmodel.explain.unknown.influence import influence
+from leo_sim.description.robot import Robot
 from leo_sim.effects import get_effect, place
 from leo_sim.model import Model
-from leo_sim.robot import Robot
 
 SECONDS = 15
 LAWS = {

@@ -10,9 +10,9 @@ from leo_learner.env import ModelEnv
 from leo_learner.verbs.play import main, walk_text
 from leo_learner.walk import footsteps, passes, Recorded, walked, walks
 from leo_msgs_py.errors import UserError
-from leo_sim.gait import Gait
+from leo_sim.description.robot import load_robot
+from leo_sim.kinematics.gait import Gait
 from leo_sim.model import Model
-from leo_sim.robot import load_robot
 
 LEO, ODE = load_robot('leo'), load_robot('leo_ode')
 

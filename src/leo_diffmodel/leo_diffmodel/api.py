@@ -98,7 +98,7 @@ def add(
     sibling: bool = False,
     **parameters: float,
 ) -> Model:
-    """A model with effects added; its history says why. `leo_sim.model_file.save_model` writes it.
+    """A model with effects added; its history says why. `leo_sim.model.save_model` writes it.
 
     Args:
         model: a model, a model file, the name of a robot or its folder.
@@ -127,7 +127,7 @@ def add(
 
 def _model(model: Model | str | Path) -> Model:
     from leo_sim.model import Model
-    from leo_sim.model_file import load_model
+    from leo_sim.model.model_file import load_model
 
     return model if isinstance(model, Model) else load_model(model)
 

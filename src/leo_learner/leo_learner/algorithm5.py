@@ -27,7 +27,7 @@ from leo_learner.learning import learn, POLICY
 from leo_learner.policy import Policy
 from leo_msgs_py.errors import one_line, UserError
 from leo_sim.model import Model
-from leo_sim.model_file import write_effects
+from leo_sim.model.model_file import write_effects
 
 DONE = 'algorithm5.json'
 """What of a run has been done, in its folder."""

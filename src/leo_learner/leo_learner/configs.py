@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from leo_learner.ddpg import Config, THESIS
 from leo_msgs_py.errors import UserError
-from leo_sim.robot import Robot
+from leo_sim.description.robot import Robot
 
 NAMES = ('recommended', 'thesis')
 SARSA_STEPS = 1_000_000

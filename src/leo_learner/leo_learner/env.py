@@ -14,9 +14,9 @@ import numpy as np
 from leo_diffmodel.difference.layout import layout_of
 from leo_diffmodel.difference.model import DifferenceModel, from_bytes
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model, State
-from leo_sim.robot import Robot
-from leo_sim.task import Memory, Task
+from leo_sim.task.task import Memory, Task
 
 Step = tuple[np.ndarray, float, bool, bool, dict[str, Any]]
 

@@ -19,7 +19,7 @@ from leo_learner.checkpoint import load_checkpoint, PREFIX, save_checkpoint
 from leo_learner.policy import save_policy
 from leo_learner.training_loop import OnScalar, TrainingLoop
 from leo_msgs_py.console import Terminal
-from leo_sim.robot import Robot
+from leo_sim.description.robot import Robot
 
 SAVE_PERIOD = 30.0
 """Wall time between two checkpoints [s]; one more is written at the end and at Ctrl-C."""

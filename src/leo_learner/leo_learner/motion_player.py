@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import gymnasium
 
 from leo_learner.env import RobotSpaces
-from leo_sim.motions import Routine
+from leo_sim.task.motions import Routine
 
 
 @dataclass(frozen=True)

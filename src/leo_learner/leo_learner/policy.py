@@ -20,8 +20,8 @@ from leo_learner import ddpg, sarsa, sym
 from leo_learner.tensor_file import save_tensors
 from leo_learner.training_loop import TrainingLoop
 from leo_msgs_py.errors import one_line, UserError
-from leo_sim.robot import Robot
-from leo_sim.yaml_file import shown
+from leo_sim.common.yaml_file import shown
+from leo_sim.description.robot import Robot
 
 Act = Callable[[np.ndarray], np.ndarray]
 """Observation (..., n_obs) -> action (..., A) in [-1, 1]."""

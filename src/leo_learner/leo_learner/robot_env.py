@@ -15,9 +15,9 @@ from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import running, spin_once
 from leo_msgs_py.values import Command, JointStates
+from leo_sim.description.robot import Robot
 from leo_sim.drivers.base import INTERFACES
 from leo_sim.model import State
-from leo_sim.robot import Robot
 
 SAME_START = 0.5
 """After this time [s] a state equal to the one before the reset is taken for the start pose."""

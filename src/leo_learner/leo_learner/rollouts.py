@@ -13,7 +13,7 @@ from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_learner.env import ModelEnv, Step
 from leo_msgs_py.errors import UserError
-from leo_sim.robot import Robot
+from leo_sim.description.robot import Robot
 
 Rows = list[tuple[np.ndarray, ...]]
 

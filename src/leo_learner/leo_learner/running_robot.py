@@ -19,7 +19,7 @@ from leo_diffmodel.nodes.robot_facts import FACTS, facts_of, held_in
 from leo_learner.robot_env import RobotEnv, Stopped
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import call, graph, join, running, spin_until
-from leo_sim.robot import load_robot, Robot
+from leo_sim.description.robot import load_robot, Robot
 
 FOUND_SECONDS = 10.0
 """How long a robot is looked for."""

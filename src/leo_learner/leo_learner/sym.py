@@ -14,9 +14,9 @@ import numpy as np
 
 from leo_learner.env import RobotSpaces, Step
 from leo_msgs_py.errors import UserError
-from leo_sim.gait import Gait
-from leo_sim.robot import Robot
-from leo_sim.task import Memory
+from leo_sim.description.robot import Robot
+from leo_sim.kinematics.gait import Gait
+from leo_sim.task.task import Memory
 
 ACTIONS = ('full', 'sym')
 """What a policy drives: every actuator, or the three joints of Sym."""

@@ -20,7 +20,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from leo_sim.compiled import compiled
+from leo_sim.common.compiled import compiled
 
 PROBES = 256
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)

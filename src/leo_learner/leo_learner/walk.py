@@ -10,10 +10,10 @@ import gymnasium
 import numpy as np
 
 from leo_learner.env import RobotSpaces, Step
-from leo_sim.gait import Gait
+from leo_sim.description.robot import Robot
+from leo_sim.kinematics.gait import Gait
 from leo_sim.model import State
-from leo_sim.robot import Robot
-from leo_sim.task import Memory, Task
+from leo_sim.task.task import Memory, Task
 
 PAST = 0.02
 """An ankle is past the other once it is this far before it [m]."""

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Robots, motor law, effects, engines, the model and the robot node."""
+"""Robots, their effects, the model that predicts them, and the robot node."""

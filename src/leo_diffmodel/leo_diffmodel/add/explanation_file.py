@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from leo_msgs_py.errors import UserError
-from leo_sim.yaml_file import check, Finite, read_text
+from leo_sim.common.yaml_file import check, Finite, read_text
 
 
 class _Value(BaseModel):

@@ -11,18 +11,11 @@ from typing import Any
 
 from leo_diffmodel.add.explanation_file import read_explanation
 from leo_msgs_py.errors import UserError
-from leo_sim.constants import checked
-from leo_sim.effects import (
-    check_bounds,
-    EFFECTS,
-    get_effect,
-    place,
-    Placed,
-    registered_effects,
-)
+from leo_sim.common.yaml_file import Quantity
+from leo_sim.description.constants import checked
+from leo_sim.effects import check_bounds, EFFECTS, get_effect, place, Placed, registered_effects
 from leo_sim.effects.consent import require
 from leo_sim.model import Model
-from leo_sim.yaml_file import Quantity
 
 
 def from_explanation(

@@ -19,7 +19,7 @@ from .topic_map import COMMANDS, find_topic, INTERFACES, TopicMap
 from .types import APPLIED, FLOAT64_ARRAY
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 Row = tuple[list[float], list[float]]
 """Values and enabled of one message, in actuator order."""

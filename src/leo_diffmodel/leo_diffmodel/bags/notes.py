@@ -14,7 +14,7 @@ from .topic_map import DEFAULT_NAMES, INTERFACES, TopicMap
 from .types import APPLIED, DYNAMIC_JOINT_STATE, JOINT_STATE
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 _MANY_UNUSED = 0.02
 

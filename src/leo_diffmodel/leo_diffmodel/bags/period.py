@@ -13,7 +13,7 @@ from .states import Stamps, StateLog
 from .topic_map import COMMANDS, find_topic, TopicMap
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 
 def command_period(

@@ -25,7 +25,7 @@ from .topic_map import find_topic, list_topics, read_topic_map, TopicMap
 from .zoh import average
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +143,7 @@ def _why_nothing(contents: BagContents) -> str:
 
 def _robot(robot: Robot | str | Path) -> Robot:
     if isinstance(robot, str | Path):
-        from leo_sim.robot import load_robot
+        from leo_sim.description.robot import load_robot
         return load_robot(robot)
     return robot
 

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from leo_msgs_py.errors import UserError
-from leo_sim.yaml_file import parsed, shown
+from leo_sim.common.yaml_file import parsed, shown
 
 Config = TypeVar('Config', bound=BaseModel)
 

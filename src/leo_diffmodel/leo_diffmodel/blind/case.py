@@ -17,7 +17,7 @@ from leo_diffmodel.blind.pushes import Push
 from leo_diffmodel.blind.scenes import Effects, Given, Moving, Scene
 from leo_diffmodel.blind.sensing import PLAIN, Sensing
 from leo_diffmodel.blind.small import draw_small
-from leo_sim.robot import load_robot, Robot
+from leo_sim.description.robot import load_robot, Robot
 
 ROBOTS = ('pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')
 ENGINES = (('pybullet', 0.0), ('rk4', 0.0019))

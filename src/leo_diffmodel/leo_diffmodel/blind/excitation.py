@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from leo_sim.batch import rollout
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
-from leo_sim.robot import Robot
+from leo_sim.model.batch import rollout
 
 Array = np.ndarray
 SECONDS = 20.0

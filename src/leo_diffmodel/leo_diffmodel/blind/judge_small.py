@@ -8,8 +8,8 @@ from itertools import permutations
 
 from leo_diffmodel.blind.things import same, Thing, thing
 from leo_diffmodel.explain.decide.classes import Facts
+from leo_sim.description.robot import Robot
 from leo_sim.effects import EFFECTS
-from leo_sim.robot import Robot
 
 SAYS = ('named', 'partly')
 """Verdicts that are sure of the effects they list."""

@@ -12,11 +12,11 @@ import numpy as np
 from leo_diffmodel.blind.scenes import Effects, Given, Path, Scene
 from leo_diffmodel.compare.sizes import reach, torque_scale
 from leo_msgs_py.errors import UserError
-from leo_sim.batch import rollout
-from leo_sim.drawing import of_size
+from leo_sim.description.robot import Robot
 from leo_sim.effects import Placed
 from leo_sim.model import Model
-from leo_sim.robot import Robot
+from leo_sim.model.batch import rollout
+from leo_sim.truth.drawing import of_size
 
 Array = np.ndarray
 AHEAD, HISTORY = 0.5, 0.15  # s

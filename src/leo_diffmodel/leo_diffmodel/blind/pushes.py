@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from leo_diffmodel.compare.sizes import torque_scale
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
-from leo_sim.robot import Robot
 
 Array = np.ndarray
 KINDS = ('shoves', 'hand', 'block')

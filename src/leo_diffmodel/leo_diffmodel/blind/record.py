@@ -18,7 +18,7 @@ from leo_msgs_py import cdr
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
-from leo_sim.model_file import write_effects
+from leo_sim.model.model_file import write_effects
 
 RATE = 100.0
 APART = 1_000_000

@@ -19,8 +19,8 @@ from leo_diffmodel.blind.origin import check_seeds, stamp
 from leo_diffmodel.blind.record import record
 from leo_diffmodel.blind.truth import hide, reveal
 from leo_diffmodel.explain.explanation import explain
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
-from leo_sim.robot import Robot
 
 SIZED = ('small',)
 """Kinds whose judge asks how large the named effects are."""

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from leo_sim.batch import rollout
+from leo_sim.description.robot import Robot
 from leo_sim.effects import Placed
 from leo_sim.model import Model, State
-from leo_sim.motions import MOTIONS, PUT_UP, Routine
-from leo_sim.robot import Robot
+from leo_sim.model.batch import rollout
+from leo_sim.task.motions import MOTIONS, PUT_UP, Routine
 
 Array = np.ndarray
 Effects = tuple[Placed, ...]

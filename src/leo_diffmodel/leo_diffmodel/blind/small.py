@@ -18,9 +18,9 @@ from leo_diffmodel.blind.scenes import Effects
 from leo_diffmodel.blind.sensing import counted, draw_sensing, lag_size, MOST, Sensing
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_msgs_py.errors import UserError
-from leo_sim.drawing import of_size
+from leo_sim.description.robot import Robot
 from leo_sim.effects import Effect, EFFECTS, get_effect, place, Placed
-from leo_sim.robot import Robot
+from leo_sim.truth.drawing import of_size
 
 Array = np.ndarray
 COUNT = (4, 8)

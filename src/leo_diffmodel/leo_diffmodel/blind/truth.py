@@ -11,7 +11,7 @@ from pathlib import Path
 from leo_diffmodel.blind.case import Case
 from leo_diffmodel.blind.drawn import place_of
 from leo_sim.effects import Placed
-from leo_sim.sealing import seal, unseal
+from leo_sim.truth.sealing import seal, unseal
 
 
 def hide(case: Case, file: Path) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.check.rates import relate
-from leo_sim.laws import Memory
+from leo_sim.laws.laws import Memory
 from leo_sim.model import Model
 
 Array = np.ndarray

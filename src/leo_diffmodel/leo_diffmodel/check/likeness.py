@@ -30,7 +30,7 @@ def _by(stacked: Array, trace: Trace) -> Array:
     cosine = stacked @ trace.signatures.T
     best = np.maximum(cosine, 0.0).max(axis=1) ** 2
     parameters = trace.candidate.parameters
-    mixed = sum(p.unit == parameters[0].unit for p in parameters)
+    mixed = sum(p.scales for p in parameters)
     if mixed < 2:
         return np.asarray(best)
     _, _, directions = np.linalg.svd(trace.signatures, full_matrices=False)

@@ -117,7 +117,7 @@ def scan_all(
 def size_of(candidate: Candidate, points: Array) -> Array:
     """Amplitude of each point: the largest change of the parameters that scale the effect."""
     parameters = candidate.parameters
-    scaling = [i for i, p in enumerate(parameters) if p.unit == parameters[0].unit]
+    scaling = [i for i, p in enumerate(parameters) if p.scales]
     neutral = np.array([parameters[i].neutral for i in scaling])
     return np.asarray(np.abs(points[:, scaling] - neutral).max(axis=1))
 

@@ -16,7 +16,7 @@ from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
-from leo_sim.task import observation
+from leo_sim.task.task import observation
 
 Array = np.ndarray
 HORIZONS = (1, 2, 5, 10, 20, 50, 100, 200, 500)

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
-from leo_sim.robot import Robot
 
 Array = np.ndarray
 SWING, STANCE, DOUBLE = 'swing', 'stance', 'double support'
@@ -19,7 +19,7 @@ def carrying(model: Model, states: Array) -> Array:
     """Which spheres of robot.yaml the ground presses on at sensed states (W, K, 2J), (W, K, P)."""
     joints = states.shape[-1] // 2
     true = model.laws.true_state(states[..., :joints], states[..., joints:])
-    forces: Array = model.laws.spheres.forces(*true)
+    forces: Array = model.spheres.forces(*true)
     return forces > 0.0
 
 

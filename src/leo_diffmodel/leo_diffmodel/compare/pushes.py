@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
-from leo_sim.batch import rollout
 from leo_sim.model import Model
+from leo_sim.model.batch import rollout
 
 Array = np.ndarray
 STATE_STEP = 1e-4

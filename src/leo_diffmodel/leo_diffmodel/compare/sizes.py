@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from leo_sim.robot import Actuator, Robot
+from leo_sim.description.robot import Actuator, Robot
 
 
 def stall_torque(robot: Robot, joint: str) -> float | None:

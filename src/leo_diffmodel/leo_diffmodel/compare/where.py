@@ -11,8 +11,8 @@ import numpy as np
 from leo_diffmodel.compare.conditions import BACKWARD, Condition, conditions, FORWARD
 from leo_diffmodel.compare.sizes import in_volts, stall_torque, torque_unit
 from leo_diffmodel.compare.torque import MissingTorque
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
-from leo_sim.robot import Robot
 
 Array = np.ndarray
 WORST_WINDOWS = 5

@@ -23,7 +23,7 @@ from leo_sim.effects.consent import add_effect_argument
 
 if TYPE_CHECKING:
     from leo_diffmodel.bags.recording import Recording
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 PROGRESS_PERIOD = 0.5
 """Wall time between two lines of progress [s]."""
@@ -56,7 +56,7 @@ def _fit(options: argparse.Namespace) -> dict[str, float]:
     from leo_diffmodel.difference.model import from_bytes
     from leo_diffmodel.difference.network import CONFIGS
     from leo_diffmodel.difference.repaired import repaired
-    from leo_sim.model_file import load_model
+    from leo_sim.model.model_file import load_model
 
     os.nice(5)
     model, base = load_model(options.model), ''

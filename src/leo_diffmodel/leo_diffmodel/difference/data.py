@@ -72,7 +72,7 @@ def transitions(
 
 def predicted(steps: Transitions, model: Model) -> Transitions:
     """Steps as they were, with the predictions of `model`."""
-    from leo_sim.batch import rollout
+    from leo_sim.model.batch import rollout
 
     q, dq = rollout(model, steps.q, steps.dq, steps.inputs[:, None, :], steps.period)
     return replace(steps, q_model=q[:, 1], dq_model=dq[:, 1])

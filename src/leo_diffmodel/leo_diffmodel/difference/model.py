@@ -19,9 +19,9 @@ from leo_diffmodel.difference.layout import Layout
 from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.difference.trust import Trust
 from leo_msgs_py.errors import UserError
-from leo_sim.batch import rollout
 from leo_sim.model import Model, State
-from leo_sim.model_file import load_model
+from leo_sim.model.batch import rollout
+from leo_sim.model.model_file import load_model
 
 TRUST = 'trust.'
 

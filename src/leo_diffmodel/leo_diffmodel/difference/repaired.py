@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import yaml
 
 from leo_diffmodel.explain.explanation import explain
-from leo_sim.model_file import save_model
-from leo_sim.robot import named_robots
+from leo_sim.description.robot import named_robots
+from leo_sim.model.model_file import save_model
 
 if TYPE_CHECKING:
     from leo_diffmodel.bags.recording import Recording

@@ -25,7 +25,7 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import JointStates
 from leo_sim.effects.consent import effect_words
 from leo_sim.model import Model
-from leo_sim.model_file import load_model
+from leo_sim.model.model_file import load_model
 
 POLL_PERIOD = 0.2
 """How often the fit's progress is read [s]."""

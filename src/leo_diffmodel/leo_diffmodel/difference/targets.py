@@ -18,8 +18,8 @@ from leo_diffmodel.compare.sizes import stall_torque
 from leo_diffmodel.difference.data import Transitions
 from leo_diffmodel.difference.layout import layout_of
 from leo_diffmodel.difference.network import spread_of
-from leo_sim.batch import rollout
 from leo_sim.model import Model
+from leo_sim.model.batch import rollout
 
 TORQUE_STEP = 0.03
 """Of the stall torque, to differentiate the next state by."""

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from leo_diffmodel.next_run.run import Run
-from leo_sim.robot import Robot
+from leo_sim.description.robot import Robot
 
 Array = np.ndarray
 Shape = Callable[[Array, np.random.Generator], Array]

@@ -11,9 +11,9 @@ from leo_diffmodel.bags.recording import Episode
 from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.run import Run
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
-from leo_sim.motions import check_motion, MOTIONS, Routine
-from leo_sim.robot import Robot
+from leo_sim.task.motions import check_motion, MOTIONS, Routine
 
 Array = np.ndarray
 SEEDS = (11, 12, 13)

@@ -26,8 +26,8 @@ import numpy as np
 
 from leo_diffmodel.next_run.run import Run
 from leo_msgs_py.errors import UserError
-from leo_sim.names import nearest
-from leo_sim.robot import Robot
+from leo_sim.common.names import nearest
+from leo_sim.description.robot import Robot
 
 FIRST = '# leo run file'
 UNITS = {'voltage': 'V', 'torque': 'N m'}

@@ -12,10 +12,10 @@ import numpy as np
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.next_run.motions import MotionRun, performed
 from leo_diffmodel.next_run.run import Run
-from leo_sim.batch import rollout
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
-from leo_sim.motions import MOTIONS
-from leo_sim.robot import Robot
+from leo_sim.model.batch import rollout
+from leo_sim.task.motions import MOTIONS
 
 Array = np.ndarray
 MORE_INPUT = 1.25

@@ -73,7 +73,7 @@ def _text(message: ParameterValue) -> str:
 
 def held_in(facts: dict[str, str]) -> dict[str, str]:
     """Return whether the base is fixed in the start pose, nothing for a robot not known here."""
-    from leo_sim.robot import load_robot
+    from leo_sim.description.robot import load_robot
 
     try:
         robot = load_robot(facts.get('robot', ''))

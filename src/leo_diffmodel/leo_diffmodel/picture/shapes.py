@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from leo_sim.urdf import origin
+from leo_sim.description.urdf import origin
 
 ROUND = 24
 """Points on a circle."""

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from leo_sim.kinematics import Kinematics
-from leo_sim.robot import Robot
+from leo_sim.description.robot import Robot
+from leo_sim.kinematics.frames import Kinematics
 
 from .shapes import PLAIN, shapes_of
 

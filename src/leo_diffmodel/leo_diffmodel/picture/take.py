@@ -10,7 +10,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_msgs_py.errors import UserError
-from leo_sim.robot import Robot
+from leo_sim.description.robot import Robot
 
 from .stick import Pose, Stick
 

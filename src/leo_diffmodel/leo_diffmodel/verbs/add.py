@@ -11,7 +11,7 @@ from leo_diffmodel.add.patch import from_explanation, from_words
 from leo_diffmodel.verbs import common
 from leo_msgs_py.errors import UserError
 from leo_sim.effects.consent import add_effect_argument, effect_words
-from leo_sim.model_file import load_model, save_model
+from leo_sim.model.model_file import load_model, save_model
 
 EXAMPLES = (
     'leo add pendulum --from out/explain/explain.json -o repaired.yaml',

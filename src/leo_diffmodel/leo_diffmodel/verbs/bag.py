@@ -150,7 +150,7 @@ def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
 
     from leo_diffmodel.bags.recording import read_bag
     from leo_diffmodel.check.outside import cuts, moved_from_outside
-    from leo_sim.model_file import load_model
+    from leo_sim.model.model_file import load_model
 
     model = load_model(options.model)
     recording = read_bag(options.bag, model.robot, options.topic_map)

@@ -116,8 +116,8 @@ def _counts(arguments: argparse.Namespace) -> dict[str, int]:
 
 def _walker(arguments: argparse.Namespace) -> Path | None:
     """The folder of the robot with contacts that was asked for."""
-    from leo_sim.motions import check_motion, MOTIONS
-    from leo_sim.robot import load_robot
+    from leo_sim.description.robot import load_robot
+    from leo_sim.task.motions import check_motion, MOTIONS
 
     if arguments.robot is None:
         return None

@@ -30,7 +30,7 @@ from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects import Effect, get_effect, registered_effects
 from leo_sim.effects.consent import add_effect_argument, words
 from leo_sim.model import Model
-from leo_sim.model_file import load_model
+from leo_sim.model.model_file import load_model
 
 NEGATIVE = {'partly', 'ambiguous', 'unknown', 'untestable'}
 UNITS = {'s': 1.0, 'min': 60.0}

@@ -22,7 +22,7 @@ from leo_diffmodel.verbs.explain import report, show
 from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_sim.effects.consent import effect_words
-from leo_sim.model_file import save_model
+from leo_sim.model.model_file import save_model
 
 MOST_ACROSS = 6
 """States that a table shows side by side."""

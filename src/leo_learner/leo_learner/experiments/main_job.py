@@ -13,7 +13,7 @@ from rich.console import Console
 
 from leo_learner.experiments.processes import Processes
 from leo_msgs_py.errors import UserError
-from leo_sim.model_file import load_model, save_model
+from leo_sim.model.model_file import load_model, save_model
 
 ENOUGH = 1.5
 """A held-out error up to this times the noise floor leaves nothing for the difference model."""

@@ -32,11 +32,11 @@ from leo_learner.learning import learn
 from leo_learner.policy import Policy
 from leo_learner.rollouts import Rollouts
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import Robot
 from leo_sim.effects import place
 from leo_sim.effects.base import Placed
 from leo_sim.model import Model
-from leo_sim.model_file import load_model, save_model
-from leo_sim.robot import Robot
+from leo_sim.model.model_file import load_model, save_model
 
 TRUTHS = {
     'moved': {'link_mass': {'m': 0.035}, 'link_inertia': {'I': -6.17e-5}},

@@ -30,8 +30,8 @@ from leo_learner.left_data import Left, WatchedEnv
 from leo_learner.policy import Policy
 from leo_learner.rollouts import Rollouts
 from leo_learner.walk import Recorded
-from leo_sim.drawing import draw
 from leo_sim.model import Model
+from leo_sim.truth.drawing import draw
 
 REPAIRS = {
     'network': ('torque', False, True),

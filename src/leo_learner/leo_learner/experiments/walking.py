@@ -23,10 +23,10 @@ from leo_learner.policy import Policy
 from leo_learner.sym import driven
 from leo_learner.training_loop import TrainingLoop
 from leo_learner.walk import Recorded, Walk
+from leo_sim.description.robot import load_robot, Robot
+from leo_sim.description.robot_file import TerminationFile
 from leo_sim.effects import place
 from leo_sim.model import Model
-from leo_sim.robot import load_robot, Robot
-from leo_sim.robot_file import TerminationFile
 
 STARTS = 11
 """Episodes that the best policy is judged by: the nominal start and ten random ones."""

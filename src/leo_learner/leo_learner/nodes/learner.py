@@ -27,9 +27,9 @@ from leo_learner.robot_env import RobotEnv, Stopped
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import fixed_parameter, graph, join, private_parameter, running, spin_once
+from leo_sim.description.robot import Robot
 from leo_sim.effects.consent import trust_parameter
-from leo_sim.model_file import load_model
-from leo_sim.robot import Robot
+from leo_sim.model.model_file import load_model
 
 LEAST = {'tests': 1, 'patience': 1, 'transitions': LEAST_TRANSITIONS}
 """Of the settings that may not be 0."""

@@ -18,8 +18,8 @@ from leo_sim.effects.consent import add_effect_argument
 
 if TYPE_CHECKING:
     from leo_learner.training_loop import TrainingLoop
+    from leo_sim.description.robot import Robot
     from leo_sim.model import Model
-    from leo_sim.robot import Robot
 
 EXAMPLES = """\
   leo learn --robot pendulum -o runs/ideal
@@ -128,7 +128,7 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
 def _steps(agent: str, config: str, model: str) -> int:
     """Transitions where --steps does not say."""
     from leo_learner.configs import default_steps, SARSA_STEPS
-    from leo_sim.model_file import load_model
+    from leo_sim.model.model_file import load_model
 
     return SARSA_STEPS if agent == 'sarsa' else default_steps(config, load_model(model).robot)
 
@@ -158,7 +158,7 @@ def _resumed(options: argparse.Namespace) -> Run:
 def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
     from leo_learner.learning import learn
     from leo_learner.sym import driven
-    from leo_sim.model_file import load_model
+    from leo_sim.model.model_file import load_model
 
     model = load_model(run.model)
     if not model.robot.reward:

@@ -101,7 +101,7 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     from leo_learner.collect import collect, play
     from leo_learner.policy import Policy, shipped
     from leo_learner.walk import Recorded, Walk, walks
-    from leo_sim.model_file import load_model
+    from leo_sim.model.model_file import load_model
 
     if not options.policy.is_file() and str(options.policy) not in shipped():
         raise unknown(str(options.policy), shipped())

@@ -9,8 +9,8 @@ from typing import Any
 
 from leo_learner.verbs.common import playing
 from leo_msgs_py.errors import UserError
-from leo_sim.motions import MOTIONS, Routine
-from leo_sim.names import nearest
+from leo_sim.common.names import nearest
+from leo_sim.task.motions import MOTIONS, Routine
 
 SECONDS = 10.0
 
@@ -56,7 +56,7 @@ def _on_model(options: Any, _: list[str]) -> dict[str, Any]:
     from leo_learner.env import model_env
     from leo_learner.motion_player import perform
     from leo_learner.rollouts import Rollouts
-    from leo_sim.model_file import load_model
+    from leo_sim.model.model_file import load_model
 
     model = load_model(options.model)
     routine = Routine(model.robot, str(options.policy), options.seed)

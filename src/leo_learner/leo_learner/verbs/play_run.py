@@ -19,7 +19,7 @@ def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
     Raises:
         UserError: a wrong file, or one made for another robot.
     """
-    from leo_sim.model_file import load_model
+    from leo_sim.model.model_file import load_model
 
     file = read_run(options.policy)
     if not (options.model or file.robot):

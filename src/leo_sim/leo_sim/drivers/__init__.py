@@ -9,10 +9,10 @@ import inspect
 from pathlib import Path
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.names import nearest
+from leo_sim.common.user_code import classes_of, guarded, load_file
 from leo_sim.drivers.base import Driver, DriverOptions
 from leo_sim.drivers.foreign import check_built, guarded_driver, METHODS
-from leo_sim.names import nearest
-from leo_sim.user_code import classes_of, guarded, load_file
 
 GROUP = 'leo.drivers'
 OURS = 'leo_sim'

@@ -16,7 +16,7 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied, JointStates
-from leo_sim.robot import Robot
+from leo_sim.description.robot import Robot
 
 INTERFACES = {'voltage': 'voltage', 'torque': 'effort'}
 """Unit of a robot's input -> name of the interface its applied values are published under."""

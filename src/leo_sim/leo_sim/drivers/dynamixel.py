@@ -8,11 +8,11 @@ import math
 import numpy as np
 
 from leo_msgs_py.values import Applied
+from leo_sim.description.servos import CURRENT_MODE, PWM_MODE
 from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
 from leo_sim.drivers.dynamixel_bus import DynamixelBus
 from leo_sim.drivers.servo_driver import ServoDriver
 from leo_sim.drivers.servo_line import Block
-from leo_sim.servos import CURRENT_MODE, PWM_MODE
 
 ALERT = 0x80
 WATCHDOG_UNIT, WATCHDOG_MOST = 0.02, 127

@@ -8,12 +8,12 @@ its own brings them to 0 when this one is killed.
 from __future__ import annotations
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.servos import PWM_MODES
 from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
 from leo_sim.drivers.feetech_bus import FeetechBus
 from leo_sim.drivers.guardian import Guardian
 from leo_sim.drivers.servo_driver import ServoDriver
 from leo_sim.drivers.servo_line import Block
-from leo_sim.servos import PWM_MODES
 
 TOLERANCE = 20
 """How far the measured duty may be from the one that was told [0.1 %]."""

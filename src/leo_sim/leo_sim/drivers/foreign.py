@@ -12,6 +12,7 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied, JointStates
+from leo_sim.common.user_code import guarded
 from leo_sim.drivers.base import (
     Driver,
     DriverBug,
@@ -21,7 +22,6 @@ from leo_sim.drivers.base import (
     NotPossible,
     Readings,
 )
-from leo_sim.user_code import guarded
 
 METHODS = ('connect', 'read', 'write', 'advance', 'set_torque', 'reset', 'stop')
 """What every driver has."""

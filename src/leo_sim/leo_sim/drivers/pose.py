@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.names import nearest
-from leo_sim.robot import Robot
+from leo_sim.common.names import nearest
+from leo_sim.description.robot import Robot
 
 
 def pose_of(robot: Robot, name: str) -> dict[str, tuple[float, float]]:

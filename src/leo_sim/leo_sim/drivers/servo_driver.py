@@ -16,6 +16,7 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied, JointStates
+from leo_sim.description.servos import HARDWARE_ERRORS, servo_model
 from leo_sim.drivers.base import (
     DriverFault,
     DriverOptions,
@@ -27,7 +28,6 @@ from leo_sim.drivers.base import (
 from leo_sim.drivers.pose import farthest, pose_of
 from leo_sim.drivers.servo_joints import JointUnits, MotorUnits
 from leo_sim.drivers.servo_line import Block, latency_timer, ServoLine
-from leo_sim.servos import HARDWARE_ERRORS, servo_model
 
 SHARE = 0.4
 """Share of a period [s] that an answer may take on top of its bytes."""

@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import Robot
+from leo_sim.description.robot_file import BusFile
+from leo_sim.description.servos import servo_model
 from leo_sim.drivers.servo_line import Block
-from leo_sim.robot import Robot
-from leo_sim.robot_file import BusFile
-from leo_sim.servos import servo_model
 
 Array = np.ndarray
 

@@ -13,8 +13,8 @@ from typing import Any, ClassVar
 from serial import SerialException
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.servos import Family, Register, registers
 from leo_sim.drivers.base import DriverFault, TransientFault
-from leo_sim.servos import Family, Register, registers
 
 CONFIGURE = 0.1
 """How long an answer may take while nothing moves [s]."""

@@ -7,8 +7,8 @@ import numpy as np
 
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers.base import DriverOptions, robot_info
-from leo_sim.hidden import hidden_model
-from leo_sim.model import State
+from leo_sim.model.model import State
+from leo_sim.truth.hidden import hidden_model
 
 
 class SimulatedDriver:
@@ -27,7 +27,8 @@ class SimulatedDriver:
         start_seed, noise_seed = np.random.SeedSequence(options.seed).spawn(2)
         self._start_rng = np.random.default_rng(start_seed)
         self._noise_rng = np.random.default_rng(noise_seed)
-        self._model = hidden_model(options)
+        self._model = hidden_model(options.robot, options.private or {}, options.engine,
+                                   options.integration_step or None)
         self._ticks = 0
         self._input = np.zeros(len(self.info.actuators))
         self._enabled = np.ones(len(self.info.actuators), dtype=bool)

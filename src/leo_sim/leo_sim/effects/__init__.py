@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.names import nearest
 from leo_sim.effects.actuator_lag import ActuatorLag
 from leo_sim.effects.armature import Armature
 from leo_sim.effects.back_emf_scale import BackEmfScale
@@ -39,10 +40,9 @@ from leo_sim.effects.viscous_friction import ViscousFriction
 from leo_sim.effects.voltage_deadband import VoltageDeadband
 from leo_sim.effects.voltage_limit import VoltageLimit
 from leo_sim.effects.voltage_scale import VoltageScale
-from leo_sim.names import nearest
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 __all__ = [
     'EFFECTS', 'Effect', 'Parameter', 'Placed', 'check_bounds', 'get_effect', 'place',

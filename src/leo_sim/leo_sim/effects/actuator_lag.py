@@ -13,7 +13,7 @@ class ActuatorLag(Effect):
     name = 'actuator_lag'
     family = 'command'
     hook = 'command'
-    parameters = (Parameter('tau', 's', low=0.0, high=1.0),)
+    parameters = (Parameter('tau', 's', low=0.0, high=1.0, role='delay'),)
     equation = 'tau du_motor/dt = u - u_motor'
     looks_like = 'Steps of the command arrive rounded.'
     confused_with = 'command_delay, above all with slow sampling; armature.'

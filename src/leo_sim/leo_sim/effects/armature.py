@@ -9,7 +9,7 @@ class Armature(Effect):
     name = 'armature'
     family = 'inertia'
     hook = 'drive'
-    parameters = (Parameter('J', 'kg m2', low=0.0),)
+    parameters = (Parameter('J', 'kg m2', low=0.0, role='amplitude', linear=False),)
     equation = 'J dw/dt more torque is needed at the joint'
     looks_like = 'The joint answers more slowly to torque, weight unchanged.'
     confused_with = ('link_inertia on a single hinge: the same; command_delay and torque_scale '

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any, TYPE_CHECKING
 
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 
 class BackEmfScale(Effect):
@@ -17,7 +17,7 @@ class BackEmfScale(Effect):
     name = 'back_emf_scale'
     family = 'motor'
     hook = 'torque'
-    parameters = (Parameter('k', '', neutral=1.0, low=0.0),)
+    parameters = (Parameter('k', '', neutral=1.0, low=0.0, role='amplitude'),)
     equation = 'tau = (k - 1) tau_emf'
     looks_like = 'Damping while the motors are on differs; the stall torque is right.'
     confused_with = ('viscous_friction on a voltage-driven joint that is never free: the same '

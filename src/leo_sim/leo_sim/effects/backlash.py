@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from leo_sim.effects.base import Drive, Effect, Parameter, Values
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 
 class Backlash(Effect):
@@ -16,7 +16,7 @@ class Backlash(Effect):
     name = 'backlash'
     family = 'gear'
     hook = 'drive'
-    parameters = (Parameter('gap', 'rad', low=0.0),)
+    parameters = (Parameter('gap', 'rad', low=0.0, role='threshold'),)
     equation = 'the motor turns the link only where |q_motor - q| = gap / 2'
     looks_like = ('For an instant after each reversal of torque the link moves without its '
                   'motor, then a jolt.')

@@ -8,11 +8,19 @@ from typing import Any, ClassVar, NamedTuple, TYPE_CHECKING
 
 import numpy as np
 
+from leo_sim.description.urdf import Body as Body
+
 if TYPE_CHECKING:
-    from leo_sim.motor import Motor
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
+    from leo_sim.effects.motor import Motor
 
 Values = Mapping[str, Any]
+SCALING = ('amplitude', 'threshold', 'delay')
+"""Roles of what scales an effect: how strong it is, where it cuts something off (a dead band, a
+limit, a play), how late or slow it makes something."""
+ROLES = (*SCALING, 'phase', 'position', 'shape')
+"""The others leave it as strong as it is: the phase of a sine, an angle at which the law has its
+place (the rest of a spring), any other figure that shapes it."""
 HOOKS = ('command', 'torque', 'drive', 'body', 'ground', 'sensor')
 
 
@@ -20,9 +28,12 @@ HOOKS = ('command', 'torque', 'drive', 'body', 'ground', 'sensor')
 class Parameter:
     """One number of an effect: its unit, the value that changes nothing, its physical bounds.
 
-    A search keeps it at or above the parameter of the same effect that `above` names. The law is
-    a sine with a `phase`, and a straight line in any other angle that shapes it; it is a straight
-    line in its product with the parameter that `times` names. A `whole` one is a whole number.
+    Attributes:
+        above: Another parameter of the effect, which a search keeps this one at or above.
+        times: Another parameter; the law is a straight line in the product of the two.
+        whole: It is a whole number.
+        role: What it does in the law, one of ROLES; '' where `with_roles` shall tell by the unit.
+        linear: Of an amplitude: predictions change nearly in proportion to it.
     """
 
     name: str
@@ -32,8 +43,19 @@ class Parameter:
     high: float = float('inf')
     above: str = ''
     times: str = ''
-    phase: bool = False
     whole: bool = False
+    role: str = ''
+    linear: bool = True
+
+    @property
+    def scales(self) -> bool:
+        """Whether the effect grows with it: at the neutral value of all of these it is off."""
+        return self.role in SCALING
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is an angle that says where in a turn the law acts."""
+        return self.role in ('phase', 'position')
 
 
 class Drive(NamedTuple):
@@ -41,22 +63,6 @@ class Drive(NamedTuple):
 
     rotor_inertia: Any
     gap: Any
-
-
-class Body(NamedTuple):
-    """Inertial figures of a link, in its link frame, as broadcastable components.
-
-    Attributes:
-        mass: kg.
-        com: Centre of mass (x, y, z), m.
-        inertia: About the centre of mass (xx, yy, zz, xy, xz, yz), kg m2.
-        force: Constant force at the centre of mass in world axes (x, y, z), N.
-    """
-
-    mass: Any
-    com: tuple[Any, Any, Any]
-    inertia: tuple[Any, Any, Any, Any, Any, Any]
-    force: tuple[Any, Any, Any] = (0.0, 0.0, 0.0)
 
 
 class Ground(NamedTuple):
@@ -243,3 +249,38 @@ def in_input_unit(robot: Robot, parameters: tuple[Parameter, ...]) -> tuple[Para
     """Parameters in V turned to N m where the robot takes torques."""
     unit = 'V' if robot.input == 'voltage' else 'N m'
     return tuple(replace(p, unit=unit) if p.unit == 'V' else p for p in parameters)
+
+
+def with_roles(effect: Effect, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
+    """Parameters with the roles they declare; what a user's effect leaves open is told here.
+
+    The first parameter, and those of its unit, scale the effect; of the others angles place it.
+    """
+    first = parameters[0]
+    return tuple(p if p.role else replace(p, role=_role(effect, p, first),
+                                          linear=p.linear and _linear(effect, first))
+                 for p in parameters)
+
+
+def _role(effect: Effect, parameter: Parameter, first: Parameter) -> str:
+    if parameter.unit != first.unit:
+        return 'position' if parameter.unit == 'rad' else 'shape'
+    if first.unit == 's':
+        return 'delay'
+    cuts = first.unit != '' if effect.hook == 'command' else (
+        effect.hook == 'drive' and first.unit == 'rad')
+    return 'threshold' if cuts else 'amplitude'
+
+
+def _linear(effect: Effect, first: Parameter) -> bool:
+    """Whether an effect of this hook and unit changes the motion in proportion."""
+    if first.unit == 'kg m2':
+        return False
+    return {
+        'torque': not effect.dry,
+        'command': first.unit == '' and not effect.dynamic,
+        'drive': first.unit != 'rad',
+        'ground': first.unit == 'rad',
+        'body': True,
+        'sensor': not (effect.dynamic or effect.late),
+    }[effect.hook]

@@ -3,7 +3,7 @@
 from typing import Any
 
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 
 class BiasTorque(Effect):
@@ -12,7 +12,7 @@ class BiasTorque(Effect):
     name = 'bias_torque'
     family = 'load'
     hook = 'torque'
-    parameters = (Parameter('t', 'N m'),)
+    parameters = (Parameter('t', 'N m', role='amplitude'),)
     equation = 'tau = t'
     looks_like = 'One direction is easier than the other at every angle.'
     confused_with = 'encoder_offset and external_force while the angle stays in a narrow range.'

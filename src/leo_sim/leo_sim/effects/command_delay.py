@@ -18,7 +18,7 @@ class CommandDelay(Effect):
     name = 'command_delay'
     family = 'command'
     hook = 'command'
-    parameters = (Parameter('delay', 's', low=0.0, high=0.5),)
+    parameters = (Parameter('delay', 's', low=0.0, high=0.5, role='delay'),)
     equation = 'u_motor(t) = u(t - delay)'
     looks_like = 'Every answer to a change of the command comes late by the same time.'
     confused_with = ('measurement_delay (the same where only states and commands are seen); '

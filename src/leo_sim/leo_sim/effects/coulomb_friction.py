@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 
 class CoulombFriction(Effect):
@@ -14,7 +14,7 @@ class CoulombFriction(Effect):
     name = 'coulomb_friction'
     family = 'friction'
     hook = 'torque'
-    parameters = (Parameter('c', 'N m', low=0.0),)
+    parameters = (Parameter('c', 'N m', low=0.0, role='amplitude', linear=False),)
     equation = 'tau = -c sign(w); holds still while the other torques stay below c'
     looks_like = ('Amplitudes shrink by the same amount each swing; small torques do not start a'
                   ' motion.')

@@ -11,7 +11,7 @@ class EncoderOffset(Effect):
     name = 'encoder_offset'
     family = 'sensor'
     hook = 'sensor'
-    parameters = (Parameter('o', 'rad'),)
+    parameters = (Parameter('o', 'rad', role='amplitude'),)
     equation = 'q_read = q + o'
     looks_like = 'Gravity seems turned: the rest position is not where it should be.'
     confused_with = 'bias_torque over narrow angles; link_com x.'

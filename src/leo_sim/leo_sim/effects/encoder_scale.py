@@ -11,7 +11,7 @@ class EncoderScale(Effect):
     name = 'encoder_scale'
     family = 'sensor'
     hook = 'sensor'
-    parameters = (Parameter('k', '', neutral=1.0, low=0.1, high=10.0),)
+    parameters = (Parameter('k', '', neutral=1.0, low=0.1, high=10.0, role='amplitude'),)
     equation = 'q_read = k q, w_read = k w'
     looks_like = 'Gravity repeats not once per measured turn; swings seem wider or narrower.'
     confused_with = 'link_mass, link_inertia and torque_scale together, over narrow angles.'

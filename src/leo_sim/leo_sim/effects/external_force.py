@@ -10,8 +10,8 @@ class ExternalForce(Effect):
     family = 'load'
     hook = 'body'
     parameters = (
-        Parameter('x', 'N'),
-        Parameter('z', 'N'),
+        Parameter('x', 'N', role='amplitude'),
+        Parameter('z', 'N', role='amplitude'),
     )
     equation = 'force (x, z) in world axes at the centre of mass'
     looks_like = 'As if gravity were stronger, weaker or turned, without any change of inertia.'

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from leo_sim.effects.base import Effect, Ground, Parameter, Values
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 
 class GroundCompliance(Effect):
@@ -17,7 +17,10 @@ class GroundCompliance(Effect):
     name = 'ground_compliance'
     family = 'ground'
     hook = 'ground'
-    parameters = (Parameter('k', 'N/m', low=0.0), Parameter('d', 'N s/m', low=0.0))
+    parameters = (
+        Parameter('k', 'N/m', low=0.0, role='amplitude', linear=False),
+        Parameter('d', 'N s/m', low=0.0, role='shape'),
+    )
     equation = 'f_normal = k depth + d d(depth)/dt, never pulling'
     looks_like = ('Feet sink deeper or bounce: base height in stance, and rates after each '
                   'footfall, differ.')

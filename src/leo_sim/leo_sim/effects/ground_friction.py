@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from leo_sim.effects.base import Effect, Ground, Parameter, Values
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 
 class GroundFriction(Effect):
@@ -17,7 +17,7 @@ class GroundFriction(Effect):
     name = 'ground_friction'
     family = 'ground'
     hook = 'ground'
-    parameters = (Parameter('mu', '', low=0.0),)
+    parameters = (Parameter('mu', '', low=0.0, role='amplitude', linear=False),)
     equation = '|f_tangential| <= mu f_normal'
     looks_like = 'Stance feet slide where the model holds them; nothing changes in the air.'
     confused_with = 'ground_slope, which also drives sliding, downhill only.'

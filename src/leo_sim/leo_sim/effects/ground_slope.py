@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from leo_sim.effects.base import Effect, Ground, Parameter, Values
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 
 class GroundSlope(Effect):
@@ -17,7 +17,7 @@ class GroundSlope(Effect):
     name = 'ground_slope'
     family = 'ground'
     hook = 'ground'
-    parameters = (Parameter('angle', 'rad', low=-0.5, high=0.5),)
+    parameters = (Parameter('angle', 'rad', low=-0.5, high=0.5, role='amplitude'),)
     equation = 'height of the floor = x tan(angle)'
     looks_like = 'Feet touch earlier ahead and later behind; standing leans with the slope.'
     confused_with = 'encoder_offset of the ankles near one spot; external_force x of the torso.'

@@ -3,7 +3,7 @@
 from typing import Any
 
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 
 class JointSpring(Effect):
@@ -13,8 +13,8 @@ class JointSpring(Effect):
     family = 'load'
     hook = 'torque'
     parameters = (
-        Parameter('k', 'N m/rad', low=0.0),
-        Parameter('rest', 'rad', times='k'),
+        Parameter('k', 'N m/rad', low=0.0, role='amplitude'),
+        Parameter('rest', 'rad', times='k', role='position'),
     )
     equation = 'tau = -k (q - rest)'
     looks_like = ('A pull towards one angle that grows with the distance from it: cables, hoses,'

@@ -10,8 +10,8 @@ class LinkCom(Effect):
     family = 'inertia'
     hook = 'body'
     parameters = (
-        Parameter('x', 'm'),
-        Parameter('z', 'm'),
+        Parameter('x', 'm', role='amplitude'),
+        Parameter('z', 'm', role='amplitude'),
     )
     equation = 'centre of mass + (x, z); mass and inertia about it kept'
     looks_like = 'Gravity pulls in a turned or longer direction.'

@@ -9,7 +9,7 @@ class LinkInertia(Effect):
     name = 'link_inertia'
     family = 'inertia'
     hook = 'body'
-    parameters = (Parameter('I', 'kg m2'),)
+    parameters = (Parameter('I', 'kg m2', role='amplitude', linear=False),)
     equation = 'inertia about the centre of mass + I'
     looks_like = 'A link turns more slowly or faster, its weight is right.'
     confused_with = 'armature on a single hinge: the same.'

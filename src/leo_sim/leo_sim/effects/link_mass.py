@@ -9,7 +9,7 @@ class LinkMass(Effect):
     name = 'link_mass'
     family = 'inertia'
     hook = 'body'
-    parameters = (Parameter('m', 'kg'),)
+    parameters = (Parameter('m', 'kg', role='amplitude'),)
     equation = 'mass + m, at the centre of mass; inertia about it kept'
     looks_like = 'Gravity and inertia of a link both differ, in proportion.'
     confused_with = 'external_force with link_inertia on one hinge.'

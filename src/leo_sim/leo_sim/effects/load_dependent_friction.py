@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 
 class LoadDependentFriction(Effect):
@@ -14,7 +14,7 @@ class LoadDependentFriction(Effect):
     name = 'load_dependent_friction'
     family = 'friction'
     hook = 'torque'
-    parameters = (Parameter('mu', '', low=0.0),)
+    parameters = (Parameter('mu', '', low=0.0, role='amplitude', linear=False),)
     equation = 'tau = -mu |tau_motor - tau_load| sign(w)'
     looks_like = ('Dry friction that grows with the torque through the gear: strong under load, '
                   'weak when idle.')

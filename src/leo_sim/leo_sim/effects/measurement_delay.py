@@ -22,7 +22,7 @@ class MeasurementDelay(Effect):
     name = 'measurement_delay'
     family = 'sensor'
     hook = 'sensor'
-    parameters = (Parameter('delay', 's', low=0.0, high=0.5),)
+    parameters = (Parameter('delay', 's', low=0.0, high=0.5, role='delay'),)
     equation = 'q_read(t) = q(t - delay), w_read(t) = w(t - delay)'
     looks_like = 'Every answer to a change of the command comes late by the same time.'
     confused_with = ('command_delay of all joints: the same where only states and commands are '

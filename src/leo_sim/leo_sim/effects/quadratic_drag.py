@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 
 class QuadraticDrag(Effect):
@@ -14,7 +14,7 @@ class QuadraticDrag(Effect):
     name = 'quadratic_drag'
     family = 'friction'
     hook = 'torque'
-    parameters = (Parameter('d', 'N m s2/rad2', low=0.0),)
+    parameters = (Parameter('d', 'N m s2/rad2', low=0.0, role='amplitude'),)
     equation = 'tau = -d w |w|'
     looks_like = 'Little loss in slow motion, strong loss at the highest speeds.'
     confused_with = 'viscous_friction and back_emf_scale when the speed range is narrow.'

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 
 class StribeckFriction(Effect):
@@ -15,9 +15,9 @@ class StribeckFriction(Effect):
     family = 'friction'
     hook = 'torque'
     parameters = (
-        Parameter('c', 'N m', low=0.0),
-        Parameter('c_static', 'N m', low=0.0, above='c'),
-        Parameter('v_s', 'rad/s', low=0.0),
+        Parameter('c', 'N m', low=0.0, role='amplitude', linear=False),
+        Parameter('c_static', 'N m', low=0.0, above='c', role='amplitude', linear=False),
+        Parameter('v_s', 'rad/s', low=0.0, role='shape'),
     )
     equation = 'tau = -(c + (c_static - c) exp(-(w / v_s)^2)) sign(w)'
     looks_like = 'Sticks, breaks loose with a jerk, then slides with less friction.'

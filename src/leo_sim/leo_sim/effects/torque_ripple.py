@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 
 class TorqueRipple(Effect):
@@ -15,9 +15,9 @@ class TorqueRipple(Effect):
     family = 'motor'
     hook = 'torque'
     parameters = (
-        Parameter('a', 'N m', low=0.0),
-        Parameter('n', '1/turn', low=0.0, whole=True),
-        Parameter('phase', 'rad', phase=True),
+        Parameter('a', 'N m', low=0.0, role='amplitude'),
+        Parameter('n', '1/turn', low=0.0, whole=True, role='shape'),
+        Parameter('phase', 'rad', role='phase'),
     )
     equation = 'tau = a sin(n q + phase)'
     looks_like = 'A missing torque that repeats n times per turn, whatever the speed.'

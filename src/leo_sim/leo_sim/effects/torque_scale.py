@@ -3,7 +3,7 @@
 from typing import Any
 
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 
 class TorqueScale(Effect):
@@ -12,7 +12,7 @@ class TorqueScale(Effect):
     name = 'torque_scale'
     family = 'motor'
     hook = 'torque'
-    parameters = (Parameter('k', '', neutral=1.0, low=0.0),)
+    parameters = (Parameter('k', '', neutral=1.0, low=0.0, role='amplitude'),)
     equation = 'tau = (k - 1) tau_motor, back-EMF included'
     looks_like = 'Everything the motor does, pushing and braking, is stronger or weaker.'
     confused_with = ('voltage_scale (the same on a torque-driven joint, or where the torque '

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from leo_msgs_py.errors import UserError
-from leo_sim.effects.base import Effect, HOOKS, Parameter
-from leo_sim.user_code import classes_of, guarded, load_file
+from leo_sim.common.user_code import classes_of, guarded, load_file
+from leo_sim.effects.base import Effect, HOOKS, Parameter, ROLES
 
 REQUIRED = ('name', 'family', 'hook', 'parameters')
 
@@ -43,6 +43,9 @@ def _check_parameters(path: Path, kind: type[Effect]) -> None:
         if not (isinstance(p, Parameter) and p.low <= p.neutral <= p.high and p.low < p.high):
             raise UserError(f'{path}: {kind.__name__}.parameters: {p} is no Parameter(name, unit, '
                             'neutral, low, high) with its neutral value between low and high')
+        if p.role not in ('', *ROLES):
+            raise UserError(f'{path}: {kind.__name__}.parameters: {p.name} has the role '
+                            f'{p.role!r}; there are {", ".join(ROLES)}')
         others = {other.name for other in kind.parameters} - {p.name}
         for told in (p.above, p.times):
             if told and told not in others:

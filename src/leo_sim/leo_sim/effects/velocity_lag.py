@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.common.broadcasting import paired
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.filled import paired
 
 TINY = 1e-200
 
@@ -21,7 +21,7 @@ class VelocityLag(Effect):
     name = 'velocity_lag'
     family = 'sensor'
     hook = 'sensor'
-    parameters = (Parameter('tau', 's', low=0.0, high=0.5),)
+    parameters = (Parameter('tau', 's', low=0.0, high=0.5, role='delay'),)
     equation = 'tau dw_read/dt = w - w_read'
     looks_like = 'The rate is not the derivative of the angle: it comes late and rounded.'
     confused_with = 'measurement_delay, which holds up the angle too.'

@@ -3,7 +3,7 @@
 from typing import Any
 
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 
 class ViscousFriction(Effect):
@@ -12,7 +12,7 @@ class ViscousFriction(Effect):
     name = 'viscous_friction'
     family = 'friction'
     hook = 'torque'
-    parameters = (Parameter('b', 'N m s/rad', low=0.0),)
+    parameters = (Parameter('b', 'N m s/rad', low=0.0, role='amplitude'),)
     equation = 'tau = -b w'
     looks_like = ('Motion dies out faster than the model says, in proportion to speed; nothing '
                   'at rest.')

@@ -9,7 +9,7 @@ import numpy as np
 from leo_sim.effects.base import Effect, in_input_unit, Parameter, Values
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 
 class VoltageDeadband(Effect):
@@ -18,7 +18,7 @@ class VoltageDeadband(Effect):
     name = 'voltage_deadband'
     family = 'command'
     hook = 'command'
-    parameters = (Parameter('v', 'V', low=0.0),)
+    parameters = (Parameter('v', 'V', low=0.0, role='threshold'),)
     equation = 'u_motor = sign(u) max(|u| - v, 0)'
     looks_like = 'Small commands have no effect; large ones are weaker by a constant.'
     confused_with = ('coulomb_friction where the joint hardly moves; voltage_scale at one '

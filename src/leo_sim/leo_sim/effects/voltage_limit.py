@@ -10,7 +10,7 @@ import numpy as np
 from leo_sim.effects.base import Effect, in_input_unit, Parameter, Values
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
+    from leo_sim.description.robot import Robot
 
 
 class VoltageLimit(Effect):
@@ -19,7 +19,7 @@ class VoltageLimit(Effect):
     name = 'voltage_limit'
     family = 'command'
     hook = 'command'
-    parameters = (Parameter('v', 'V', neutral=float('inf'), low=0.0),)
+    parameters = (Parameter('v', 'V', neutral=float('inf'), low=0.0, role='threshold'),)
     equation = 'u_motor = min(max(u, -v), v)'
     looks_like = 'Right with small commands, too weak with large ones.'
     confused_with = 'voltage_scale when only large commands occur.'

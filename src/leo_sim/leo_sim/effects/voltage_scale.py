@@ -11,7 +11,7 @@ class VoltageScale(Effect):
     name = 'voltage_scale'
     family = 'command'
     hook = 'command'
-    parameters = (Parameter('k', '', neutral=1.0, low=0.0),)
+    parameters = (Parameter('k', '', neutral=1.0, low=0.0, role='amplitude'),)
     equation = 'u_motor = k u'
     looks_like = 'Commands are stronger or weaker than sent; braking at 0 V is right.'
     confused_with = ('torque_scale (the same on a torque-driven joint, or where the torque '

@@ -8,7 +8,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from leo_sim.senders import Ages, Turns
+from leo_sim.nodes.senders import Ages, Turns
 
 
 class Commander:

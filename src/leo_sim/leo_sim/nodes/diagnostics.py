@@ -9,7 +9,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
-from leo_sim.safety import Safety
+from leo_sim.drivers.safety import Safety
 
 
 class Health:

@@ -13,9 +13,9 @@ from rclpy.node import Node
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import declared, fixed_parameter, private_parameter
+from leo_sim.description.robot import load_robot
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.effects.consent import trust_parameter
-from leo_sim.robot import load_robot
 
 NOISE_FORM = 'noise takes two numbers, [position rad, velocity rad/s] standard deviations'
 

@@ -44,7 +44,8 @@ from leo_sim.drivers.base import (
     Placeable,
     TransientFault,
 )
-from leo_sim.faults import Faults
+from leo_sim.drivers.faults import Faults
+from leo_sim.drivers.safety import BadCommand, Safety
 from leo_sim.nodes.commander import Commander
 from leo_sim.nodes.diagnostics import diagnostic_array, Health, robot_status
 from leo_sim.nodes.episode import episode_file, EpisodeNumber
@@ -53,7 +54,6 @@ from leo_sim.nodes.measured import MeasuredTopics
 from leo_sim.nodes.parameters import read_settings, Settings
 from leo_sim.nodes.services import answered
 from leo_sim.nodes.watchdog import Gate, watchdog
-from leo_sim.safety import BadCommand, Safety
 
 REPEAT_PERIOD = 0.2
 """While waiting in lockstep the last state is repeated this often [s]."""

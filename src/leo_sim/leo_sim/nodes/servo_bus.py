@@ -21,11 +21,11 @@ from rclpy.node import Node
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import declared, fixed_parameter, graph, spin
+from leo_sim.description.robot import Robot
+from leo_sim.drivers.servo_bus.line import Line, Trouble
+from leo_sim.drivers.servo_bus.plant import Plant
+from leo_sim.drivers.servo_bus.rig import Rig
 from leo_sim.nodes.parameters import read_options
-from leo_sim.robot import Robot
-from leo_sim.servo_bus.line import Line, Trouble
-from leo_sim.servo_bus.plant import Plant
-from leo_sim.servo_bus.rig import Rig
 
 OVERHEATED, OVERLOADED = 0x04, 0x20
 NONE = -1

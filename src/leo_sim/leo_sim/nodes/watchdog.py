@@ -16,8 +16,8 @@ from leo_msgs_py import topics
 from leo_msgs_py.node import served_apart
 from leo_msgs_py.values import Applied
 from leo_sim.drivers.base import Driver, DriverFault, Haltable
+from leo_sim.drivers.safety import Safety
 from leo_sim.nodes.services import answered
-from leo_sim.safety import Safety
 
 HURRY = 0.005
 """How long the watchdog waits for a write to end before it halts the motors beside it [s]."""

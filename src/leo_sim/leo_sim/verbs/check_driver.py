@@ -13,7 +13,7 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs import common
 
 if TYPE_CHECKING:
-    from leo_sim.driver_check.suite import Result
+    from leo_sim.drivers.check.suite import Result
 
 _EXAMPLES = """\
   leo check-driver simulated --robot pendulum --move --share 1
@@ -45,11 +45,11 @@ def main(argv: list[str]) -> int:
     parser.add_json()
     options = parser.parse_args(argv)
 
-    from leo_sim.driver_check.suite import examine, FAILED
-    from leo_sim.driver_check.trial import Moving, Trial
+    from leo_sim.description.robot import load_robot
     from leo_sim.drivers import load_driver
     from leo_sim.drivers.base import DriverOptions
-    from leo_sim.robot import load_robot
+    from leo_sim.drivers.check.suite import examine, FAILED
+    from leo_sim.drivers.check.trial import Moving, Trial
 
     if not (0.0 < options.range < 10.0 and 0.0 < options.share <= 1.0):
         raise UserError('--range is above 0 rad, --share above 0 and at most 1')

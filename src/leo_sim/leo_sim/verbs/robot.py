@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from leo_msgs_py.verbs import common
 
 if TYPE_CHECKING:
-    from leo_sim.robot import Robot
-    from leo_sim.skeleton.folder import Skeleton
+    from leo_sim.description.robot import Robot
+    from leo_sim.verbs.skeleton.folder import Skeleton
 
 _INIT_EXAMPLES = """\
   leo robot init arm.urdf -o arm
@@ -41,7 +41,7 @@ def _init(argv: list[str]) -> int:
     parser.add_json()
     options = parser.parse_args(argv)
 
-    from leo_sim.skeleton.folder import make_folder
+    from leo_sim.verbs.skeleton.folder import make_folder
 
     made = make_folder(options.urdf, options.output, options.input, bool(options.driver))
     following = f'leo compare BAG --model {shlex.quote(str(options.output))}'
@@ -60,7 +60,7 @@ def _list(argv: list[str]) -> int:
     parser.add_json()
     options = parser.parse_args(argv)
 
-    from leo_sim.robot import load_robot, named_robots
+    from leo_sim.description.robot import load_robot, named_robots
 
     robots = [load_robot(name) for name in sorted(named_robots())]
     lines = [f'{r.name}: {", ".join(r.joint_names)} ({r.input}, {r.base} base)' for r in robots]

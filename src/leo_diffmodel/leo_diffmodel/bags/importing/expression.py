@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
-from leo_sim.yaml_file import shown
+from leo_sim.common.yaml_file import shown
 
 from ..yaml_config import nearest
 

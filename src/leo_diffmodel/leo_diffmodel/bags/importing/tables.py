@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.errors import one_line, UserError
-from leo_sim.yaml_file import read_text, shown
+from leo_sim.common.yaml_file import read_text, shown
 
 from .column_map import ColumnMap
 from .expression import Column

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
-from leo_sim.robot import Robot
+from leo_sim.description.robot import Robot
 
 
 @dataclass(frozen=True)

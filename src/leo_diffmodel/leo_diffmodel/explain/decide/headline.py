@@ -9,7 +9,7 @@ import numpy as np
 
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
-from leo_sim.robot import Robot
+from leo_sim.description.robot import Robot
 
 NEARLY = 0.95
 

@@ -113,7 +113,7 @@ class GroundScanner(Scanner):
         shapes: list[list[float]] = [[]]
         for i, p in enumerate(parameters):
             if i not in amplitude:
-                values = TWO_ANGLES if p.unit == 'rad' else self._shape(p)
+                values = TWO_ANGLES if p.turns else self._shape(p)
                 shapes = [[*s, v] for s in shapes for v in values]
         points = []
         for shape in shapes:
@@ -131,7 +131,7 @@ class GroundScanner(Scanner):
         if candidate.effect.hook == 'ground':
             return _grounds(candidate)
         points, first = self._grid(candidate), candidate.parameters[0]
-        if candidate.effect.hook == 'command' and first.neutral > 0 and first.unit != '':
+        if first.role == 'threshold' and first.neutral > 0:
             points = points[points[:, 0] < first.neutral]  # a higher limit limits nothing
         return points
 
@@ -218,32 +218,20 @@ def is_inertia(candidate: Candidate) -> bool:
 
 def is_straight(candidate: Candidate) -> bool:
     """Whether the answer is nearly in proportion to the effect's amplitudes."""
-    effect, unit = candidate.effect, candidate.parameters[0].unit
-    if is_inertia(candidate):
-        return False
-    if effect.hook == 'torque':
-        return not effect.dry
-    if effect.hook == 'command':
-        return unit == '' and not effect.dynamic
-    if effect.hook == 'drive':
-        return unit != 'rad'
-    if effect.hook == 'ground':
-        return unit == 'rad'
-    return effect.hook == 'body' or (effect.hook == 'sensor' and not effect.dynamic
-                                     and not effect.late)  # fmt: skip
+    first = candidate.parameters[0]
+    return first.role == 'amplitude' and first.linear
 
 
 def turned_to_any(candidate: Candidate, points: Array, change: Array) -> tuple[Array, Array]:
     """What an effect does at many angles, from what it does at two of them; see `Parameter`."""
     names = candidate.parameters
-    turned = [i for i, p in enumerate(names) if i not in amplitude_indices(names)
-              and p.unit == 'rad']  # fmt: skip
+    turned = [i for i, p in enumerate(names) if p.turns]
     if not turned or not is_straight(candidate):
         return points, change
     column, angles = turned[0], np.linspace(-np.pi, np.pi, ANGLES, endpoint=False)
     second = angles / TWO_ANGLES[1]
     weights = np.stack([1 - second, second])
-    if names[column].phase:
+    if names[column].role == 'phase':
         weights = np.stack([np.cos(angles), np.sin(angles)])
     mixed = np.einsum('pa,gpm->gam', weights, change.reshape(-1, 2, change.shape[-1]))
     at = np.repeat(points[::2], ANGLES, axis=0)

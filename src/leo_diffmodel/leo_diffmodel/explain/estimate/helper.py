@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 from joblib import cpu_count
 from joblib.externals.loky import ProcessPoolExecutor
 
-from leo_sim.shares import alone
+from leo_sim.model.window_shares import alone
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')

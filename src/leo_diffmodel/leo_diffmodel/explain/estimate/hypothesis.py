@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from leo_sim.description.robot import Constant
 from leo_sim.effects import Effect, Parameter, place, Placed
 from leo_sim.model import Model
-from leo_sim.robot import Constant
 
 Array = np.ndarray
 

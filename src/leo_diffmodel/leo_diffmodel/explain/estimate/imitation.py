@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.scan import amplitude_indices, Scan
-from leo_sim.motor import Motor
+from leo_sim.effects.motor import Motor
 
 Array = np.ndarray
 LEFT = 0.05
@@ -61,7 +61,7 @@ def _nearest(scan: Scan, q: Array, dq: Array, torque: Array) -> tuple[Array, flo
     """
     parameters = scan.candidate.parameters
     scaling = amplitude_indices(parameters)
-    free = [i for i, p in enumerate(parameters) if i in scaling or p.unit == 'rad']
+    free = [i for i, p in enumerate(parameters) if i in scaling or p.turns]
     bounds = [np.array([getattr(parameters[i], end) for i in free]) for end in ('low', 'high')]
     size = np.sqrt((torque**2).mean())
 

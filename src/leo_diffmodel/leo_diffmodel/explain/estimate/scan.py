@@ -47,7 +47,7 @@ class Scales:
 
     def amplitudes(self, parameter: Parameter) -> Array:
         """Amplitudes of one sign to try, small to large, as change from neutral."""
-        if parameter.unit == 's':
+        if parameter.role == 'delay':
             return np.array(DELAYS)
         if parameter.unit == 'rad':
             return np.array(ANGLES)
@@ -187,7 +187,7 @@ class Scanner:
     def _sizes(self, candidate: Candidate) -> Array:
         """Amplitudes of one sign; the clip and the dead band are sized by the input itself."""
         first = candidate.parameters[0]
-        if candidate.effect.hook != 'command' or first.unit in ('', 's'):
+        if candidate.effect.hook != 'command' or first.role != 'threshold':
             return self._scales.amplitudes(first)
         if first.neutral > 0:
             return np.array([f * self._scales.input - first.neutral for f in LIMITS])
@@ -195,7 +195,7 @@ class Scanner:
 
     def _shape(self, parameter: Parameter) -> tuple[float, ...]:
         """Values to try of a parameter that shapes an effect without scaling it."""
-        if parameter.unit == 'rad':
+        if parameter.turns:
             return (-np.pi / 2, 0.0, np.pi / 2, np.pi)
         if parameter.unit == 'rad/s':
             return (0.05 * self._scales.rate, 0.25 * self._scales.rate)
@@ -241,23 +241,21 @@ def _possible(parameters: Sequence[Parameter], point: Sequence[float]) -> bool:
 
 def _is_linear(candidate: Candidate) -> bool:
     """Whether the law is linear in its amplitude: one point then gives the whole ray."""
-    return candidate.effect.hook == 'torque' and not candidate.effect.dry
+    return candidate.effect.hook == 'torque' and candidate.parameters[0].linear
 
 
 def stretch_limits(candidate: Candidate) -> tuple[float, float]:
     """How far from a grid point the prediction still changes in proportion to the amplitude."""
     if _is_linear(candidate):
         return 0.01, 20.0
-    unit = candidate.parameters[0].unit
     hook = 'command' if candidate.effect.late else candidate.effect.hook
-    bent = unit != '' if hook == 'command' else unit == 'rad'
+    bent = candidate.parameters[0].role in ('threshold', 'delay')
     return (1.0, 1.0) if bent and hook in ('command', 'drive') else (0.2, 5.0)
 
 
 def amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
-    """The first parameter, and those of its unit, scale an effect; the others shape it."""
-    unit = parameters[0].unit
-    return tuple(i for i, p in enumerate(parameters) if p.unit == unit)
+    """The parameters that scale an effect; the others shape it."""
+    return tuple(i for i, p in enumerate(parameters) if p.scales)
 
 
 def scales_of(model: Model, windows: Windows) -> Scales:

@@ -7,9 +7,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
-from leo_sim.effects import Effect, EFFECTS
+from leo_sim.description.robot import Constant
+from leo_sim.effects import Effect, EFFECTS, Parameter
+from leo_sim.effects.base import with_roles
 from leo_sim.model import Model
-from leo_sim.robot import Constant
 
 
 def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, ...]:
@@ -21,7 +22,7 @@ def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, .
     catalogue = [*EFFECTS.values(), *extra]
     taken = {(p.effect.name, place) for p in model.effects for place in p.where}
     return tuple(
-        Candidate(effect, where, effect.parameters_for(model.robot, _names(effect, model, where)))
+        Candidate(effect, where, _parameters(effect, model, where))
         for effect in catalogue
         if effect.applies(model.robot)
         for where in _places(effect, model)
@@ -47,6 +48,10 @@ def _places(effect: Effect, model: Model) -> list[str]:
     if effect.late:
         return places if len(places) == 1 else ['all']
     return [*places, 'all'] if len(places) > 1 and effect.hook != 'body' else places
+
+
+def _parameters(effect: Effect, model: Model, where: str) -> tuple[Parameter, ...]:
+    return with_roles(effect, effect.parameters_for(model.robot, _names(effect, model, where)))
 
 
 def _names(effect: Effect, model: Model, where: str) -> tuple[str, ...]:

@@ -20,9 +20,9 @@ from leo_diffmodel.compare.sizes import (
     torque_scale,
 )
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_sim.description.robot import Robot
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
-from leo_sim.robot import Robot
 
 GAIN = (0.2, 5.0)
 """Of a scale: a motor five times as strong as its data sheet is another motor."""
@@ -82,7 +82,7 @@ def _range(parameter: Parameter, candidate: Candidate, model: Model) -> tuple[fl
 
 
 def _angle(parameter: Parameter, candidate: Candidate) -> float:
-    if parameter.name == 'gap':
+    if parameter.role == 'threshold':
         return GAP
     return OFFSET if candidate.effect.hook == 'sensor' else float('inf')
 

@@ -20,6 +20,7 @@ from leo_diffmodel.explain.unknown.influence import Influence, influence
 from leo_diffmodel.explain.unknown.law import Law, law_of, table_of
 from leo_diffmodel.explain.unknown.paths import with_past
 from leo_diffmodel.explain.unknown.variables import variables
+from leo_sim.effects.base import with_roles
 
 Array = np.ndarray
 LINEAR_SHARE = 0.5
@@ -125,7 +126,8 @@ def _linear(base: Fit, law: Law) -> Attempt:
 def _fitted(problem: Problem, base: Fit, law: Law, joint: str) -> Attempt:
     per_torque = in_volts(problem.base.robot, joint, 1.0) or 1.0
     text = effect_file.write(law, joint, per_torque)
-    candidate = Candidate(effect_file.compiled(text), joint, law.parameters)
+    effect = effect_file.compiled(text)
+    candidate = Candidate(effect, joint, with_roles(effect, law.parameters))
     hypothesis = base.hypothesis.with_candidate(candidate)
     first = hypothesis.offset(len(hypothesis.candidates) - 1)
     theta = np.concatenate([base.theta[:first], law.values, base.theta[first:]])

@@ -16,7 +16,7 @@ from leo_diffmodel.report import palette
 from leo_diffmodel.report.figures import Line, torque
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import torque as in_print
-from leo_sim.robot import Robot
+from leo_sim.description.robot import Robot
 
 if TYPE_CHECKING:
     from leo_diffmodel.report.torque_curves import Curve

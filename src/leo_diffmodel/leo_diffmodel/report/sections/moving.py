@@ -12,7 +12,7 @@ from leo_diffmodel.picture.stick import Stick
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.worst import Stretch
-from leo_sim.robot import Robot
+from leo_sim.description.robot import Robot
 
 Array = np.ndarray
 FIGURES = (

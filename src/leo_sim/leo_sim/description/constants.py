@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Constants of a robot: every number of robot.yaml and robot.urdf that a model may override."""
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from leo_msgs_py.errors import UserError
+from leo_sim.common.yaml_file import Quantity
+from leo_sim.description.robot_file import RobotFile
+from leo_sim.description.urdf import Body, Joint, Link
+
+BODY_UNITS = {'mass': 'kg', 'com_x': 'm', 'com_y': 'm', 'com_z': 'm', 'inertia': 'kg m2'}
+MOTOR_UNITS = {'torque_constant': 'N m/A', 'resistance': 'ohm', 'supply': 'V'}
+GROUND_UNITS = {'stiffness': 'N/m', 'damping': 'N s/m', 'friction': '', 'slope': 'rad'}
+UNITS = {**BODY_UNITS, **MOTOR_UNITS, 'efficiency': '', 'rotor_inertia': 'kg m2',
+         'gravity': 'm/s2', 'offset': 'rad', 'force_x': 'N', 'force_z': 'N'}
+ABOVE_ZERO = {'resistance', 'torque_constant'}
+COM = ('com_x', 'com_y', 'com_z')
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A number of robot.yaml that a model file may override.
+
+    Attributes:
+        path: As `actuators.pivot.resistance`.
+        uncertain: The range it is known to lie in; None for a number taken as exact.
+    """
+
+    path: str
+    value: float
+    unit: str
+    uncertain: tuple[float, float] | None = None
+
+
+def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],
+                 joints: tuple[Joint, ...]) -> dict[str, Constant]:
+    """All constants by path: defaults of the URDF, then what robot.yaml says.
+
+    Raises:
+        UserError: A wrong unit, or a motor figure that is missing.
+    """
+    found = {c.path: c for c in _urdf_constants(links, joints)}
+    for path, quantity in _given(file):
+        found[path] = checked(str(folder / 'robot.yaml'), path, quantity, _unit(path, file.input))
+    for name in file.actuators:
+        for key in MOTOR_UNITS if file.input == 'voltage' else ():
+            if f'actuators.{name}.{key}' not in found:
+                raise UserError(f'{folder / "robot.yaml"}: actuators.{name}.{key}: is missing')
+        inertia = f'actuators.{name}.rotor_inertia'
+        found.setdefault(inertia, Constant(inertia, 0.0, 'kg m2'))
+    return found
+
+
+def _given(file: RobotFile) -> Iterator[tuple[str, Quantity]]:
+    """Paths and quantities that robot.yaml has."""
+    yield 'gravity', file.gravity
+    parts = {f'{group}.{name}': part for group in ('actuators', 'links', 'joints')
+             for name, part in getattr(file, group).items()}
+    parts |= {f'sensors.{name}': sensor for name, sensor in file.sensors.items()}
+    parts |= {} if file.ground is None else {'ground': file.ground}
+    for path, part in parts.items():
+        yield from ((f'{path}.{key}', figure) for key, figure in part
+                    if isinstance(figure, Quantity))
+
+
+def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
+    """A constant as a file gives it.
+
+    Args:
+        where: The file and the place in it, for the error.
+        path: Of the constant.
+        quantity: What the file says.
+        unit: That it must have.
+
+    Raises:
+        UserError: Another unit, a value outside its uncertain range, or one that divides by 0.
+    """
+    if quantity.unit != unit:
+        raise UserError(f'{where}: {path}: the unit is {unit!r}, found {quantity.unit!r}')
+    low, high = quantity.uncertain or (quantity.value, quantity.value)
+    if not low <= quantity.value <= high:
+        raise UserError(f'{where}: {path}: {quantity.value:g} is outside its uncertain range '
+                        f'{low:g} to {high:g} {unit}')
+    if path.rsplit('.', 1)[-1] in ABOVE_ZERO and not low > 0:
+        raise UserError(f'{where}: {path}: it must be above 0 {unit}, found {low:g}')
+    return Constant(path, quantity.value, unit, quantity.uncertain)
+
+
+def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[Constant]:
+    bodies_of = {link.name: link.body for link in links}
+    found = []
+    for joint in joints:
+        body, path = bodies_of[joint.child], f'links.{joint.child}.'
+        figures = (body.mass, *body.com, _about(body, joint.axis))
+        found += [Constant(path + key, value, unit)
+                  for (key, unit), value in zip(BODY_UNITS.items(), figures, strict=True)]
+        if joint.kind != 'fixed':
+            path = f'joints.{joint.name}.damping'
+            found.append(Constant(path, joint.damping, 'N m s/rad'))
+    return found
+
+
+def _unit(path: str, input_kind: str) -> str:
+    """The unit of a constant by its path."""
+    group, key = path.split('.', 1)[0], path.rsplit('.', 1)[-1]
+    if group == 'ground':
+        return GROUND_UNITS[key]
+    if group == 'joints':
+        return {'damping': 'N m s/rad', 'friction': 'N m'}[key]
+    return ('V' if input_kind == 'voltage' else 'N m') if key == 'limit' else UNITS[key]
+
+
+def bodies(links: tuple[Link, ...], joints: tuple[Joint, ...], values: Mapping[str, Any]
+           ) -> dict[str, Body]:
+    """Inertial figures of every link for values of the constants (floats or arrays)."""
+    result = {}
+    axes = {joint.child: joint.axis for joint in joints}
+    for link in links:
+        body = link.body
+        if link.name in axes:
+            path = f'links.{link.name}.'
+            added = values[path + 'inertia'] - _about(body, axes[link.name])
+            xx, yy, zz, *products = body.inertia
+            body = Body(values[path + 'mass'], tuple(values[path + c] for c in COM),
+                        (xx + added, yy + added, zz + added, *products),
+                        (values.get(path + 'force_x', 0.0), 0.0,
+                         values.get(path + 'force_z', 0.0)))
+        result[link.name] = body
+    return result
+
+
+def _about(body: Body, axis: tuple[float, float, float]) -> float:
+    """Moment of inertia about the CoM along an axis (x for a fixed joint without one)."""
+    x, y, z = axis
+    xx, yy, zz, xy, xz, yz = body.inertia
+    return (x * x * xx + y * y * yy + z * z * zz
+            + 2 * (x * y * xy + x * z * xz + y * z * yz))

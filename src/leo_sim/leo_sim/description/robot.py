@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A robot: its tree, actuators, timing, task, and every constant a model may override."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from importlib.metadata import entry_points
+import os
+from pathlib import Path
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+from leo_sim.common.names import nearest
+from leo_sim.common.yaml_file import read, read_text
+from leo_sim.description import urdf
+from leo_sim.description.constants import Constant, constants_of
+from leo_sim.description.robot_check import check
+from leo_sim.description.robot_file import (
+    DriverFile,
+    ObservedFile,
+    PoseFile,
+    RewardFile,
+    RobotFile,
+    SchemeFile,
+    SensorFile,
+    TerminationFile,
+)
+from leo_sim.description.urdf import Joint, Link
+
+__all__ = ['Actuator', 'Constant', 'Robot', 'load_robot', 'named_robots']
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """An actuator, all figures at the joint side of its gear.
+
+    Attributes:
+        torque_constant: N m/A = V s/rad; None when torque driven.
+        resistance: ohm; None when torque driven.
+        limit: Largest command, V or N m.
+        supply: V; None when torque driven.
+        rotor_inertia: kg m2, on top of the links' inertia.
+    """
+
+    joint: str
+    torque_constant: float | None
+    resistance: float | None
+    limit: float
+    supply: float | None
+    rotor_inertia: float
+
+    @property
+    def strongest(self) -> float:
+        """The largest input the hardware can give: the supply V, or the torque limit N m."""
+        return self.limit if self.supply is None else self.supply
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A sphere that touches the ground.
+
+    Attributes:
+        name: As `left_heel`.
+        link: Link it is part of.
+        x, z: Its centre in link axes, m.
+        radius: m.
+        stiffness, damping: N/m, N s/m; None = the ground's.
+    """
+
+    name: str
+    link: str
+    x: float
+    z: float
+    radius: float
+    stiffness: float | None
+    damping: float | None
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A robot as loaded from a folder with robot.urdf and robot.yaml.
+
+    Attributes:
+        urdf: Text of robot.urdf (its inertial figures without those of robot.yaml).
+        links, joints: The tree of the URDF; fixed joints included.
+        joint_names: Joints that move, in the order of every state vector.
+        actuators: In the order of every input vector.
+        input: 'voltage' (V) or 'torque' (N m).
+        control_period, integration_step, episode_seconds: s.
+        schemes: How it is integrated: 'reference' (integration_step), 'training', 'search'.
+        state_rate: Hz.
+        contacts: What may touch the ground; empty for robots without ground.
+        feet: Links whose contacts are the feet, the origin of a foot its ankle.
+        observation, reward, termination: The task, see leo_sim.task.task.
+        constants: Every number a model may override, by path.
+        driver: How its hardware is connected.
+    """
+
+    name: str
+    folder: Path
+    urdf: str
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    joint_names: tuple[str, ...]
+    actuators: tuple[Actuator, ...]
+    input: str
+    base: str
+    control_period: float
+    integration_step: float
+    schemes: Mapping[str, SchemeFile]
+    state_rate: float
+    episode_seconds: float
+    start_poses: Mapping[str, PoseFile]
+    sensors: Mapping[str, SensorFile]
+    contacts: tuple[Contact, ...]
+    feet: tuple[str, ...]
+    observation: tuple[ObservedFile, ...]
+    reward: tuple[RewardFile, ...]
+    termination: tuple[TerminationFile, ...]
+    constants: Mapping[str, Constant]
+    driver: DriverFile
+
+    @property
+    def moving_links(self) -> tuple[str, ...]:
+        """Links with a joint between them and the base; not the slides of a planar base."""
+        slides = self.base_joints[:2]
+        return tuple(joint.child for joint in self.joints if joint.name not in slides)
+
+    @property
+    def base_joints(self) -> tuple[str, ...]:
+        """The joints x, z and pitch of a planar base; none where the base is fixed."""
+        return self.joint_names[:3] if self.base == 'planar' else ()
+
+    @property
+    def actuated(self) -> tuple[int, ...]:
+        """Index of each actuator's joint in a state vector."""
+        return tuple(self.joint_names.index(a.joint) for a in self.actuators)
+
+    @property
+    def limits(self) -> np.ndarray:
+        """Largest command of each actuator, V or N m."""
+        return np.array([a.limit for a in self.actuators])
+
+    def with_constants(self, changed: Mapping[str, Constant]) -> Robot:
+        """The robot with other constants (paths must exist)."""
+        constants = {**self.constants, **changed}
+        values = {path: c.value for path, c in constants.items()}
+        return replace(self, constants=constants, actuators=tuple(
+            _actuator(a.joint, values) for a in self.actuators))
+
+
+def load_robot(ref: str | Path) -> Robot:
+    """A robot by name (entry point group leo.robots) or by folder.
+
+    Raises:
+        UserError: No such robot (naming the nearest one), or a wrong file in its folder.
+    """
+    folder = Path(ref)
+    if not os.path.isdir(folder):  # False for a name that no file can have, too
+        folder = _named_folder(str(ref))
+    if not (folder / 'robot.yaml').is_file():
+        raise UserError(f'{folder} is no robot folder (it has no robot.yaml); '
+                        'give a model file, a robot name or a robot folder')
+    file = read(folder / 'robot.yaml', RobotFile)
+    path = folder / 'robot.urdf'
+    if not path.is_file():
+        raise UserError(f'{folder} has no robot.urdf')
+    text = read_text(path)
+    links, joints = urdf.parse(text, str(path))
+    return _robot(folder, file, text, links, joints)
+
+
+def named_robots() -> dict[str, Path]:
+    """Folders of the robots in the entry-point group leo.robots, by name."""
+    return {entry.name: Path(entry.load()) for entry in entry_points(group='leo.robots')}
+
+
+def _named_folder(name: str) -> Path:
+    robots = named_robots()
+    if name not in robots:
+        raise UserError(f'no robot is named {name!r}, and it is no folder{nearest(name, robots)}')
+    return robots[name]
+
+
+def _robot(folder: Path, file: RobotFile, text: str, links: tuple[Link, ...],
+           joints: tuple[Joint, ...]) -> Robot:
+    moving = tuple(joint.name for joint in joints if joint.kind != 'fixed')
+    check(folder, file, links, joints)
+    constants = constants_of(folder, file, links, joints)
+    values = {path: constant.value for path, constant in constants.items()}
+    return Robot(
+        name=file.name, folder=folder, urdf=text, links=links, joints=joints, joint_names=moving,
+        actuators=tuple(_actuator(joint, values) for joint in file.actuators), input=file.input,
+        base=file.base, control_period=file.control_period,
+        integration_step=file.integration_step, schemes=_schemes(file), state_rate=file.state_rate,
+        episode_seconds=file.episode_seconds, start_poses=file.start_poses,
+        sensors=file.sensors, contacts=tuple(Contact(name, **contact.model_dump())
+                                             for name, contact in file.contacts.items()),
+        feet=file.feet, observation=file.observation, reward=file.reward,
+        termination=tuple(rule for rule in file.termination if rule.active), constants=constants,
+        driver=file.driver)
+
+
+def _schemes(file: RobotFile) -> dict[str, SchemeFile]:
+    reference = SchemeFile(integration_step=file.integration_step,
+                           geometry_every=file.geometry_every)
+    return {'reference': reference, 'training': file.training or reference,
+            'search': file.search or file.training or reference}
+
+
+def _actuator(joint: str, values: Mapping[str, float]) -> Actuator:
+    path = f'actuators.{joint}.'
+    return Actuator(joint, values.get(path + 'torque_constant'), values.get(path + 'resistance'),
+                    values[path + 'limit'], values.get(path + 'supply'),
+                    values[path + 'rotor_inertia'])

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether robot.yaml and robot.urdf of a folder belong together; one line says where not."""
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from leo_msgs_py.errors import UserError
+from leo_sim.common.names import nearest
+from leo_sim.description.robot_file import BusFile, RobotFile
+from leo_sim.description.urdf import Joint, Link
+
+OF_JOINTS = ('angle', 'wrapped_angle', 'cos', 'sin', 'rate', 'input')
+OF_FEET = ('ankle_forward', 'height_over_feet')
+PLANAR = ('prismatic', 'prismatic', 'turning')
+
+
+def check(folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence[Joint]) -> None:
+    """Raise UserError where robot.yaml and the tree of the URDF do not fit."""
+    path = folder / 'robot.yaml'
+    moving = [joint.name for joint in joints if joint.kind != 'fixed']
+    _known(path, _named_joints(file), moving, 'moving joint')
+    _known(path, _named_links(file), [link.name for link in links], 'link')
+    if 'nominal' not in file.start_poses:
+        raise UserError(f'{path}: start_poses: the pose nominal is missing')
+    _check_masses(folder, file, links, joints)
+    _check_base(path, file, joints)
+    _check_task(path, file)
+    _check_ground(path, file)
+    if file.driver.dynamixel and file.driver.feetech:
+        raise UserError(f'{path}: driver: dynamixel and feetech are both given; give one of them')
+    if file.driver.bus is not None:
+        _check_servos(path, file, file.driver.bus, moving)
+
+
+def _named_joints(file: RobotFile) -> Iterable[tuple[str, str]]:
+    for group in ('actuators', 'joints', 'sensors'):
+        yield from ((group, name) for name in getattr(file, group))
+    if (bus := file.driver.bus) is not None:
+        yield from ((f'driver.{file.driver.family}.servos', name) for name in bus.servos)
+    for name, pose in file.start_poses.items():
+        yield from ((f'start_poses.{name}', joint) for joint in (*pose.angles, *pose.rates))
+    for group in ('observation', 'reward', 'termination'):
+        yield from ((group, term.joint) for term in getattr(file, group) if term.joint)
+
+
+def _named_links(file: RobotFile) -> Iterable[tuple[str, str]]:
+    yield from (('links', name) for name in file.links)
+    yield from ((f'contacts.{name}', contact.link) for name, contact in file.contacts.items())
+    yield from (('feet', name) for name in file.feet)
+
+
+def _known(path: Path, named: Iterable[tuple[str, str]], known: list[str], what: str) -> None:
+    for key, name in named:
+        if name not in known:
+            raise UserError(f'{path}: {key}: robot.urdf has no {what} {name!r}'
+                            f'{nearest(name, known)}')
+
+
+def _check_masses(folder: Path, file: RobotFile, links: Sequence[Link],
+                  joints: Sequence[Joint]) -> None:
+    """A link behind a moving joint weighs something, or what is fixed to it does."""
+    heavy = {link.name for link in links if link.body.mass}
+    heavy |= {name for name, link in file.links.items() if link.mass is not None}
+    for joint in reversed(joints):
+        if joint.kind == 'fixed' and joint.child in heavy:
+            heavy.add(joint.parent)
+    for joint in joints:
+        if joint.kind != 'fixed' and joint.child not in heavy:
+            raise UserError(f'{folder / "robot.urdf"}: link {joint.child!r}, which joint '
+                            f'{joint.name!r} moves, has no mass; give it an <inertial>, or a '
+                            'mass under links in robot.yaml')
+
+
+def _check_base(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
+    """A planar base is slides along x and z and a hinge, first and without motors."""
+    if file.base != 'planar':
+        return
+    base = [joint for joint in joints if joint.kind != 'fixed'][:3]
+    kinds = tuple('prismatic' if j.kind == 'prismatic' else 'turning' for j in base)
+    if kinds != PLANAR or any(j.name in file.actuators for j in base):
+        raise UserError(f'{path}: base: planar needs a slide along x, a slide along z and a '
+                        'hinge without motors as the first joints of robot.urdf')
+
+
+def _check_task(path: Path, file: RobotFile) -> None:
+    for term in file.reward:
+        if term.quantity in OF_JOINTS and term.joint is None:
+            raise UserError(f'{path}: reward: {term.quantity} needs a joint')
+        if term.quantity == 'motor_power' and file.input != 'voltage':
+            raise UserError(f'{path}: reward: motor_power needs input: voltage')
+        if term.quantity == 'input' and term.joint not in file.actuators:
+            raise UserError(f'{path}: reward: input: {term.joint!r} has no actuator')
+    quantities: set[str] = {term.quantity for term in file.reward}
+    quantities |= {rule.quantity for rule in file.termination}
+    if quantities & {*OF_FEET} and not file.feet:
+        raise UserError(f'{path}: feet: {" and ".join(OF_FEET)} need the links that are feet')
+
+
+def _check_ground(path: Path, file: RobotFile) -> None:
+    if file.contacts and file.ground is None:
+        raise UserError(f'{path}: ground: contacts need it')
+    touching = {contact.link for contact in file.contacts.values()}
+    for name in file.feet:
+        if name not in touching:
+            raise UserError(f'{path}: feet: no contact belongs to {name!r}')
+    if any(t.quantity == 'ankle_forward' for t in file.reward) and len(file.feet) != 2:
+        raise UserError(f'{path}: feet: ankle_forward needs two')
+    for name, pose in file.start_poses.items():
+        if pose.on_ground and not (file.contacts and file.base == 'planar'):
+            raise UserError(f'{path}: start_poses.{name}: on_ground needs base: planar and '
+                            'contacts')
+
+
+def _check_servos(path: Path, file: RobotFile, bus: BusFile, moving: list[str]) -> None:
+    """Every joint has a servo of its own that suits it."""
+    where = f'{path}: driver.{file.driver.family}.servos'
+    for joint in moving:
+        if joint not in bus.servos:
+            raise UserError(f'{where}: {joint} has none; every joint needs one, or an encoder of '
+                            'the same kind, for a state to be whole')
+    ids = [servo.id for servo in bus.servos.values()]
+    for joint, servo in bus.servos.items():
+        if ids.count(servo.id) > 1:
+            raise UserError(f'{where}.{joint}: id {servo.id} is given twice')
+        if servo.low >= servo.high:
+            raise UserError(f'{where}.{joint}: low is not below high')
+        if file.input == 'torque' and joint in file.actuators and servo.torque_constant is None:
+            raise UserError(f'{where}.{joint}: torque_constant is missing; torque is asked for as '
+                            'current')

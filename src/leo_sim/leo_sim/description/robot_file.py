@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The schema of robot.yaml."""
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from leo_sim.common.yaml_file import Finite, Positive, Quantity, Schema
+from leo_sim.description.servos import Family
+
+Drawn = Finite | tuple[Finite, Finite]
+Seconds = Annotated[float, Field(ge=1e-6, le=1e3)]
+
+
+class AboveZero(Quantity):
+    """A number above 0 with its unit."""
+
+    value: Positive
+
+
+class ActuatorFile(Schema):
+    """Figures of an actuator, all at the joint side of its gear."""
+
+    limit: AboveZero
+    torque_constant: Quantity | None = None
+    resistance: Quantity | None = None
+    supply: Quantity | None = None
+    efficiency: Quantity | None = None
+    rotor_inertia: Quantity | None = None
+
+
+class LinkFile(Schema):
+    """Inertial figures that override the URDF; inertia = about the CoM along the joint axis."""
+
+    mass: Quantity | None = None
+    com_x: Quantity | None = None
+    com_y: Quantity | None = None
+    com_z: Quantity | None = None
+    inertia: Quantity | None = None
+    force_x: Quantity | None = None
+    force_z: Quantity | None = None
+
+
+class JointFile(Schema):
+    """Passive figures of a joint that override the URDF: viscous and dry friction."""
+
+    damping: Quantity | None = None
+    friction: Quantity | None = None
+
+
+class GroundFile(Schema):
+    """The floor through the origin, as a foot of rubber feels it; slope positive uphill in +x."""
+
+    stiffness: Quantity
+    damping: Quantity
+    friction: Quantity
+    slope: Quantity = Quantity(value=0.0, unit='rad')
+
+
+class ContactFile(Schema):
+    """A sphere that touches the ground: centre in link axes and radius m.
+
+    Own stiffness N/m and damping N s/m where it is softer than a foot.
+    """
+
+    link: str
+    x: Finite
+    z: Finite
+    radius: Annotated[Finite, Field(ge=0)]
+    stiffness: Positive | None = None
+    damping: Positive | None = None
+
+
+class PoseFile(Schema):
+    """A start pose: values, or [low, high] to draw from; joints left out start at 0.
+
+    `held` fixes the base; `on_ground` puts base_z where the lowest contact touches the ground.
+    """
+
+    angles: dict[str, Drawn] = Field(default_factory=dict)
+    rates: dict[str, Drawn] = Field(default_factory=dict)
+    held: bool = False
+    on_ground: bool = False
+
+
+class SensorFile(Schema):
+    """A joint's encoder: resolution (0 = not quantised), and what it reads at angle 0."""
+
+    angle_resolution: Annotated[Finite, Field(ge=0)] = 0.0
+    rate_resolution: Annotated[Finite, Field(ge=0)] = 0.0
+    offset: Quantity | None = None
+
+
+class ObservedFile(Schema):
+    """One number of the observation."""
+
+    quantity: Literal['angle', 'wrapped_angle', 'cos', 'sin', 'rate']
+    joint: str
+
+
+class RewardFile(Schema):
+    """A term of the reward: weight (quantity - target)^power.
+
+    Quantities of a joint are those after the step; the others are of the whole robot and step.
+    """
+
+    quantity: Literal['angle', 'wrapped_angle', 'cos', 'sin', 'rate', 'input', 'step', 'fall',
+                      'com_forward', 'ankle_forward', 'motor_power']
+    joint: str | None = None
+    weight: Finite
+    power: int = 1
+    target: Finite = 0.0
+
+
+class TerminationFile(Schema):
+    """An episode ends where the quantity leaves low to high; a rule may be kept switched off."""
+
+    quantity: Literal['angle', 'wrapped_angle', 'rate', 'height_over_feet']
+    joint: str
+    low: float = float('-inf')
+    high: float = float('inf')
+    active: bool = True
+
+
+class SchemeFile(Schema):
+    """How a robot on the ground is integrated.
+
+    Longest substep s, substeps between geometry updates, and over how long at most a command
+    that changes while it is held (delay, lag) is a mean s.
+    """
+
+    integration_step: Seconds
+    geometry_every: Annotated[int, Field(ge=1)] = 1
+    switching: Seconds = 1e-3
+
+
+class ServoFile(Schema):
+    """A servo, or an encoder of the same kind where the joint has no actuator.
+
+    Its counts grow with the joint where `direction` is 1; `zero` is the count at joint angle 0;
+    `gear` is how far it turns per rad (slides: per m) of the joint. Beyond `low` to `high` [rad]
+    nothing drives the joint further out. No more than `current_limit` is asked of the motor.
+    A torque-driven joint needs `torque_constant`, at the joint.
+    """
+
+    id: Annotated[int, Field(ge=0, le=252)]
+    model: str
+    direction: Literal[1, -1] = 1
+    zero: int = 2048
+    gear: Positive = 1.0
+    low: float = float('-inf')
+    high: float = float('inf')
+    current_limit: AboveZero | None = None
+    torque_constant: AboveZero | None = None
+
+
+class BusFile(Schema):
+    """A bus of servos."""
+
+    port: str = '/dev/ttyUSB0'
+    baud: Annotated[int, Field(ge=9600, le=4_500_000)] = 1_000_000
+    servos: dict[str, ServoFile]
+
+
+class DynamixelFile(BusFile):
+    """A bus of Dynamixel servos; without a packet for as long as `watchdog` says they stop."""
+
+    watchdog: AboveZero = AboveZero(value=0.2, unit='s')
+
+
+class FeetechFile(BusFile):
+    """A bus of Feetech servos, which have no watchdog."""
+
+    port: str = '/dev/ttyACM0'
+
+
+class DriverFile(Schema):
+    """How the hardware is connected, by the name of its driver."""
+
+    dynamixel: DynamixelFile | None = None
+    feetech: FeetechFile | None = None
+
+    @property
+    def bus(self) -> BusFile | None:
+        """The bus of servos, whose ever they are."""
+        return self.dynamixel or self.feetech
+
+    @property
+    def family(self) -> Family:
+        """Whose servos they are."""
+        return 'dynamixel' if self.dynamixel else 'feetech'
+
+
+class RobotFile(Schema):
+    """robot.yaml."""
+
+    name: str
+    base: Literal['fixed', 'planar'] = 'fixed'
+    input: Literal['voltage', 'torque']
+    control_period: Seconds
+    integration_step: Seconds
+    geometry_every: Annotated[int, Field(ge=1)] = 1
+    training: SchemeFile | None = None
+    search: SchemeFile | None = None
+    state_rate: Positive
+    episode_seconds: Positive
+    gravity: Quantity = Quantity(value=9.81, unit='m/s2')
+    actuators: dict[str, ActuatorFile]
+    links: dict[str, LinkFile] = Field(default_factory=dict)
+    joints: dict[str, JointFile] = Field(default_factory=dict)
+    ground: GroundFile | None = None
+    contacts: dict[str, ContactFile] = Field(default_factory=dict)
+    feet: tuple[str, ...] = ()
+    start_poses: dict[str, PoseFile]
+    sensors: dict[str, SensorFile] = Field(default_factory=dict)
+    observation: tuple[ObservedFile, ...] = ()
+    reward: tuple[RewardFile, ...] = ()
+    termination: tuple[TerminationFile, ...] = ()
+    driver: DriverFile = DriverFile()

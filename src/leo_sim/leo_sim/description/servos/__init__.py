@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Facts of servos: the registers they share, and the units of each model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.units import conversion
+from leo_sim.common.names import nearest
+from leo_sim.common.yaml_file import Positive, Quantity, read, Schema
+
+HERE = Path(__file__).parent
+
+Family = Literal['dynamixel', 'feetech']
+"""Servos that share a protocol and its registers."""
+
+CURRENT_MODE = 0
+PWM_MODES: dict[Family, int] = {'dynamixel': 16, 'feetech': 2}
+"""Values of the register operating_mode; Feetech's know no current mode."""
+PWM_MODE = PWM_MODES['dynamixel']
+
+HARDWARE_ERRORS: dict[Family, dict[int, str]] = {
+    'dynamixel': {
+        0x01: 'the supply is out of its range',
+        0x04: 'too hot',
+        0x08: 'its encoder fails',
+        0x10: 'an electrical shock',
+        0x20: 'overloaded',
+    },
+    'feetech': {
+        0x01: 'the supply is out of its range',
+        0x02: 'its encoder fails',
+        0x04: 'too hot',
+        0x08: 'too much current',
+        0x20: 'overloaded',
+    },
+}
+"""Bits of the register hardware_error_status."""
+
+
+@dataclass(frozen=True)
+class Register:
+    """A place in the control table.
+
+    Attributes:
+        address: of its first byte.
+        size: bytes, little endian.
+        signed: as two's complement.
+        sign_bit: that says a magnitude is negative; None where none does.
+        writable: by instructions.
+        initial: value when the power comes on.
+        kept: in the EEPROM; cannot be written while torque is on.
+    """
+
+    address: int
+    size: int
+    signed: bool
+    writable: bool
+    initial: int
+    kept: bool
+    sign_bit: int | None = None
+
+    @property
+    def end(self) -> int:
+        """The address after its last byte."""
+        return self.address + self.size
+
+    def encode(self, value: int) -> bytes:
+        """The bytes of a value."""
+        if self.sign_bit is not None and value < 0:
+            value = -value | 1 << self.sign_bit
+        return int(value).to_bytes(self.size, 'little', signed=self.signed)
+
+    def decode(self, data: bytes) -> int:
+        """The value of its bytes."""
+        value = int.from_bytes(bytes(data[: self.size]), 'little', signed=self.signed)
+        if self.sign_bit is not None and value >> self.sign_bit & 1:
+            return -(value & (1 << self.sign_bit) - 1)
+        return value
+
+
+Entry = tuple[int, int, Literal['read', 'write'], int]
+
+
+class RegistersFile(Schema):
+    """The registers of a family: dynamixel.yaml, feetech.yaml."""
+
+    eeprom: dict[str, Entry]
+    ram: dict[str, Entry]
+    signed: tuple[str, ...]
+    magnitude: dict[str, int] = Field(default_factory=dict)
+
+
+class ModelFile(Schema):
+    """Units of a servo; current_unit is missing where it measures no current.
+
+    Its position begins anew after `turn` counts; 0 never.
+    """
+
+    name: str
+    family: Family = 'dynamixel'
+    number: int
+    angle_unit: Quantity
+    rate_unit: Quantity
+    current_unit: Quantity | None = None
+    pwm_of_supply: Positive = Field(default=885)
+    turn: int = 0
+
+
+@dataclass(frozen=True)
+class ServoModel:
+    """A servo's units.
+
+    Attributes:
+        name: as its maker writes it.
+        number: that it answers a ping with.
+        angle_unit: rad a count.
+        rate_unit: rad/s a count.
+        current_unit: A a count; 0 where it measures none.
+        pwm_of_supply: PWM counts that are the whole supply voltage.
+        family: what it speaks.
+        turn: counts after which its position begins anew; 0 never.
+    """
+
+    name: str
+    number: int
+    angle_unit: float
+    rate_unit: float
+    current_unit: float
+    pwm_of_supply: float
+    family: Family = 'dynamixel'
+    turn: int = 0
+
+
+@cache
+def registers(family: Family = 'dynamixel') -> dict[str, Register]:
+    """The control table of a family, by name."""
+    file = read(HERE / f'{family}.yaml', RegistersFile)
+    return {
+        name: Register(address, size, name in file.signed, access == 'write', initial, kept,
+                       file.magnitude.get(name))
+        for kept, group in ((True, file.eeprom), (False, file.ram))
+        for name, (address, size, access, initial) in group.items()
+    }
+
+
+@cache
+def servo_models() -> dict[str, ServoModel]:
+    """Every known servo, by name."""
+    files = [read(path, ModelFile) for path in sorted((HERE / 'models').glob('*.yaml'))]
+    return {file.name: _model(file) for file in files}
+
+
+def servo_model(name: str, family: Family | None = None) -> ServoModel:
+    """The servo of that name, of a family or of any.
+
+    Raises:
+        UserError: it is not known (naming the nearest).
+    """
+    known = {n: m for n, m in servo_models().items() if family in (None, m.family)}
+    if name not in known:
+        raise UserError(f'no servo model is named {name!r}{nearest(name, known)}; a new one is a '
+                        f'file in {HERE / "models"}')
+    return known[name]
+
+
+def _model(file: ModelFile) -> ServoModel:
+    current = file.current_unit
+    return ServoModel(
+        file.name,
+        file.number,
+        _si(file.angle_unit, 'rad'),
+        _si(file.rate_unit, 'rad/s'),
+        _si(current, 'A') if current else 0.0,
+        file.pwm_of_supply,
+        file.family,
+        file.turn,
+    )
+
+
+def _si(quantity: Quantity, unit: str) -> float:
+    return quantity.value * conversion(quantity.unit, unit, 'a servo unit')

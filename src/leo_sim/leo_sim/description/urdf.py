@@ -1,0 +1,276 @@
+# SPDX-License-Identifier: Apache-2.0
+"""URDF to links and joints as plain numbers, and back with other inertial figures."""
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+import math
+from typing import Any, NamedTuple, TypeVar
+from xml.etree import ElementTree
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+
+KINDS = ('revolute', 'continuous', 'prismatic', 'fixed')
+AXIS = '1 0 0'
+"""Where a URDF names none."""
+Vector = tuple[float, float, float]
+Matrix = tuple[float, ...]
+Read = TypeVar('Read')
+
+
+class Body(NamedTuple):
+    """Inertial figures of a link, in its link frame, as broadcastable components.
+
+    Attributes:
+        mass: kg.
+        com: Centre of mass (x, y, z), m.
+        inertia: About the centre of mass (xx, yy, zz, xy, xz, yz), kg m2.
+        force: Constant force at the centre of mass in world axes (x, y, z), N.
+    """
+
+    mass: Any
+    com: tuple[Any, Any, Any]
+    inertia: tuple[Any, Any, Any, Any, Any, Any]
+    force: tuple[Any, Any, Any] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid body: its name and inertial figures in its link frame."""
+
+    name: str
+    body: Body
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of the tree, parents before children.
+
+    Attributes:
+        kind: 'revolute', 'continuous', 'prismatic' or 'fixed'.
+        parent, child: Link names.
+        rotation: Joint frame to parent link frame at angle 0, row by row.
+        translation: Joint origin in the parent link frame, m.
+        axis: Unit vector in the joint frame.
+        limits: Lowest and highest angle rad (m), infinite for none.
+        damping: N m s/rad (N s/m).
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    rotation: Matrix
+    translation: Vector
+    axis: Vector
+    limits: tuple[float, float]
+    damping: float
+
+
+def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
+    """Links and joints of a URDF, joints in order with parents first.
+
+    Args:
+        xml: The text of the URDF.
+        source: Its file name, for messages.
+
+    Raises:
+        UserError: Not a URDF, a wrong number in it, or a joint that is not supported.
+    """
+    try:
+        root = ElementTree.fromstring(xml)
+    except (ElementTree.ParseError, ValueError) as error:
+        raise UserError(f'{source}: not an XML file: {error}') from error
+    if root.tag != 'robot':
+        raise UserError(f'{source}: not a URDF: it starts with <{root.tag}>, not <robot>')
+    links = tuple(Link(e.get('name', ''), _told(e, source, _body)) for e in root.findall('link'))
+    joints = [_told(e, source, _joint) for e in root.findall('joint')]
+    for kind, names in (('links', [x.name for x in links]), ('joints', [x.name for x in joints])):
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise UserError(f'{source}: two {kind} are named {twice[0]!r}; names must differ')
+    return links, _sorted(joints, {link.name for link in links}, source)
+
+
+def _told(element: ElementTree.Element, source: str,
+          read: Callable[[ElementTree.Element], Read]) -> Read:
+    """What `read` makes of a link or joint, its ValueErrors with file and name."""
+    name = element.get('name')
+    if not name:
+        raise UserError(f'{source}: a {element.tag} has no name; give it one')
+    try:
+        return read(element)
+    except ValueError as error:
+        raise UserError(f'{source}: {element.tag} {name!r}: {error}') from error
+
+
+def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
+    """The URDF with other inertial figures, joints without stops and damping.
+
+    Written along principal axes, since PyBullet diagonalises only to a coarse tolerance; stops
+    and damping are torques of the model.
+    """
+    root = ElementTree.fromstring(xml)
+    for link in root.findall('link'):
+        for old in link.findall('inertial'):
+            link.remove(old)
+        link.append(_inertial(link.get('name', ''), bodies[link.get('name', '')]))
+    for joint in root.findall('joint'):
+        for old in joint.findall('dynamics') + joint.findall('limit'):
+            joint.remove(old)
+        axis = joint.find('axis')
+        if axis is not None and joint.get('type') != 'fixed':
+            direction = np.array(_vector(axis.get('xyz'), AXIS))
+            axis.set('xyz', _written(direction / np.linalg.norm(direction)))
+        if joint.get('type') == 'revolute':
+            joint.set('type', 'continuous')
+        if joint.get('type') == 'prismatic':
+            free = {'lower': '1', 'upper': '-1', 'effort': '0', 'velocity': '0'}
+            ElementTree.SubElement(joint, 'limit', free)
+    return ElementTree.tostring(root, encoding='unicode')
+
+
+def _vector(text: str | None, default: str = '0 0 0') -> Vector:
+    parts = [_number(part) for part in (text or default).split()]
+    if len(parts) != 3:
+        raise ValueError(f'{text!r} is no vector of three numbers')
+    return parts[0], parts[1], parts[2]
+
+
+def _number(text: str | None) -> float:
+    """A finite number; 0 for nothing."""
+    value = float(text or 0)
+    if not math.isfinite(value):
+        raise ValueError(f'{text!r} is no finite number')
+    return value
+
+
+def _rotation(rpy: Vector) -> np.ndarray:
+    """Rotation matrix of fixed-axis roll, pitch, yaw."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    return np.array([[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+                     [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+                     [-sp, cp * sr, cp * cr]])
+
+
+def origin(element: ElementTree.Element) -> tuple[Vector, np.ndarray]:
+    """Translation m and rotation matrix of the <origin> of an element."""
+    found = element.find('origin')
+    if found is None:
+        return (0.0, 0.0, 0.0), np.eye(3)
+    rpy = _vector(found.get('rpy'))
+    return _vector(found.get('xyz')), _rotation(rpy) if any(rpy) else np.eye(3)
+
+
+def _body(link: ElementTree.Element) -> Body:
+    inertial = link.find('inertial')
+    if inertial is None:
+        return Body(0.0, (0.0, 0.0, 0.0), (0.0,) * 6)
+    com, rotation = origin(inertial)
+    mass, tensor = inertial.find('mass'), inertial.find('inertia')
+    m = _number(mass.get('value')) if mass is not None else 0.0
+    if m < 0:
+        raise ValueError(f'the mass is {m:g} kg, below 0')
+    figures = tensor.attrib if tensor is not None else {}
+    xx, yy, zz, xy, xz, yz = (_number(figures.get(k))
+                              for k in ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz'))
+    full = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
+    return Body(m, com, (float(full[0, 0]), float(full[1, 1]), float(full[2, 2]),
+                         float(full[0, 1]), float(full[0, 2]), float(full[1, 2])))
+
+
+def _joint(element: ElementTree.Element) -> Joint:
+    kind = element.get('type', '')
+    if kind not in KINDS:
+        raise ValueError(f'the type is {kind!r}; supported: {", ".join(KINDS)}')
+    if element.find('mimic') is not None:
+        raise ValueError('it mimics another joint; joints that move together are not supported: '
+                         'make it fixed, or take it out with its links')
+    ends = [element.find(tag) for tag in ('parent', 'child')]
+    parent, child = (e.get('link', '') if e is not None else '' for e in ends)
+    translation, rotation = origin(element)
+    axis = np.array(_vector(_attribute(element, 'axis', 'xyz'), AXIS))
+    if kind != 'fixed':
+        if not 1e-6 < np.linalg.norm(axis) < 1e6:
+            raise ValueError(f'the axis {axis} is no direction')
+        axis = axis / np.linalg.norm(axis)
+    if _number(_attribute(element, 'dynamics', 'friction')):
+        raise ValueError('it has dry friction; remove it there and add the effect '
+                         'coulomb_friction to the model')
+    x, y, z = axis.tolist()
+    return Joint(element.get('name', ''), kind, parent, child, tuple(rotation.ravel().tolist()),
+                 translation, (x, y, z), _limits(element, kind),
+                 _number(_attribute(element, 'dynamics', 'damping')))
+
+
+def _attribute(element: ElementTree.Element, tag: str, key: str) -> str | None:
+    found = element.find(tag)
+    return None if found is None else found.get(key)
+
+
+def _limits(element: ElementTree.Element, kind: str) -> tuple[float, float]:
+    lower, upper = (_number(_attribute(element, 'limit', k)) for k in ('lower', 'upper'))
+    bounded = kind in ('revolute', 'prismatic') and lower < upper
+    return (lower, upper) if bounded else (-math.inf, math.inf)
+
+
+def _sorted(joints: list[Joint], links: set[str], source: str) -> tuple[Joint, ...]:
+    """Joints with parents before children; checks that they form one tree."""
+    for joint in joints:
+        for link in (joint.parent, joint.child):
+            if link not in links:
+                raise UserError(f'{source}: joint {joint.name!r} names no link: {link!r}')
+    children = [joint.child for joint in joints]
+    if loops := sorted({link for link in children if children.count(link) > 1}):
+        raise UserError(f'{source}: link {loops[0]!r} has two parents; a robot is a tree')
+    reached = links - set(children)
+    if len(reached) != 1:
+        raise UserError(f'{source}: {len(reached)} root links, a robot has one: {sorted(reached)}')
+    ordered: list[Joint] = []
+    while len(ordered) < len(joints):
+        following = [j for j in joints if j.parent in reached and j not in ordered]
+        if not following:
+            raise UserError(f'{source}: the joints form a loop')
+        ordered.append(following[0])
+        reached.add(following[0].child)
+    return tuple(ordered)
+
+
+def _inertial(name: str, body: Body) -> ElementTree.Element:
+    xx, yy, zz, xy, xz, yz = body.inertia
+    rotation = np.eye(3)
+    moments = np.array([xx, yy, zz])
+    if xy or xz or yz:
+        moments, rotation = np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        rotation = rotation * np.sign(np.linalg.det(rotation))
+    moments = _physical(name, body.mass, moments)
+    pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[2, 1], rotation[2, 2]))
+    roll = math.atan2(rotation[2, 1], rotation[2, 2])
+    yaw = math.atan2(rotation[1, 0], rotation[0, 0])
+    element = ElementTree.Element('inertial')
+    ElementTree.SubElement(element, 'origin', {
+        'xyz': _written(body.com), 'rpy': _written((roll, pitch, yaw))})
+    ElementTree.SubElement(element, 'mass', {'value': repr(float(body.mass))})
+    ElementTree.SubElement(element, 'inertia', {
+        'ixx': repr(float(moments[0])), 'iyy': repr(float(moments[1])),
+        'izz': repr(float(moments[2])), 'ixy': '0', 'ixz': '0', 'iyz': '0'})
+    return element
+
+
+def _physical(name: str, mass: float, moments: np.ndarray) -> np.ndarray:
+    """Principal moments of a real body: PyBullet silently takes others for zero.
+
+    Raises:
+        UserError: Negative, or one larger than the other two together.
+    """
+    most = int(np.argmax(moments))
+    others = moments.sum() - moments[most]
+    if mass < 0 or moments.min() < 0 or moments[most] > others * (1 + 1e-9):
+        raise UserError(f'link {name!r}: no body has the mass {mass:g} kg and the principal '
+                        f'moments {moments} kg m2; use the engine rigid, or correct them')
+    moments = moments.copy()
+    moments[most] = min(moments[most], others)
+    return moments
+
+
+def _written(vector: Iterable[float]) -> str:
+    return ' '.join(repr(float(component)) for component in vector)

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A driver on trial: its calls in the node's order, and what it did wrong in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import time
+from typing import Any
+
+import numpy as np
+
+from leo_msgs_py.values import Applied, JointStates
+from leo_sim.description.robot import Robot
+from leo_sim.drivers.base import Driver, TransientFault
+
+LOST_MOST = 5
+"""Periods in a row in which a packet may get lost."""
+
+
+class Broken(Exception):
+    """The contract is broken: what is wrong, and what to mend."""
+
+    def __init__(self, what: str, mend: str) -> None:
+        super().__init__(what)
+        self.mend = mend
+
+
+class LeftOut(Exception):
+    """This cannot be tried here; the text says why."""
+
+
+@dataclass(frozen=True)
+class Moving:
+    """What the robot may do on trial.
+
+    Attributes:
+        range: how far each joint may move from where it is [rad or m].
+        share: of the actuators' limits that may be used at most.
+    """
+
+    range: float
+    share: float
+
+
+class Trial:
+    """A driver, called as the node calls it.
+
+    Args:
+        driver: the one on trial; connected by the first check.
+        robot: the model of what it drives.
+        moving: what it may do; None where nothing may move.
+        ask: asks a person to do something and waits for it; None where nobody is there.
+
+    Attributes:
+        lost: packets that were lost so far.
+        loops: how long reading and writing took [s], one per period.
+        waits: how long `advance` took [s], one per period.
+    """
+
+    def __init__(
+        self,
+        driver: Driver,
+        robot: Robot,
+        moving: Moving | None = None,
+        ask: Callable[[str], None] | None = None,
+    ) -> None:
+        self.driver, self.robot, self.moving, self.ask = driver, robot, moving, ask
+        self.info = driver.info
+        self.lost = 0
+        self.loops: list[float] = []
+        self.waits: list[float] = []
+
+    @property
+    def period(self) -> float:
+        """Time between two states [s]."""
+        return 1.0 / self.info.state_rate
+
+    def zeros(self) -> np.ndarray:
+        """No command, (A,)."""
+        return np.zeros(len(self.info.actuators))
+
+    def read(self) -> JointStates:
+        """A state; a packet may be lost now and then."""
+        state: JointStates = self._patiently(self.driver.read)
+        return state
+
+    def write(self, values: np.ndarray) -> Applied | None:
+        """Send values [V or N m], (A,)."""
+        applied: Applied | None = self._patiently(lambda: self.driver.write(values))
+        return applied
+
+    def tick(self, values: np.ndarray | None = None) -> tuple[JointStates, Applied | None]:
+        """One period: read, write, advance, and wait where the driver's time is the wall's."""
+        began = time.monotonic()
+        state = self.read()
+        applied = self.write(self.zeros() if values is None else values)
+        written = time.monotonic()
+        gap = self.driver.advance(self.period)
+        self.loops.append(written - began)
+        self.waits.append(time.monotonic() - written)
+        if not self.info.own_clock:
+            time.sleep(max(0.0, gap - (time.monotonic() - began)))
+        return state, applied
+
+    def _patiently(self, act: Callable[[], Any]) -> Any:
+        for _ in range(LOST_MOST):
+            try:
+                return act()
+            except TransientFault:
+                self.lost += 1
+                time.sleep(self.period)
+        return act()

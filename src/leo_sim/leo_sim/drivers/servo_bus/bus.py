@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the servos on one bus answer to an instruction.
+
+Source: ROBOTIS e-Manual, https://emanual.robotis.com/docs/en/dxl/protocol2/
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from leo_sim.drivers.servo_bus.packets import (
+    BROADCAST,
+    crc16,
+    encoded,
+    HEADER,
+    Packet,
+    sealed,
+    STATUS,
+    status,
+)
+from leo_sim.drivers.servo_bus.servo import Servo
+
+PING, READ, WRITE, REG_WRITE, ACTION, REBOOT = 0x01, 0x02, 0x03, 0x04, 0x05, 0x08
+SYNC_READ, SYNC_WRITE, FAST_SYNC_READ, BULK_READ, BULK_WRITE = 0x82, 0x83, 0x8A, 0x92, 0x93
+INSTRUCTION_ERROR = 2
+NEVER, ON_READ = 0, 1
+"""Values of status_return_level below 2, which answers everything."""
+
+
+class Bus:
+    """Servos that hear each other.
+
+    In a sync read each waits for the answer of the one before it: behind a silent one all are
+    silent.
+
+    Args:
+        servos: by id.
+
+    Attributes:
+        silent: ids of servos that hear nothing and say nothing.
+    """
+
+    def __init__(self, servos: Mapping[int, Servo]) -> None:
+        self.servos = servos
+        self.silent: frozenset[int] = frozenset()
+        self._registered: dict[int, tuple[int, bytes]] = {}
+
+    def answer(self, packet: Packet, now: float) -> list[bytes]:
+        """The status packets that follow an instruction heard at time `now` [s], in order."""
+        for servo in self._awake().values():
+            servo.watch(now)
+            servo.hear(now)
+        several = {
+            SYNC_READ: self._sync_read, FAST_SYNC_READ: self._fast_sync_read,
+            SYNC_WRITE: self._sync_write, BULK_READ: self._bulk_read,
+            BULK_WRITE: self._bulk_write,
+        }
+        if packet.instruction in several:
+            return several[packet.instruction](packet.parameters)
+        chosen = self._awake()
+        if packet.id != BROADCAST:
+            chosen = {number: s for number, s in chosen.items() if number == packet.id}
+        told = [self._one(servo, number, packet) for number, servo in sorted(chosen.items())]
+        quiet = packet.id == BROADCAST and packet.instruction != PING
+        return [] if quiet else [data for data in told if data]
+
+    def watch(self, now: float) -> None:
+        """Let the bus watchdogs of all servos see the time [s]."""
+        for servo in self.servos.values():
+            servo.watch(now)
+
+    def _one(self, servo: Servo, number: int, packet: Packet) -> bytes:
+        """What one servo does with an instruction, and its status."""
+        data, level = packet.parameters, servo.get('status_return_level')
+        if packet.instruction == PING:
+            facts = servo.model.number.to_bytes(2, 'little')
+            version = servo.get('firmware_version').to_bytes(1, 'little')
+            return encoded(status(number, servo.error(), facts + version))
+        if packet.instruction == READ and len(data) == 4:
+            error, found = servo.read(_word(data), _word(data[2:]))
+            return b'' if level == NEVER else encoded(status(number, error, found))
+        error = self._act(servo, number, packet)
+        return b'' if level <= ON_READ else encoded(status(number, error))
+
+    def _act(self, servo: Servo, number: int, packet: Packet) -> int:
+        """Carry out an instruction that answers with an error alone."""
+        data = packet.parameters
+        if packet.instruction == WRITE and len(data) > 2:
+            return servo.write(_word(data), data[2:])
+        if packet.instruction == REG_WRITE and len(data) > 2:
+            self._registered[number] = (_word(data), data[2:])
+            return servo.error()
+        if packet.instruction == ACTION:
+            return servo.write(*self._registered.pop(number, (0, b'')))
+        if packet.instruction == REBOOT:
+            servo.restart()
+            return servo.error()
+        return servo.error(INSTRUCTION_ERROR)
+
+    def _sync_read(self, data: bytes) -> list[bytes]:
+        return [encoded(status(number, *servo.read(_word(data), _word(data[2:]))))
+                for number, servo in self._in_turn(data[4:])]
+
+    def _fast_sync_read(self, data: bytes) -> list[bytes]:
+        """One status of all: error, id, data and CRC of each; it is not stuffed."""
+        body = bytes([STATUS])
+        found = list(self._in_turn(data[4:]))
+        if len(found) < len(data) - 4:
+            return []  # it never becomes whole
+        length = 1 + len(found) * (4 + _word(data[2:]))
+        for number, servo in found:
+            error, values = servo.read(_word(data), _word(data[2:]))
+            body += bytes([error, number]) + values
+            so_far = HEADER + bytes([BROADCAST]) + length.to_bytes(2, 'little') + body
+            body += crc16(so_far).to_bytes(2, 'little')
+        return [sealed(BROADCAST, body[:-2])]
+
+    def _sync_write(self, data: bytes) -> list[bytes]:
+        address, length = _word(data), _word(data[2:])
+        for start in range(4, len(data) - length, 1 + length):
+            servo = self._awake().get(data[start])
+            if servo is not None:
+                servo.write(address, data[start + 1 : start + 1 + length])
+        return []
+
+    def _bulk_read(self, data: bytes) -> list[bytes]:
+        wanted = [data[i : i + 5] for i in range(0, len(data) - 4, 5)]
+        found = dict(self._in_turn(bytes(w[0] for w in wanted)))
+        return [encoded(status(w[0], *found[w[0]].read(_word(w[1:]), _word(w[3:]))))
+                for w in wanted if w[0] in found]
+
+    def _bulk_write(self, data: bytes) -> list[bytes]:
+        while len(data) > 5:
+            number, address, length = data[0], _word(data[1:]), _word(data[3:])
+            servo = self._awake().get(number)
+            if servo is not None:
+                servo.write(address, data[5 : 5 + length])
+            data = data[5 + length :]
+        return []
+
+    def _in_turn(self, ids: bytes) -> Iterator[tuple[int, Servo]]:
+        """The servos that answer one after another, up to the first that does not."""
+        for number in ids:
+            servo = self._awake().get(number)
+            if servo is None:
+                return
+            yield number, servo
+
+    def _awake(self) -> dict[int, Servo]:
+        return {n: servo for n, servo in self.servos.items() if n not in self.silent}
+
+
+def _word(data: bytes) -> int:
+    return int.from_bytes(data[:2], 'little')

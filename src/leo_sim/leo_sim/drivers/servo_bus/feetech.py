@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Servos of Feetech's STS series: their packets, and what they answer.
+
+Source: Feetech's protocol manual (doc.feetech.cn) and its SCServo library: FF FF, id, length,
+instruction or error, parameters, and the inverted sum of all but the header.
+"""
+
+from __future__ import annotations
+
+from leo_sim.drivers.servo_bus.bus import (
+    ACTION,
+    Bus,
+    READ,
+    REG_WRITE,
+    SYNC_READ,
+    SYNC_WRITE,
+    WRITE,
+)
+from leo_sim.drivers.servo_bus.packets import BROADCAST, Packet
+from leo_sim.drivers.servo_bus.servo import GOALS, Servo
+
+HEADER = b'\xff\xff'
+RANGE = 0x80
+"""What is not there is not answered; the SDK takes no error of this size."""
+
+
+def encoded(servo: int, code: int, data: bytes = b'') -> bytes:
+    """A packet's bytes; `code` is an instruction, or the error of a status."""
+    body = bytes([servo, len(data) + 2, code]) + data
+    return HEADER + body + bytes([~sum(body) & 0xFF])
+
+
+class SmallReader:
+    """Finds whole packets in a stream of bytes; what fits none is skipped.
+
+    Attributes:
+        damaged: how many had a wrong sum.
+    """
+
+    def __init__(self) -> None:
+        self._bytes = b''
+        self.damaged = 0
+
+    def feed(self, data: bytes) -> list[Packet]:
+        """The packets that are complete with these bytes."""
+        self._bytes += data
+        found = []
+        while (start := self._bytes.find(HEADER)) >= 0:
+            rest = self._bytes[start:]
+            if len(rest) < 4 or len(rest) < rest[3] + 4:
+                break
+            whole = rest[: rest[3] + 4]
+            if rest[3] >= 2 and encoded(whole[2], whole[4], whole[5:-1]) == whole:
+                found.append(Packet(whole[2], whole[4], whole[5:-1]))
+                self._bytes = rest[len(whole) :]
+            else:
+                self.damaged += 1
+                self._bytes = rest[1:]
+        return found
+
+    def clear(self) -> None:
+        """Forget what came of a packet, as a silence on the bus makes a servo do."""
+        self._bytes = b''
+
+
+class FeetechServo(Servo):
+    """A servo's registers; what is kept without power is written only while `lock` is 0."""
+
+    def restart(self) -> None:
+        """What a loss of power does: RAM as at the start, torque off."""
+        super().restart()
+        self.set('goal_pwm', 0)
+
+    def watch(self, now: float) -> None:
+        """Nothing: they have no watchdog, and go on."""
+
+    def error(self, code: int = 0) -> int:
+        """What is wrong with it, as every status tells."""
+        return self.get('hardware_error_status')
+
+    def _objection(self, name: str, value: int) -> int:
+        register = self._registers[name]
+        if not register.writable or (register.kept and self.get('lock')):
+            return RANGE
+        if name == 'torque_enable' and self.error() & self.get('shutdown'):
+            return RANGE if value else 0
+        return RANGE if name in GOALS[:1] and abs(value) > self.get('pwm_limit') else 0
+
+
+class FeetechBus(Bus):
+    """Servos that hear each other; one that refuses a value keeps the old one and says nothing."""
+
+    def answer(self, packet: Packet, now: float) -> list[bytes]:
+        """The status packets that follow an instruction, in order."""
+        data = packet.parameters
+        if packet.instruction == SYNC_READ:
+            return [encoded(n, servo.error(), servo.read(data[0], data[1])[1])
+                    for n, servo in self._in_turn(data[2:])]
+        if packet.instruction == SYNC_WRITE:
+            for start in range(2, len(data) - data[1], 1 + data[1]):
+                self._write(data[start], data[0], data[start + 1 : start + 1 + data[1]])
+            return []
+        servo = self._awake().get(packet.id)
+        if packet.id == BROADCAST or servo is None:
+            return []
+        return [encoded(packet.id, servo.error(), self._acted(packet.id, servo, packet))]
+
+    def _acted(self, number: int, servo: Servo, packet: Packet) -> bytes:
+        """Carry out an instruction to one servo; what it answers."""
+        data = packet.parameters
+        if packet.instruction == READ and len(data) == 2:
+            return servo.read(data[0], data[1])[1]
+        if packet.instruction == WRITE and len(data) > 1:
+            servo.write(data[0], data[1:])
+        elif packet.instruction == REG_WRITE and len(data) > 1:
+            self._registered[number] = data[0], data[1:]
+        elif packet.instruction == ACTION:
+            servo.write(*self._registered.pop(number, (0, b'')))
+        return b''
+
+    def _write(self, number: int, address: int, data: bytes) -> None:
+        servo = self._awake().get(number)
+        if servo is not None:
+            servo.write(address, data)

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The robot behind the servos: their registers drive it, and it is what they measure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from leo_sim.description.robot_file import ServoFile
+from leo_sim.description.servos import servo_model
+from leo_sim.drivers.base import DriverOptions
+from leo_sim.drivers.servo_bus.feetech import FeetechServo
+from leo_sim.drivers.servo_bus.servo import Servo
+from leo_sim.drivers.simulated import SimulatedDriver
+
+SLICE = 0.005
+"""Longest time it is integrated at once [s]."""
+SUPPLY_ERROR = 0x01
+
+
+class Plant(SimulatedDriver):
+    """A simulated robot whose motors are told by the registers of servos.
+
+    Args:
+        options: of the robot, hidden effects too.
+        supply: open-circuit voltage [V].
+        supply_resistance: of the supply and its cable [ohm].
+        hand: whether somebody holds the robot in its start pose until a motor is driven.
+
+    Attributes:
+        servos: by joint.
+        volts: what is on each motor, V (N m of a torque-driven robot), NaN where free, (A,).
+        supply: voltage at the servos [V].
+    """
+
+    def __init__(
+        self, options: DriverOptions, supply: float, supply_resistance: float, hand: bool = False
+    ) -> None:
+        super().__init__(options)
+        self.robot = options.robot
+        bus, self.family = options.robot.driver.bus, options.robot.driver.family
+        assert bus is not None
+        kind = FeetechServo if self.family == 'feetech' else Servo
+        self._files: Mapping[str, ServoFile] = bus.servos
+        self.servos = {joint: kind(file.id, servo_model(file.model, self.family))
+                       for joint, file in bus.servos.items()}
+        self.open_circuit = self.supply = supply
+        self.supply_resistance = supply_resistance
+        self.seconds = 0.0
+        self._hand = self._held = hand
+        self.volts = np.zeros(len(self.info.actuators))
+        for servo in self.servos.values():
+            servo.set('max_voltage_limit', round(13.0 * supply))
+            servo.set('min_voltage_limit', round(7.0 * supply))
+        self.measure()
+
+    def run_to(self, seconds: float) -> None:
+        """Integrate up to a time [s] with what the registers say now."""
+        while seconds - self.seconds > 1e-6:
+            self.drive()
+            if self._held and not self._input.any():
+                self.seconds = seconds
+                break
+            self._held = False
+            step = min(SLICE, seconds - self.seconds)
+            self._state = self._model.step(
+                self._state, self._input, step, enabled=self._enabled
+            )
+            self.seconds += step
+            self._sag()
+        self.measure()
+
+    def start_in(self, pose: str) -> None:
+        """Somebody puts the robot into a start pose."""
+        super().start_in(pose)
+        self._held = self._hand
+
+    def drive(self) -> None:
+        """Take the motors' inputs from the registers."""
+        for k, joint in enumerate(self.info.actuators):
+            servo = self.servos[joint]
+            self._enabled[k] = bool(servo.get('torque_enable'))
+            self._input[k] = self._value(joint, servo) if self._enabled[k] else 0.0
+        self.volts = np.where(self._enabled, self._input, np.nan)
+
+    def measure(self) -> None:
+        """Put what the sensors say into the registers; a supply out of range is an error."""
+        q, dq = self._model.sense(self._state)
+        currents, tenths = self._currents(dq), round(10.0 * self.supply)
+        for k, joint in enumerate(self.info.joints):
+            servo, file = self.servos[joint], self._files[joint]
+            turn = file.direction * file.gear
+            count = file.zero + round(turn * float(q[k]) / servo.model.angle_unit)
+            servo.set('present_position', count % servo.model.turn if servo.model.turn else count)
+            servo.set('present_velocity', round(turn * float(dq[k]) / servo.model.rate_unit))
+            servo.set('present_input_voltage', tenths)
+            if not servo.get('min_voltage_limit') <= tenths <= servo.get('max_voltage_limit'):
+                servo.fail(SUPPLY_ERROR)
+            if self.family == 'dynamixel':
+                servo.set('realtime_tick', int(1e3 * self.seconds) % 32768)
+            servo.set('present_pwm', self._pwm(servo))
+            if servo.model.current_unit and joint in currents:
+                servo.set('present_current', round(
+                    file.direction * currents[joint] / servo.model.current_unit))
+
+    def _value(self, joint: str, servo: Servo) -> float:
+        """What a servo puts on its motor: V, or N m of a torque-driven robot."""
+        file = self._files[joint]
+        if servo.pwm is not None and self.robot.input == 'voltage':
+            return file.direction * servo.pwm * self.supply
+        if servo.current is not None and file.torque_constant is not None:
+            return file.direction * servo.current * file.torque_constant.value
+        return 0.0
+
+    def _pwm(self, servo: Servo) -> int:
+        return servo.get('goal_pwm') if servo.get('torque_enable') and servo.pwm is not None else 0
+
+    def _currents(self, dq: np.ndarray) -> dict[str, float]:
+        """Current in each motor [A], positive along its joint."""
+        found = {}
+        for k, actuator in enumerate(self.robot.actuators):
+            servo, file = self.servos[actuator.joint], self._files[actuator.joint]
+            if not self._enabled[k]:
+                found[actuator.joint] = 0.0
+            elif actuator.torque_constant and actuator.resistance:
+                emf = actuator.torque_constant * dq[self.robot.actuated[k]]
+                found[actuator.joint] = float(self._input[k] - emf) / actuator.resistance
+            else:
+                found[actuator.joint] = file.direction * (servo.current or 0.0)
+        return found
+
+    def _sag(self) -> None:
+        """The supply under the load of the motors, each of which draws volts x amperes."""
+        currents = self._currents(self._model.sense(self._state)[1]).values()
+        power = sum(abs(float(u) * i) for u, i in zip(self._input, currents, strict=True))
+        self.supply = self.open_circuit - self.supply_resistance * power / self.open_circuit

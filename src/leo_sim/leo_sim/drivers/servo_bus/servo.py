@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One servo: its control table, what it allows, what its motor does, its bus watchdog.
+
+Source: ROBOTIS e-Manual, https://emanual.robotis.com/docs/en/dxl/x/xm430-w210/
+"""
+
+from __future__ import annotations
+
+from leo_sim.description.servos import (
+    CURRENT_MODE,
+    PWM_MODE,
+    PWM_MODES,
+    Register,
+    registers,
+    ServoModel,
+)
+
+SIZE = 147
+"""Bytes of the control table that are here."""
+
+FAILED, RANGE, LIMIT, ACCESS = 1, 4, 6, 7
+"""Errors that a status tells."""
+ALERT = 0x80
+"""Added to a status while the register hardware_error_status is not 0."""
+
+WATCHDOG_UNIT = 0.02
+"""s a count of the register bus_watchdog."""
+EXPIRED = -1
+
+GOALS = ('goal_pwm', 'goal_current', 'goal_velocity', 'goal_position')
+LIMITS = {'goal_pwm': 'pwm_limit', 'goal_current': 'current_limit'}
+
+
+class Servo:
+    """A servo's registers and their rules.
+
+    Before torque is on, its goal is the whole PWM: what the register holds in the modes where it
+    is a limit. Whoever does not set it to 0 first is taught so.
+
+    Args:
+        number: its id.
+        model: what it is.
+    """
+
+    def __init__(self, number: int, model: ServoModel) -> None:
+        self.model = model
+        self._registers = registers(model.family)
+        self._memory = bytearray(SIZE)
+        for register in self._registers.values():
+            self._store(register, register.initial)
+        self.set('id', number)
+        self.set('model_number', model.number)
+        self._heard = 0.0
+        self.restart()
+
+    def get(self, name: str) -> int:
+        """The value of a register."""
+        register = self._registers[name]
+        return register.decode(bytes(self._memory[register.address : register.end]))
+
+    def set(self, name: str, value: int) -> None:
+        """Put a value into a register, as the servo itself does."""
+        self._store(self._registers[name], value)
+
+    def restart(self) -> None:
+        """What a loss of power does: RAM as at the start, torque off."""
+        for register in self._registers.values():
+            if not register.kept:
+                self._store(register, register.initial)
+        self.set('goal_pwm', self.get('pwm_limit'))
+        self.set('present_temperature', 30)
+
+    def read(self, address: int, length: int) -> tuple[int, bytes]:
+        """Error and bytes for a read instruction."""
+        if address + length > SIZE:
+            return self.error(RANGE), b''
+        return self.error(), bytes(self._memory[address : address + length])
+
+    def write(self, address: int, data: bytes) -> int:
+        """The error for a write instruction; all of it is stored or nothing."""
+        touched = [r for r in self._registers.items()
+                   if address <= r[1].address and r[1].end <= address + len(data)]
+        if not touched:
+            return self.error(ACCESS)
+        values = {name: r.decode(data[r.address - address :]) for name, r in touched}
+        for name, value in values.items():
+            if error := self._objection(name, value):
+                return self.error(error)
+        for name, value in values.items():
+            self.set(name, value)
+        return self.error()
+
+    def hear(self, now: float) -> None:
+        """An instruction passed on the bus at time `now` [s]."""
+        self._heard = now
+
+    def watch(self, now: float) -> None:
+        """Stop if nothing passed on the bus for as long as the bus watchdog waits."""
+        limit = self.get('bus_watchdog') * WATCHDOG_UNIT
+        if limit > 0 and self.get('torque_enable') and now - self._heard > limit:
+            for name in GOALS[:3]:
+                self.set(name, 0)
+            self.set('bus_watchdog', EXPIRED)
+
+    def fail(self, bits: int) -> None:
+        """A hardware error: told with every status; those in `shutdown` take the torque off."""
+        self.set('hardware_error_status', self.get('hardware_error_status') | bits)
+        if bits & self.get('shutdown'):
+            self.set('torque_enable', 0)
+
+    def error(self, code: int = 0) -> int:
+        """An error as a status tells it."""
+        return code | (ALERT if self.get('hardware_error_status') else 0)
+
+    @property
+    def pwm(self) -> float | None:
+        """Share of the supply on the motor, -1 to 1; None where PWM is not what is controlled."""
+        if self.get('operating_mode') != PWM_MODES[self.model.family]:
+            return None
+        return self.get('goal_pwm') / self.model.pwm_of_supply
+
+    @property
+    def current(self) -> float | None:
+        """The current [A] it holds; None where current is not what is controlled."""
+        if self.get('operating_mode') != CURRENT_MODE:
+            return None
+        return self.get('goal_current') * self.model.current_unit
+
+    def _objection(self, name: str, value: int) -> int:
+        """The error of a value that cannot be written, 0 of one that can."""
+        register = self._registers[name]
+        if not register.writable or (register.kept and self.get('torque_enable')):
+            return ACCESS
+        if name in GOALS and self.get('bus_watchdog') == EXPIRED:
+            return RANGE
+        if name in LIMITS and abs(value) > self.get(LIMITS[name]):
+            return LIMIT
+        if name == 'torque_enable' and self.get('hardware_error_status') & self.get('shutdown'):
+            return FAILED if value else 0
+        return RANGE if value not in _ALLOWED.get(name, (value,)) else 0
+
+    def _store(self, register: Register, value: int) -> None:
+        self._memory[register.address : register.end] = register.encode(value)
+
+
+_ALLOWED = {
+    'torque_enable': range(2),
+    'bus_watchdog': range(128),
+    'status_return_level': range(3),
+    'operating_mode': (CURRENT_MODE, 1, 3, 4, 5, PWM_MODE),
+    'pwm_limit': range(886),
+    'return_delay_time': range(255),
+    'id': range(253),
+}

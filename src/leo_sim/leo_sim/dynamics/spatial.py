@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rigid-body dynamics of a fixed-base tree in space: the compiled recursion, on arrays."""
+from collections.abc import Mapping, Sequence
+import math
+from typing import Any
+
+import numpy as np
+
+from leo_sim.common.broadcasting import Array, common, rows
+from leo_sim.description.urdf import Body, Joint
+from leo_sim.dynamics.free_motion import Stateless
+from leo_sim.dynamics.impulses import Factor
+from leo_sim.dynamics.planar import KINDS
+from leo_sim.dynamics.tree_kernel import dynamics, FIGURES, kick, Tree
+from leo_sim.kinematics.frames import turning_parts
+
+
+class Spatial(Stateless):
+    """The numbers of `leo_sim.dynamics.rigid.Rigid`, for several joints.
+
+    Args:
+        joints: Of the robot, parents first.
+        bodies: Inertial figures by link; floats, or arrays (S, 1) that scan S values.
+        gravity: m/s2; a float or an array (S, 1).
+    """
+
+    def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Any):
+        self._tree = _tree(joints)
+        figures = _figures([bodies[joint.child] for joint in joints])
+        gravity = np.asarray(gravity, dtype=float).reshape(-1)
+        self._scans = max(len(figures), len(gravity))
+        figures = np.broadcast_to(figures, (self._scans, *figures.shape[1:]))
+        self._world = (np.ascontiguousarray(figures),
+                       np.broadcast_to(gravity, self._scans).copy())
+
+    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
+        """Joint-space inertia (..., J, J) and bias torques (..., J); see `Rigid`."""
+        shape, size = self._leading(q, dq), np.shape(q)[-1]
+        mass = np.empty((math.prod(shape), size, size))
+        bias = self._filled(shape, q, dq, mass)
+        return mass.reshape(*shape, size, size), bias
+
+    def bias(self, q: Array, dq: Array) -> Any:
+        """The bias torques alone, (..., J)."""
+        size = np.shape(q)[-1]
+        return self._filled(self._leading(q, dq), q, dq, np.empty((0, size, size)))
+
+    def load(self, q: Array) -> Any:
+        """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
+        return -self.bias(q, np.zeros_like(q))
+
+    def kicked(self, q: Array, dq: Array, diagonal: Any, driving: Any, held: Any, h: Any
+               ) -> tuple[Any, Factor]:
+        """See `Free`; here all at once."""
+        size, h = q.shape[-1], np.asarray(h)
+        shape = common(self._leading(q, dq), diagonal.shape[:-1], driving.shape[:-1],
+                       held.shape[:-1], h.shape[:-1])
+        states = rows(q, shape, size, True), rows(dq, shape, size, True)
+        given = rows(diagonal, shape, size), rows(driving, shape, size), rows(held, shape, size)
+        inverse, rates = np.empty((math.prod(shape), size, size)), np.empty(states[1].shape)
+        kick(self._tree, *self._world, *states, *given, rows(h, shape, 1), inverse, rates)
+        return rates.reshape(*shape, size), Factor.of(inverse.reshape(*shape, size, size))
+
+    def _leading(self, q: Array, dq: Array) -> tuple[int, ...]:
+        """Leading axes of what is computed for such states."""
+        return common(np.shape(q)[:-1], np.shape(dq)[:-1],
+                      (self._scans, 1) if self._scans > 1 else ())
+
+    def _filled(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Any) -> Any:
+        """The bias torques; fills the inertia too unless it has no rows."""
+        size = np.shape(q)[-1]
+        states = rows(q, shape, size, True), rows(dq, shape, size, True)
+        bias = np.empty(states[0].shape)
+        dynamics(self._tree, *self._world, *states, mass, bias)
+        return bias.reshape(*shape, size)
+
+
+def _tree(joints: Sequence[Joint]) -> Tree:
+    links = {joint.child: i for i, joint in enumerate(joints)}
+    moving = [i for i, joint in enumerate(joints) if joint.kind != 'fixed']
+    column = {i: c for c, i in enumerate(moving)}
+    return Tree(
+        np.array([KINDS[j.kind] for j in joints]),
+        np.array([links.get(j.parent, -1) for j in joints]),
+        np.array([column.get(i, -1) for i in range(len(joints))]),
+        np.array([turning_parts(j) for j in joints], dtype=float),
+        np.array([j.translation for j in joints], dtype=float),
+        np.array([j.axis for j in joints], dtype=float))
+
+
+def _figures(bodies: Sequence[Body]) -> Any:
+    """Mass, CoM, inertia (xx yy zz xy xz yz) and force of each link, (S or 1, L, 13)."""
+    parts = np.broadcast_arrays(*(np.asarray(x, dtype=float).reshape(-1) for b in bodies
+                                  for x in (b.mass, *b.com, *b.inertia, *b.force)))
+    return np.ascontiguousarray(np.stack(parts, axis=-1).reshape(-1, len(bodies), FIGURES))

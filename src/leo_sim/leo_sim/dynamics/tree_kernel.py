@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Equations of motion of a tree in space, compiled, for one state after the other.
+
+All in world axes and about the origin of the world (Featherstone, Rigid Body Dynamics Algorithms,
+chapters 5 and 6): a screw is an angular part and then a linear one, that of the point of the body
+which is at the origin. Composite bodies give the inertia, recursive Newton-Euler the bias; what
+depends on the angles alone is found once for both.
+"""
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from leo_sim.common.broadcasting import Array, Indices
+from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
+from leo_sim.dynamics.impulses import at, kicked
+from leo_sim.dynamics.inertia_inverse import inverted
+from leo_sim.dynamics.planar import HINGE, SLIDE
+
+FIGURES = 13
+FRAME, WEIGHT, SCREW = 12, 13, 6
+
+
+class Tree(NamedTuple):
+    """Geometry of a tree, one entry per joint and its child link.
+
+    Attributes:
+        kind: FIXED, HINGE or SLIDE, (L,).
+        parent: Index of the parent link, -1 for the world, (L,).
+        column: Index in the state, -1 for a fixed joint, (L,).
+        turning: Rotation at a joint angle: a constant part, and those that its cosine and its
+            sine multiply, (L, 3, 9).
+        place: Joint origin in the parent link, m, (L, 3).
+        axis: Unit vector in the joint frame, (L, 3).
+    """
+
+    kind: Indices
+    parent: Indices
+    column: Indices
+    turning: Array
+    place: Array
+    axis: Array
+
+
+class Room(NamedTuple):
+    """Room to work in, one row per link.
+
+    Attributes:
+        frame: Rotation, row by row, and origin m, (L, FRAME).
+        screw: What a unit rate of the joint does, (L, SCREW).
+        weight: Mass, its first moment, its inertia xx yy zz xy xz yz, and the CoM, (L, WEIGHT).
+        whole: The first ten of them for all that hangs on the link, (L, WEIGHT).
+        speed: Screw of the link, (L, SCREW).
+        pull: Its acceleration at zero joint accelerations, gravity as -g upwards, (L, SCREW).
+        force: Moment and force that this takes, (L, SCREW).
+    """
+
+    frame: Array
+    screw: Array
+    weight: Array
+    whole: Array
+    speed: Array
+    pull: Array
+    force: Array
+
+
+@compiled_without_gil
+def _room(links: int) -> Any:
+    return Room(np.empty((links, FRAME)), np.zeros((links, SCREW)), np.empty((links, WEIGHT)),
+                np.empty((links, WEIGHT)), np.empty((links, SCREW)), np.empty((links, SCREW)),
+                np.empty((links, SCREW)))
+
+
+@compiled_in_place
+def _cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> Any:
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@compiled_in_place
+def _placed(tree: Tree, figures: Array, n: int, q: Array, room: Room) -> Any:
+    """Fill frame, screw and weight at the angles of state n."""
+    frame, screw = room.frame, room.screw
+    for i in range(tree.kind.shape[0]):
+        above, kind, t = tree.parent[i], tree.kind[i], tree.turning
+        c, s = 1.0, 0.0
+        if kind == HINGE:
+            c, s = np.cos(q[n, tree.column[i]]), np.sin(q[n, tree.column[i]])
+        if above < 0:
+            for k in range(9):
+                frame[i, k] = t[i, 0, k] + c * t[i, 1, k] + s * t[i, 2, k]
+            for k in range(3):
+                frame[i, 9 + k] = tree.place[i, k]
+        else:
+            for k in range(3):
+                x, y, z = frame[above, 3 * k], frame[above, 3 * k + 1], frame[above, 3 * k + 2]
+                for j in range(3):
+                    frame[i, 3 * k + j] = (
+                        x * (t[i, 0, j] + c * t[i, 1, j] + s * t[i, 2, j])
+                        + y * (t[i, 0, 3 + j] + c * t[i, 1, 3 + j] + s * t[i, 2, 3 + j])
+                        + z * (t[i, 0, 6 + j] + c * t[i, 1, 6 + j] + s * t[i, 2, 6 + j]))
+                frame[i, 9 + k] = frame[above, 9 + k] + (
+                    x * tree.place[i, 0] + y * tree.place[i, 1] + z * tree.place[i, 2])
+        if tree.column[i] >= 0:
+            _screwed(tree, i, n, q, frame, screw)
+        _weighed(figures, i, frame, room.weight)
+
+
+@compiled_in_place
+def _screwed(tree: Tree, i: int, n: int, q: Array, frame: Array, screw: Array) -> Any:
+    """The screw of joint i; a slide moves its frame along."""
+    ax, ay, az = tree.axis[i, 0], tree.axis[i, 1], tree.axis[i, 2]
+    x = frame[i, 0] * ax + frame[i, 1] * ay + frame[i, 2] * az
+    y = frame[i, 3] * ax + frame[i, 4] * ay + frame[i, 5] * az
+    z = frame[i, 6] * ax + frame[i, 7] * ay + frame[i, 8] * az
+    if tree.kind[i] == SLIDE:
+        go = q[n, tree.column[i]]
+        frame[i, 9] += go * x
+        frame[i, 10] += go * y
+        frame[i, 11] += go * z
+        screw[i, 3], screw[i, 4], screw[i, 5] = x, y, z
+    else:
+        screw[i, 0], screw[i, 1], screw[i, 2] = x, y, z
+        screw[i, 3], screw[i, 4], screw[i, 5] = _cross(frame[i, 9], frame[i, 10], frame[i, 11],
+                                                       x, y, z)
+
+
+@compiled_in_place
+def _weighed(figures: Array, i: int, frame: Array, weight: Array) -> Any:
+    """The inertial figures of link i in the world, of (L, FIGURES) in its own axes."""
+    m, cx, cy, cz = figures[i, 0], figures[i, 1], figures[i, 2], figures[i, 3]
+    xx, yy, zz = figures[i, 4], figures[i, 5], figures[i, 6]
+    xy, xz, yz = figures[i, 7], figures[i, 8], figures[i, 9]
+    for k in range(3):
+        a, b, c = frame[i, 3 * k], frame[i, 3 * k + 1], frame[i, 3 * k + 2]
+        weight[i, 10 + k] = frame[i, 9 + k] + a * cx + b * cy + c * cz
+        u, v, w = a * xx + b * xy + c * xz, a * xy + b * yy + c * yz, a * xz + b * yz + c * zz
+        weight[i, 4 + k] = u * a + v * b + w * c
+        for j in range(k):  # xy is entry 7, xz 8, yz 9
+            weight[i, 6 + k + j] = u * frame[i, 3 * j] + v * frame[i, 3 * j + 1] + (
+                w * frame[i, 3 * j + 2])
+    x, y, z = weight[i, 10], weight[i, 11], weight[i, 12]
+    weight[i, 0], weight[i, 1], weight[i, 2], weight[i, 3] = m, m * x, m * y, m * z
+    weight[i, 4] += m * (y * y + z * z)
+    weight[i, 5] += m * (x * x + z * z)
+    weight[i, 6] += m * (x * x + y * y)
+    weight[i, 7] -= m * x * y
+    weight[i, 8] -= m * x * z
+    weight[i, 9] -= m * y * z
+
+
+@compiled_in_place
+def _momentum(weight: Array, i: int, wx: float, wy: float, wz: float, vx: float, vy: float,
+              vz: float) -> Any:
+    """Inertia of row i times a screw: moment and force."""
+    m, hx, hy, hz = weight[i, 0], weight[i, 1], weight[i, 2], weight[i, 3]
+    xx, yy, zz = weight[i, 4], weight[i, 5], weight[i, 6]
+    xy, xz, yz = weight[i, 7], weight[i, 8], weight[i, 9]
+    return (xx * wx + xy * wy + xz * wz + (hy * vz - hz * vy),
+            xy * wx + yy * wy + yz * wz + (hz * vx - hx * vz),
+            xz * wx + yz * wy + zz * wz + (hx * vy - hy * vx),
+            m * vx - (hy * wz - hz * wy), m * vy - (hz * wx - hx * wz),
+            m * vz - (hx * wy - hy * wx))
+
+
+@compiled_in_place
+def _inertia(tree: Tree, room: Room, mass: Array) -> Any:
+    """Fill mass (J, J) by composite rigid bodies."""
+    screw, whole = room.screw, room.whole
+    for j in range(mass.shape[0]):
+        for k in range(mass.shape[0]):
+            mass[j, k] = 0.0
+    for i in range(tree.kind.shape[0]):
+        for k in range(10):
+            whole[i, k] = room.weight[i, k]
+    for i in range(tree.kind.shape[0] - 1, -1, -1):
+        if tree.column[i] >= 0:
+            _answered(tree, i, screw, whole, mass)
+        above = tree.parent[i]
+        if above >= 0:
+            for k in range(10):
+                whole[above, k] += whole[i, k]
+
+
+@compiled_in_place
+def _answered(tree: Tree, i: int, screw: Array, whole: Array, mass: Array) -> Any:
+    """Fill mass at joint i and those above it: what these feel of a unit acceleration of it."""
+    own, j = tree.column[i], i
+    a, b, c, d, e, f = _momentum(whole, i, screw[i, 0], screw[i, 1], screw[i, 2], screw[i, 3],
+                                 screw[i, 4], screw[i, 5])
+    while j >= 0:
+        other = tree.column[j]
+        if other >= 0:
+            entry = (screw[j, 0] * a + screw[j, 1] * b + screw[j, 2] * c
+                     + screw[j, 3] * d + screw[j, 4] * e + screw[j, 5] * f)
+            mass[own, other] = mass[other, own] = entry
+        j = tree.parent[j]
+
+
+@compiled_in_place
+def _moving(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: Room) -> Any:
+    """Fill speed, pull and force at the rates of state n."""
+    screw, speed, pull, force = room.screw, room.speed, room.pull, room.force
+    for i in range(tree.kind.shape[0]):
+        above = tree.parent[i]
+        wx, wy, wz, vx, vy, vz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        tx, ty, tz, px, py, pz = 0.0, 0.0, 0.0, 0.0, 0.0, gravity
+        if above >= 0:
+            wx, wy, wz = speed[above, 0], speed[above, 1], speed[above, 2]
+            vx, vy, vz = speed[above, 3], speed[above, 4], speed[above, 5]
+            tx, ty, tz = pull[above, 0], pull[above, 1], pull[above, 2]
+            px, py, pz = pull[above, 3], pull[above, 4], pull[above, 5]
+        if tree.column[i] >= 0:
+            go = dq[n, tree.column[i]]
+            ax, ay, az = go * screw[i, 0], go * screw[i, 1], go * screw[i, 2]
+            bx, by, bz = go * screw[i, 3], go * screw[i, 4], go * screw[i, 5]
+            tx += wy * az - wz * ay
+            ty += wz * ax - wx * az
+            tz += wx * ay - wy * ax
+            px += (wy * bz - wz * by) + (vy * az - vz * ay)
+            py += (wz * bx - wx * bz) + (vz * ax - vx * az)
+            pz += (wx * by - wy * bx) + (vx * ay - vy * ax)
+            wx, wy, wz, vx, vy, vz = wx + ax, wy + ay, wz + az, vx + bx, vy + by, vz + bz
+        speed[i, 0], speed[i, 1], speed[i, 2] = wx, wy, wz
+        speed[i, 3], speed[i, 4], speed[i, 5] = vx, vy, vz
+        pull[i, 0], pull[i, 1], pull[i, 2] = tx, ty, tz
+        pull[i, 3], pull[i, 4], pull[i, 5] = px, py, pz
+        a, b, c, d, e, f = _momentum(room.weight, i, wx, wy, wz, vx, vy, vz)
+        g, h, j, k, m, o = _momentum(room.weight, i, tx, ty, tz, px, py, pz)
+        ex, ey, ez = figures[i, 10], figures[i, 11], figures[i, 12]
+        lx, ly, lz = _cross(room.weight[i, 10], room.weight[i, 11], room.weight[i, 12],
+                            ex, ey, ez)
+        force[i, 0] = g + (wy * c - wz * b) + (vy * f - vz * e) - lx
+        force[i, 1] = h + (wz * a - wx * c) + (vz * d - vx * f) - ly
+        force[i, 2] = j + (wx * b - wy * a) + (vx * e - vy * d) - lz
+        force[i, 3] = k + (wy * f - wz * e) - ex
+        force[i, 4] = m + (wz * d - wx * f) - ey
+        force[i, 5] = o + (wx * e - wy * d) - ez
+
+
+@compiled_in_place
+def _bias(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: Room, bias: Array
+          ) -> Any:
+    """Fill row n of bias at the rates of state n, by recursive Newton-Euler."""
+    screw, force = room.screw, room.force
+    _moving(tree, figures, gravity, n, dq, room)
+    for i in range(tree.kind.shape[0] - 1, -1, -1):
+        above, own = tree.parent[i], tree.column[i]
+        if own >= 0:
+            bias[n, own] = (
+                screw[i, 0] * force[i, 0] + screw[i, 1] * force[i, 1] + screw[i, 2] * force[i, 2]
+                + screw[i, 3] * force[i, 3] + screw[i, 4] * force[i, 4]
+                + screw[i, 5] * force[i, 5])
+        if above >= 0:
+            for k in range(6):
+                force[above, k] += force[i, k]
+
+
+@compiled_without_gil
+def dynamics(tree: Tree, figures: Array, gravity: Array, q: Array, dq: Array, mass: Array,
+             bias: Array) -> None:
+    """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows.
+
+    Figures (S, L, FIGURES) and gravity (S,) each serve N / S states in a row.
+    """
+    room, each = _room(tree.kind.shape[0]), q.shape[0] // figures.shape[0]
+    for n in range(q.shape[0]):
+        own, down = figures[n // each], gravity[n // each]
+        _placed(tree, own, n, q, room)
+        _bias(tree, own, down, n, dq, room, bias)
+        if mass.shape[0] > 0:
+            _inertia(tree, room, mass[n])
+
+
+@compiled_without_gil
+def kick(tree: Tree, figures: Array, gravity: Array, q: Array, dq: Array, diagonal: Array,
+         driving: Array, held: Array, h: Array, inverse: Array, rates: Array) -> None:
+    """Fill the inverse of the inertia with the diagonal, (N, J, J), and rates, (N, J).
+
+    See `engines.free`; fields are (N, J) or (1, J), h is (N, 1) or (1, 1), s.
+    """
+    size, each = q.shape[1], q.shape[0] // figures.shape[0]
+    room = _room(tree.kind.shape[0])
+    bias, mean = np.empty_like(dq), np.empty_like(dq)
+    for n in range(q.shape[0]):
+        own, down, answer = figures[n // each], gravity[n // each], inverse[n]
+        step = h[at(h, n), 0]
+        _placed(tree, own, n, q, room)
+        _inertia(tree, room, answer)
+        for j in range(size):
+            answer[j, j] += diagonal[at(diagonal, n), j]
+        inverted(size, 0, answer)
+        _bias(tree, own, down, n, dq, room, bias)
+        kicked(n, answer, held, bias, dq, 0.5 * step, mean)
+        _bias(tree, own, down, n, mean, room, bias)
+        kicked(n, answer, driving, bias, dq, step, rates)

@@ -1,0 +1,275 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The laws of one model compiled for speed: commands, joint torques, drives, links, sensors.
+
+Arrays have the joints (or actuators) as last axis and any leading axes; scanned parameters and
+constants are arrays (S, 1, 1).
+"""
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from leo_sim.common.broadcasting import Array
+from leo_sim.description.constants import bodies
+from leo_sim.description.robot import Robot
+from leo_sim.description.urdf import Body
+from leo_sim.effects.base import Drive, Ground, Placed
+from leo_sim.effects.motor import Motor, torque_source, voltage_motor
+from leo_sim.laws.late_readings import act_late
+from leo_sim.laws.placement import added, Index, index_of, put, Use
+from leo_sim.laws.sensors import Memory as Memory
+from leo_sim.laws.sensors import Sensors
+
+TIME = 'time'
+HELD = 'held'  # in the memory of a state whose base does not move
+NOTHING: Memory = {}
+
+
+class Torques(NamedTuple):
+    """Torques at the joints, N m, (..., J).
+
+    Attributes:
+        motor: Of the motors, acting on the motor side.
+        joint: Of springs, viscous friction, ... on the link side.
+        level: What dry friction can hold at most; None without dry friction.
+    """
+
+    motor: Any
+    joint: Any
+    level: Any
+
+
+class Laws:
+    """The laws of one model.
+
+    Attributes:
+        bodies: Inertial figures of the links, body effects included.
+        gravity: m/s2.
+        rotor_inertia: Of the motor sides, kg m2, (..., J).
+        ground: The floor; None where nothing touches one.
+        gap: Backlash rad, (..., J); None without backlash.
+        stops: Joint limits rad (low, high), (J,); None where all are infinite.
+        dynamic: The command at the motors changes while the input is held (delay, lag).
+        steady: While the input is held, torques change with the rates alone, linearly.
+        sensors: What the encoders read.
+        dry: Some joint has dry friction.
+        needs_load: A law uses the load torque.
+        remembers: A torque or sensor law has a memory.
+
+    Args:
+        robot: The robot.
+        effects: Placed on it.
+        values: Its constants by path.
+        of_readings: The states are those that a late sensor shows, not those of the joints.
+    """
+
+    def __init__(self, robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any],
+                 of_readings: bool = False):
+        self.joints, self.input = robot.joint_names, robot.input
+        self.actuated = index_of(robot.actuated, len(self.joints))
+        self._all_actuated = robot.actuated == tuple(range(len(self.joints)))
+        uses = [self._use(robot, i, placed) for i, placed in enumerate(effects)]
+        by_hook = {hook: sorted((u for u in uses if u.effect.hook == hook),
+                                key=lambda u: u.effect.rank)
+                   for hook in ('command', 'torque', 'sensor', 'drive')}
+        self._commands = by_hook['command']
+        self._late = [u for u in by_hook['sensor'] if u.effect.late and of_readings]
+        sensors = [u for u in by_hook['sensor'] if u not in self._late]
+        self._motor_side = [u for u in by_hook['torque'] if u.effect.motor_side]
+        self._smooth = [u for u in by_hook['torque']
+                        if not (u.effect.motor_side or u.effect.dry)]
+        self._dry = [u for u in by_hook['torque'] if u.effect.dry]
+        self.dynamic = any(u.effect.dynamic for u in (*self._commands, *self._late))
+        self.steady = not self.dynamic and all(u.effect.steady for u in by_hook['torque'])
+        self._remembering = [u for u in by_hook['torque'] if u.effect.remembers]
+        self.needs_load = any(u.effect.uses_load for u in by_hook['torque'])
+        self.gravity = _squeezed(values['gravity'])
+        self.bodies = _bodies(robot, effects, values)
+        self._constants(robot, values)
+        self.dry = bool(self._dry) or self._friction is not None
+        self._drives(by_hook['drive'])
+        self.ground: Any = _ground(effects, values) if robot.contacts else None
+        self.sensors = Sensors(sensors, self._offset)
+        self.remembers = bool(self._remembering) or self.sensors.dynamic
+
+    def command(self, u: Any, enabled: Any, memory: Memory, h: Any) -> tuple[Any, Any, Memory]:
+        """What reaches the motors over the next h s of a held input, and the new memory.
+
+        Args:
+            u: Inputs, (..., A).
+            enabled: Booleans (..., A) or None for all; shares of h where sensors are late.
+            memory: What the effects remember.
+            h: s.
+        """
+        if not (self._commands or self._late):
+            return u, enabled, memory
+        changed = dict(memory)
+        for use in self._late:
+            u, enabled, changed[use.key] = act_late(use, u, enabled, memory.get(use.key), h)
+        for use in self._commands:
+            part, kept = use.effect.command(use.values, u[..., use.at],
+                                            memory.get(use.key), h)
+            u = put(u, use.at, part)
+            if kept is not None:
+                changed[use.key] = kept
+        return u, enabled, changed
+
+    def remember(self, q: Array, dq: Array, memory: Memory, h: Any) -> Memory:
+        """The memory of the torque and sensor laws after h s, at the rates dq."""
+        kept = {use.key: use.effect.remember(use.values, q[..., use.at], dq[..., use.at],
+                                             _recalled(use, memory), h)
+                for use in self._remembering}
+        memory = {**memory, **kept}
+        return self.sensors.sense(q, dq, memory, h)[2] if self.sensors.dynamic else memory
+
+    def sense(self, q: Array, dq: Array, memory: Memory) -> tuple[Any, Any]:
+        """Measured angles and rates of true ones."""
+        return self.sensors.sense(q, dq, memory, 0.0)[:2]
+
+    def true_state(self, q: Array, dq: Array) -> tuple[Any, Any]:
+        """True angles and rates of measured ones, with sensors that had settled."""
+        return self.sensors.true_state(q, dq)[:2]
+
+    def torques(self, q: Array, dq: Array, motor_speed: Array, u: Any, enabled: Any, load: Any,
+                memory: Memory = NOTHING) -> Torques:
+        """All torques at one instant.
+
+        Args:
+            q: True angles, (..., J).
+            dq: True rates, (..., J).
+            motor_speed: Rates of the motor sides, (..., J); dq itself without backlash.
+            u: Inputs at the motors, (..., A).
+            enabled: Booleans (..., A) or None for all.
+            load: Torque of gravity and external forces, (..., J); None where no law needs it.
+            memory: What the effects remember.
+        """
+        motor = self._motor(motor_speed, u, enabled)
+        for use in self._motor_side:
+            extra = use.effect.torque(use.values, q[..., use.at], motor_speed[..., use.at],
+                                      self._part(motor, use.at), None, *_told(use, memory))
+            motor = motor._replace(torque=added(motor.torque, use.at, extra))
+        joint: Any = 0.0
+        if self.damping is not None:
+            joint = -self.damping * dq
+        for use in self._smooth:
+            joint = self._added(joint, use, q, dq, motor, load, memory)
+        level = self._friction
+        for use in self._dry:
+            level = self._added(0.0 if level is None else level, use, q, dq, motor, load, memory)
+        return Torques(motor.torque, joint, None if level is None else np.abs(level))
+
+    def _use(self, robot: Robot, number: int, placed: Placed) -> Use:
+        names = robot.joint_names
+        if placed.effect.hook == 'command':
+            names = tuple(a.joint for a in robot.actuators)
+        if placed.effect.hook in ('body', 'ground'):
+            names = placed.effect.places(robot)
+        index = index_of(tuple(names.index(w) for w in placed.where), len(names))
+        return Use(f'{number}:{placed.effect.name}', placed.effect, placed.parameters, index)
+
+    def _constants(self, robot: Robot, values: Mapping[str, Any]) -> None:
+        joints = [f'actuators.{a.joint}.' for a in robot.actuators]
+        if self.input == 'voltage':
+            self._constant = _stack([values[p + 'torque_constant'] for p in joints])
+            self._resistance = _stack([values[p + 'resistance'] for p in joints])
+        efficiency = _stack([values.get(p + 'efficiency', 1.0) for p in joints])
+        self._efficiency = None if np.all(efficiency == 1) else efficiency
+        rotors = _stack([values[p + 'rotor_inertia'] for p in joints])
+        self.rotor_inertia = self._at_joints(rotors)
+        damping = _stack([values[f'joints.{j}.damping'] for j in self.joints])
+        self.damping = damping if np.any(damping) else None
+        friction = _stack([values.get(f'joints.{j}.friction', 0.0) for j in self.joints])
+        self._friction = friction if np.any(friction) else None
+        offset = _stack([values.get(f'sensors.{j}.offset', 0.0) for j in self.joints])
+        self._offset = offset if np.any(offset) else None
+        limits = np.array([j.limits for j in robot.joints if j.kind != 'fixed'])
+        self.stops = (limits[:, 0], limits[:, 1]) if np.isfinite(limits).any() else None
+
+    def _drives(self, uses: Sequence[Use]) -> None:
+        drive = Drive(self.rotor_inertia, np.zeros(len(self.joints)))
+        for use in uses:
+            part = use.effect.drive(use.values, self._part(drive, use.at))
+            drive = Drive(*(put(old, use.at, new)
+                            for old, new in zip(drive, part, strict=True)))
+        self.rotor_inertia = drive.rotor_inertia
+        self.gap = drive.gap if np.any(drive.gap) else None
+
+    def _motor(self, speed: Any, u: Any, enabled: Any) -> Motor:
+        if self.input == 'torque':
+            motor = torque_source(u, enabled)
+        else:
+            motor = voltage_motor(u, speed[..., self.actuated], self._constant,
+                                  self._resistance, enabled)
+        if self._efficiency is not None:
+            motor = Motor(*(self._efficiency * figure for figure in motor))
+        return Motor(self._at_joints(motor.torque), self._at_joints(motor.back_emf))
+
+    def _at_joints(self, figures: Any) -> Any:
+        """Figures of actuators (..., A) at their joints (..., J), 0 elsewhere."""
+        if self._all_actuated:
+            return figures
+        result = np.zeros((*np.shape(figures)[:-1], len(self.joints)))
+        result[..., self.actuated] = figures
+        return result
+
+    def _added(self, total: Any, use: Use, q: Array, dq: Array, motor: Motor, load: Any,
+               memory: Memory) -> Any:
+        index = use.at
+        part = use.effect.torque(use.values, q[..., index], dq[..., index],
+                                 self._part(motor, index),
+                                 None if load is None else load[..., index],
+                                 *_told(use, memory))
+        if isinstance(total, float):
+            total = np.zeros(len(self.joints))
+        return added(total, index, part)
+
+    @staticmethod
+    def _part(figures: Any, index: Index) -> Any:
+        """A named tuple of arrays, each cut to the joints of `index`."""
+        return type(figures)(*(f[..., index] if np.ndim(f) else f for f in figures))
+
+
+def _recalled(use: Use, memory: Memory) -> Any:
+    """What an effect remembers; at the start of a run None, or the time."""
+    return memory.get(use.key, memory.get(TIME, 0.0) if use.effect.timed else None)
+
+
+def _told(use: Use, memory: Memory) -> tuple[Any, ...]:
+    """The memory as a further argument, for a torque law that takes it."""
+    return (_recalled(use, memory),) if use.effect.remembers else ()
+
+
+def _bodies(robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]
+            ) -> dict[str, Body]:
+    """Inertial figures of the links, body effects included, arrays as (S, 1)."""
+    single = {path: _squeezed(value) for path, value in values.items()}
+    links = bodies(robot.links, robot.joints, single)
+    for placed in effects:
+        if placed.effect.hook == 'body':
+            p = {name: _squeezed(value) for name, value in placed.parameters.items()}
+            for name in placed.where:
+                links[name] = placed.effect.body(p, links[name])
+    return links
+
+
+def _ground(effects: Sequence[Placed], values: Mapping[str, Any]) -> Ground:
+    """The floor, ground effects included, figures as floats or (S, 1)."""
+    ground = Ground(*(_squeezed(values[f'ground.{name}']) for name in Ground._fields))
+    for placed in effects:
+        if placed.effect.hook == 'ground':
+            p = {name: _squeezed(value) for name, value in placed.parameters.items()}
+            ground = placed.effect.ground(p, ground)
+    return ground
+
+
+def _squeezed(value: Any) -> Any:
+    """A float, or an array (S, 1, 1) without its last axis, to match single components."""
+    return np.asarray(value)[..., 0] if np.ndim(value) else float(value)
+
+
+def _stack(figures: Sequence[Any]) -> Any:
+    """Floats or arrays (S, 1, 1) side by side along the last axis."""
+    if not figures:
+        return np.zeros(0)
+    return np.concatenate(np.broadcast_arrays(
+        *(np.asarray(f, dtype=float).reshape(np.shape(f) or (1,)) for f in figures)), axis=-1)

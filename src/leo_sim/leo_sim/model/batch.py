@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The physics of a model over many windows, and many parameter values, at once."""
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from leo_sim.common.broadcasting import paired
+from leo_sim.dynamics.substep import DRIVE, rested, slowing, substeps
+from leo_sim.laws.laws import HELD, Memory, TIME
+from leo_sim.model.model import Model
+from leo_sim.model.window_shares import Batch, shares
+
+
+class History(NamedTuple):
+    """The H samples before the windows, to warm up delay, lag and play.
+
+    Attributes:
+        q, dq: Measured angles and rates at the start of each interval, (..., W, H, J).
+        inputs: Held over each interval, (..., W, H, A).
+        enabled: Booleans (..., W, H, A) or None.
+        dt: s, (W, H).
+    """
+
+    q: Any
+    dq: Any
+    inputs: Any
+    enabled: Any
+    dt: Any
+
+
+def rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any = None,
+            history: History | tuple[Any, ...] | None = None,
+            push: Any = None, start: Any = 0.0, held: Any = None) -> tuple[Any, Any]:
+    """Measured angles and rates along open-loop windows.
+
+    The same numbers as `Model.step` over each interval, to rounding. Without a history the
+    windows start at rest: inputs were 0 before.
+
+    Args:
+        model: Its effect parameters and constants may be arrays (S, 1, 1).
+        q0: Measured angles at the start, (..., W, J).
+        dq0: Measured rates at the start, (..., W, J).
+        inputs: V or N m held from sample k to k + 1, (..., W, K, A).
+        dt: s, (W, K), or a float.
+        enabled: Booleans (..., W, K, A), or None for all motors on.
+        history: The samples before.
+        push: Extra torque on the links held over each interval, N m, (..., W, K, J).
+        start: Time from the start of the run to the start of each window s, (W,), or a float.
+        held: Windows in which the base does not move, booleans (W,); None where the model says.
+
+    Returns:
+        q and dq of the measured state, (..., W, K + 1, J); (S, W, K + 1, J) for a scan.
+    """
+    inputs = np.asarray(inputs, dtype=float)
+    periods = np.broadcast_to(np.asarray(dt, dtype=float), inputs.shape[-3:-1])
+    batch = Batch(np.asarray(q0, dtype=float), np.asarray(dq0, dtype=float), inputs, periods,
+                  enabled, None if history is None else History(*history), push,
+                  np.broadcast_to(np.asarray(start, dtype=float), inputs.shape[-3:-2]),
+                  _held(model, held, inputs.shape[-3]))
+    if not model.robot.contacts:
+        return _rollout(model, batch)
+    parts = shares(lambda part: _rollout(model, part), batch)
+    angles, rates = zip(*parts, strict=True)
+    return np.concatenate(angles, axis=-3), np.concatenate(rates, axis=-3)
+
+
+def _held(model: Model, held: Any, count: int) -> Any:
+    """Which windows have a base that does not move, 1 or 0 (W,); None where none has."""
+    if held is None:
+        held = model.held
+    held = np.broadcast_to(np.asarray(held, dtype=float), (count,))
+    return held if held.any() else None
+
+
+def _rollout(model: Model, batch: Batch) -> tuple[Any, Any]:
+    with np.errstate(all='ignore'):
+        return _rolled(model, *batch)
+
+
+def _rolled(model: Model, q0: Any, dq0: Any, inputs: Any, periods: Any, enabled: Any,
+            history: Any, push: Any, start: Any, held: Any) -> tuple[Any, Any]:
+    laws, dynamics = model.laws if history is None else model.reading_laws, model.rigid
+    memory: Memory = {TIME: start[..., None]} | ({} if held is None else {HELD: held})
+    past: list[tuple[Any, Any]] = []
+    if history is not None:
+        memory, past = warmed(model, history, laws.true_state(q0, dq0)[1], memory)
+    q, dq, settled = laws.sensors.true_state(q0, dq0, past)
+    memory = {**memory, **settled}
+    measured = [laws.sense(q, dq, memory)]
+    for k in range(inputs.shape[-2]):
+        h, count = _substep(periods[:, k], model.integration_step)
+        q, dq, memory = model.integrate(laws, dynamics, q, dq, memory, inputs[..., k, :],
+                                  _on(enabled, k), h, count,
+                                  0.0 if push is None else push[..., k, :])
+        measured.append(laws.sense(q, dq, memory))
+    return _stacked([m[0] for m in measured]), _stacked([m[1] for m in measured])
+
+
+def warmed(model: Model, history: History, dq: Any, memory: Memory
+           ) -> tuple[Memory, list[tuple[Any, Any]]]:
+    """What the effects remember after the history, with the joints held to its states.
+
+    Args:
+        model: The model.
+        history: The samples before the windows.
+        dq: True rates at the start of the windows, (..., W, J).
+        memory: Where nothing went before; in it the time at the start of the windows.
+
+    Returns:
+        The memory, and accelerations and durations where a sensor needs them.
+    """
+    laws = model.reading_laws
+    past: list[tuple[Any, Any]] = []
+    if not (laws.dynamic or laws.remembers) and laws.gap is None:
+        return memory, past
+    inputs = np.asarray(history.inputs, dtype=float)
+    periods = np.broadcast_to(np.asarray(history.dt, dtype=float), inputs.shape[-3:-1])
+    states = [(np.asarray(history.q, dtype=float)[..., k, :],
+               np.asarray(history.dq, dtype=float)[..., k, :]) for k in range(inputs.shape[-2])]
+    rates = [laws.true_state(*state)[1] for state in states] + [dq]
+    memory = rested(laws, laws.true_state(*states[0])[0], rates[0],
+                    {**memory, TIME: memory[TIME] - periods.sum(axis=-1)[:, None]})
+    for k, state in enumerate(states):
+        h, count = _substep(periods[:, k], model.integration_step)
+        held = inputs[..., k, :], _on(history.enabled, k), h
+        if laws.sensors.dynamic:
+            past.append(_faster(model, state, past, memory, held, count))
+        q = laws.true_state(*state)[0]
+        if not laws.remembers and laws.gap is None:  # commands need no substeps
+            h, count = h * count, 1
+        for i in range(count):
+            if i == 0 or laws.dynamic:
+                u, on, memory = laws.command(*held[:2], memory, h)
+            share = (i + 1) / count
+            rate = (1 - share) * rates[k] + share * rates[k + 1]
+            if laws.remembers:
+                memory = laws.remember(q, rate, memory, h)
+            if laws.gap is not None:
+                memory = _play(model, memory, q, rate, u, on, h)
+    return memory, past
+
+
+def _faster(model: Model, state: tuple[Any, Any], past: list[tuple[Any, Any]], memory: Memory,
+            held: tuple[Any, Any, Any], count: int) -> tuple[Any, Any]:
+    """Mean acceleration of the joints over one interval from a reading, and its length."""
+    laws, (inputs, enabled, h) = model.reading_laws, held
+    q, dq, _ = laws.sensors.true_state(*state, past)
+    after = model.integrate(laws, model.rigid, q, dq, memory, inputs, enabled, h, count)[1]
+    return (after - dq) / np.maximum(h * count, 1e-12), h * count
+
+
+def _play(model: Model, memory: Memory, q: Any, dq: Any, u: Any, enabled: Any, h: Any) -> Memory:
+    """The motor sides after h s while the joints move at given rates."""
+    laws = model.reading_laws
+    offset, speed = memory[DRIVE]
+    drag = slowing(laws, model.rigid, q, dq, memory, u, enabled)
+    load = model.rigid.load(q) if laws.needs_load else None
+    torque = laws.torques(q, dq, speed, u, enabled, load, memory).motor
+    free = speed + (h * torque) / (laws.rotor_inertia + 0.5 * h * drag.motor)
+    step, half = np.maximum(h, 1e-12), 0.5 * np.asarray(laws.gap)
+    slip = np.clip(free - dq, (-half - offset) / step, (half - offset) / step)
+    return {**memory, DRIVE: paired(offset + h * slip, dq + slip)}
+
+
+def _substep(periods: Any, longest: float) -> tuple[Any, int]:
+    """Substep length (a float, or (W, 1) for uneven periods) and count for one interval."""
+    most = float(periods.max())
+    count = substeps(most, longest)
+    if float(periods.min()) == most:
+        return most / count, count
+    return periods[:, None] / count, count
+
+
+def _on(enabled: Any, k: int) -> Any:
+    """Which motors are on in interval k; None for all."""
+    if enabled is None:
+        return None
+    on = np.asarray(enabled, dtype=bool)[..., k, :]
+    return None if on.all() else on
+
+
+def _stacked(samples: list[Any]) -> Any:
+    """Samples (..., W, J) side by side as (..., W, K + 1, J)."""
+    shape = np.broadcast_shapes(*(s.shape for s in samples))
+    return np.stack([np.broadcast_to(s, shape) for s in samples], axis=-2)

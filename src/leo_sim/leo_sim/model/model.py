@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A robot with effects and constants, stepped as a pure function of its state."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+from leo_sim.common.names import nearest
+from leo_sim.description.robot import load_robot, Robot
+from leo_sim.dynamics.ground import Spheres
+from leo_sim.dynamics.single import Single
+from leo_sim.dynamics.substep import integrate, substeps
+from leo_sim.effects.base import Placed
+from leo_sim.kinematics.gait import Gait
+from leo_sim.laws.laws import HELD, Laws, TIME
+from leo_sim.model.start_pose import start_pose
+from leo_sim.model.state_check import check_possible, check_sizes, outside
+
+MUJOCO_STEP = 0.0005
+"""It integrates implicitly: shorter substeps take longer and change little, s."""
+
+ENGINES = ('pybullet', 'rigid', 'rk4', 'mujoco')
+
+
+@dataclass(frozen=True)
+class State:
+    """The state of a model.
+
+    Attributes:
+        q: True joint angles rad (m for slides), (J,), never wrapped.
+        dq: True joint rates rad/s, (J,).
+        memory: What effects remember: past commands, lag, play. Empty = at rest, 0 V before.
+    """
+
+    q: np.ndarray
+    dq: np.ndarray
+    memory: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+
+class Model:
+    """A robot, the effects that act on it, and an engine.
+
+    Args:
+        robot: A robot, its name or its folder.
+        effects: Effects placed on it.
+        constants: Other values for constants of the robot, by path; arrays (S, 1, 1) scan S
+            values in `leo_sim.model.batch.rollout`.
+        engine: 'pybullet', 'rigid' (the same numbers without PyBullet), 'rk4', or 'mujoco'
+            (another simulator, to be installed; see `leo_sim.references.mujoco`).
+        integration_step: Longest substep s; that of the scheme, for MuJoCo at least 0.5 ms,
+            when None.
+        scheme: 'reference', or 'training' or 'search' (faster, less exact), as robot.yaml has
+            them.
+        held: The base does not move, as in a start pose with `held: true`.
+        history: What was added and why, as model.yaml keeps it.
+        difference_model: File of a learned difference model that goes with this model.
+
+    Raises:
+        UserError: Unknown engine or constant.
+    """
+
+    def __init__(self, robot: Robot | str, effects: Sequence[Placed] = (),
+                 constants: Mapping[str, Any] | None = None, engine: str = 'pybullet',
+                 integration_step: float | None = None,
+                 history: Sequence[Mapping[str, Any]] = (),
+                 difference_model: Path | None = None, scheme: str = 'reference',
+                 held: bool = False):
+        self.robot = load_robot(robot) if isinstance(robot, str) else robot
+        self.effects = tuple(effects)
+        self.constants = _all_constants(self.robot, constants or {})
+        if engine not in ENGINES:
+            raise UserError(f'no engine {engine!r}{nearest(engine, ENGINES)}')
+        if engine == 'rk4' and self.robot.contacts:
+            raise UserError(f'engine rk4 knows no ground, which {self.robot.name} stands on; '
+                            'use pybullet, rigid or mujoco')
+        self.engine = engine
+        least = MUJOCO_STEP if engine == 'mujoco' else 0.0
+        if scheme not in self.robot.schemes:
+            raise UserError(f'{self.robot.name} has no scheme {scheme!r}'
+                            f'{nearest(scheme, self.robot.schemes)}')
+        self.scheme, self.held = scheme, held
+        self.integration_step = integration_step or max(
+            self.robot.schemes[scheme].integration_step, least)
+        joints = (len(self.robot.joint_names),)
+        self._shapes = joints, joints, (len(self.robot.actuators),)
+        self.history, self.difference_model = tuple(history), difference_model
+        self.laws = Laws(self.robot, self.effects, self.constants)
+
+    def changed(self, **changes: Any) -> Model:
+        """A model with another robot, effects, constants, engine or integration_step."""
+        kept = {'robot': self.robot, 'effects': self.effects, 'constants': self.constants,
+                'engine': self.engine, 'integration_step': self.integration_step,
+                'history': self.history, 'difference_model': self.difference_model,
+                'scheme': self.scheme, 'held': self.held}
+        if 'scheme' in changes:
+            del kept['integration_step']
+        return Model(**{**kept, **changes})
+
+    def start(self, pose: str = 'nominal', rng: np.random.Generator | None = None,
+              elapsed: float = 0.0) -> State:
+        """The state at the start of an episode.
+
+        Args:
+            pose: A start pose of the robot; poses with ranges draw from `rng`.
+            rng: Random numbers; needed for poses with ranges.
+            elapsed: Time since the run began, s: a motor stays warm while a robot is put up.
+
+        Raises:
+            UserError: Unknown pose.
+        """
+        q, dq = start_pose(self.robot, pose, rng or np.random.default_rng(), self._gait)
+        held = self.held or self.robot.start_poses[pose].held
+        return State(q, dq, _memory(held) | ({TIME: np.array([elapsed])} if elapsed else {}))
+
+    @cached_property
+    def _gait(self) -> Gait | None:
+        ground = self.laws.ground
+        return Gait(self.robot, ground.slope) if ground else None
+
+    def state_from(self, q: Any, dq: Any) -> State:
+        """The state at rest whose measured angles and rates are q and dq, (J,).
+
+        Raises:
+            UserError: Wrong sizes, numbers that are not finite, or angles outside the stops.
+        """
+        q, dq = np.asarray(q, dtype=float), np.asarray(dq, dtype=float)
+        check_sizes(self.robot, q, dq, self.robot.limits)
+        check_possible(self.robot, q, dq)
+        return State(*self.laws.true_state(q, dq), _memory(self.held))
+
+    def step(self, state: State, inputs: Any, dt: float, enabled: Any = None,
+             push: Any = 0.0) -> State:
+        """The state after dt s with the inputs held; a pure function, to the bit.
+
+        Args:
+            state: Before.
+            inputs: V or N m per actuator, (A,), acting after the driver's clip.
+            dt: s, > 0.
+            enabled: Booleans (A,); None = all motors on.
+            push: Extra torque on the links held over dt, N m (N for slides), (J,).
+
+        Raises:
+            UserError: A state or input of the wrong size, or a state outside the stops.
+        """
+        count = substeps(dt, self.integration_step)
+        u = np.asarray(inputs, dtype=float)
+        if (state.q.shape, state.dq.shape, u.shape) != self._shapes:
+            check_sizes(self.robot, state.q, state.dq, u)
+        if self.laws.stops is not None and outside(self.laws.stops, state.q):
+            check_possible(self.robot, state.q, state.dq)
+        on = None if enabled is None or np.all(enabled) else np.asarray(enabled, dtype=bool)
+        q, dq, memory = self._integrate(self.laws, self._dynamics, state.q, state.dq,
+                                        state.memory, u, on, dt / count, count, push)
+        return State(q, dq, memory)
+
+    def sense(self, state: State) -> tuple[np.ndarray, np.ndarray]:
+        """Measured angles and rates (J,), without noise."""
+        return self.laws.sense(state.q, state.dq, state.memory)
+
+    def contact_forces(self, state: State) -> dict[str, float]:
+        """Normal force of the ground on every sphere of robot.yaml, N; 0 where it is clear."""
+        if not self.robot.contacts:
+            return {}
+        forces = self.spheres.forces(state.q, state.dq)
+        return {c.name: float(f) for c, f in zip(self.robot.contacts, forces, strict=True)}
+
+    @cached_property
+    def spheres(self) -> Spheres:
+        """What touches the ground, of a robot with one."""
+        return Spheres(self.robot, self.laws.ground)
+
+    @cached_property
+    def reading_laws(self) -> Laws:
+        """The laws for states that are readings: a late sensor makes the inputs act late."""
+        if not any(placed.effect.late for placed in self.effects):
+            return self.laws
+        return Laws(self.robot, self.effects, self.constants, of_readings=True)
+
+    @cached_property
+    def rigid(self) -> Any:
+        """The tree's dynamics on arrays, compiled where there are several joints."""
+        tree = self.robot.joints, self.laws.bodies, self.laws.gravity
+        if len(self.robot.joint_names) == 1:
+            return Single(*tree)
+        if self.robot.contacts:
+            from leo_sim.dynamics.planar import Planar
+            return Planar(*tree)
+        from leo_sim.dynamics.flat import Flat, is_flat
+        from leo_sim.dynamics.spatial import Spatial
+        return Flat(*tree) if is_flat(self.robot.joints) else Spatial(*tree)
+
+    @cached_property
+    def _dynamics(self) -> Any:
+        if self.engine == 'mujoco':
+            return _mujoco().World(self.robot, self.laws)
+        if self.engine != 'pybullet':
+            return self.rigid
+        from leo_sim.dynamics.pybullet import Bullet
+        return Bullet(self.robot.urdf, self.robot.joints, self.laws.bodies, self.laws.gravity)
+
+    @cached_property
+    def integrate(self) -> Any:
+        """One sample period of the laws on `rigid`, as `substep.integrate` does it."""
+        if not self.robot.contacts:
+            return integrate
+        from leo_sim.dynamics import multirate
+        scheme = self.robot.schemes[self.scheme]
+        return partial(multirate.integrate, spheres=self.spheres,
+                       geometry_every=scheme.geometry_every, switching=scheme.switching)
+
+    @cached_property
+    def _integrate(self) -> Any:
+        if self.engine == 'rk4':
+            from leo_sim.references import rk4
+            return rk4.integrate
+        if self.engine == 'mujoco':
+            return _mujoco().integrate
+        return self.integrate
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the PyBullet client, which the next process starts itself."""
+        return {k: v for k, v in self.__dict__.items() if k not in ('_dynamics', '_integrate')}
+
+
+def _memory(held: bool) -> dict[str, np.ndarray]:
+    return {HELD: np.ones(())} if held else {}
+
+
+def _mujoco() -> Any:
+    try:
+        from leo_sim.references import mujoco
+    except ModuleNotFoundError as error:
+        raise UserError("engine mujoco needs the package mujoco: pip install 'mujoco<4'"
+                        ) from error
+    return mujoco
+
+
+def _all_constants(robot: Robot, changed: Mapping[str, Any]) -> dict[str, Any]:
+    for path in changed:
+        if path not in robot.constants:
+            raise UserError(f'{robot.name} has no constant {path!r}'
+                            f'{nearest(path, robot.constants)}')
+    return {path: c.value for path, c in robot.constants.items()} | dict(changed)

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether arrays can be a state of a robot; one line says why not."""
+from typing import Any
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import Robot
+
+SLACK = 0.1
+"""How far beyond a stop a measured state may be, rad or m: noise, and a stop that gives."""
+
+
+def check_sizes(robot: Robot, q: Any, dq: Any, inputs: Any) -> None:
+    """Raise UserError where a state or an input has not one number per joint or actuator."""
+    names = robot.joint_names
+    for what, values in (('angles', q), ('rates', dq)):
+        if np.shape(values) != (len(names),):
+            raise UserError(f'a state of {robot.name} has {len(names)} {what} '
+                            f'({", ".join(names)}), found {_shape(values)}')
+    if np.shape(inputs) != (len(robot.actuators),):
+        motors = ', '.join(a.joint for a in robot.actuators)
+        raise UserError(f'{robot.name} takes {len(robot.actuators)} inputs ({motors}), '
+                        f'found {_shape(inputs)}')
+
+
+def check_possible(robot: Robot, q: Any, dq: Any) -> None:
+    """Raise UserError for a number that is not finite or an angle outside its stops."""
+    if not (np.isfinite(q).all() and np.isfinite(dq).all()):
+        raise UserError(f'a state of {robot.name} has numbers that are not finite')
+    moving = [joint for joint in robot.joints if joint.kind != 'fixed']
+    for joint, angle in zip(moving, q, strict=True):
+        low, high = joint.limits
+        if not low - SLACK <= angle <= high + SLACK:
+            unit = 'm' if joint.kind == 'prismatic' else 'rad'
+            raise UserError(f'{robot.name}: {joint.name} is at {angle:.4g} {unit}, outside its '
+                            f'stops {low:.4g} to {high:.4g} {unit}')
+
+
+def outside(stops: tuple[Any, Any], q: Any) -> bool:
+    """Whether angles (J,) are beyond stops (low, high) by more than the slack; false for NaN."""
+    return bool(((q < stops[0] - SLACK) | (q > stops[1] + SLACK)).any())
+
+
+def _shape(values: Any) -> str:
+    shape = np.shape(values)
+    return str(shape[0]) if len(shape) == 1 else f'an array of shape {shape}'

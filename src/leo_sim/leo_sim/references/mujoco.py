@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""MuJoCo as a second simulator of the same robots. The only module that imports mujoco.
+
+It integrates implicitly and solves contacts, stops and dry friction its own way, so it takes
+long substeps and differs honestly from the other engines. The laws of the model give the joint
+torques of each substep; what falls with speed becomes damping, which MuJoCo takes implicitly.
+"""
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+from leo_sim.common.broadcasting import Array
+from leo_sim.description.robot import Contact, Robot
+from leo_sim.dynamics.substep import rested, slowing
+from leo_sim.effects.base import Ground
+from leo_sim.laws.laws import HELD, Laws, Memory
+from leo_sim.references.mjcf import mjcf
+
+BASE = 3
+"""Joints of a planar base."""
+
+HARD, RETURN = 0.9999, 0.02
+"""Stops: impedance, and the share of what a joint went too far that it goes back per substep."""
+
+IMMOVABLE = 1e9
+"""Inertia of the joints of a held base, kg or kg m2."""
+
+
+class World:
+    """A robot in MuJoCo; one state at a time.
+
+    Raises:
+        UserError: An effect MuJoCo has no law for, or a body no real one has.
+    """
+
+    def __init__(self, robot: Robot, laws: Laws):
+        if laws.gap is not None or laws.needs_load:
+            raise UserError('engine mujoco knows no backlash and no load_dependent_friction; '
+                            'use engine pybullet or rigid')
+        text = mjcf(robot.joints, laws.bodies, robot.contacts, laws.gravity,
+                    laws.ground.slope if laws.ground else 0.0)
+        try:
+            self._model = mujoco.MjModel.from_xml_string(text)
+        except ValueError as error:
+            raise UserError(f'MuJoCo refuses {robot.name}: '
+                            f'{" ".join(str(error).split())}') from error
+        self._data = mujoco.MjData(self._model)
+        self._at = np.array([self._model.joint(name).qposadr[0] for name in robot.joint_names])
+        self._rotors = np.zeros(self._model.nv)
+        self._rotors[self._at] = laws.rotor_inertia
+        self._pull(laws)
+        ground = laws.ground
+        springs = {c.name: _spring(c, ground) for c in robot.contacts} if ground else {}
+        self._springs = [springs[self._model.geom(geom).name]
+                         for geom in self._model.pair_geom2]
+        self._h = 0.0
+
+    def begin(self, q: Array, dq: Array, h: float, drag: Any, held: int) -> None:
+        """Take a state; substeps of h s follow, with torques that fall by `drag` with speed."""
+        if h != self._h:
+            self._soften(h)
+            self._h = self._model.opt.timestep = h
+        self._model.dof_damping[self._at] = drag
+        self._model.dof_armature[:] = self._rotors
+        self._model.dof_armature[self._at[:held]] = IMMOVABLE
+        self._data.qpos[self._at], self._data.qvel[self._at] = q, dq
+
+    def advance(self, torque: Any, level: Any, count: int) -> tuple[Any, Any]:
+        """The state after `count` substeps under torques, which dry friction may hold."""
+        self._data.qfrc_applied[self._at] = torque
+        self._model.dof_frictionloss[self._at] = 0.0 if level is None else level
+        mujoco.mj_step(self._model, self._data, nstep=count)
+        return self._data.qpos[self._at].copy(), self._data.qvel[self._at].copy()
+
+    def _pull(self, laws: Laws) -> None:
+        """External forces at the centres of mass."""
+        for name, body in laws.bodies.items():
+            if any(body.force):
+                self._data.xfrc_applied[self._model.body(name).id, :3] = body.force
+
+    def _soften(self, h: float) -> None:
+        """Contacts as springs and dampers that are stepped implicitly.
+
+        MuJoCo's contact force is m (-k d - b v - a) with a virtual mass m set by its impedance.
+        With m = h (D + h K), k = K / m and b = 1 / h that is the implicit Euler step of a
+        spring K with a damper D.
+        """
+        self._model.jnt_solref[:] = -HARD * RETURN / h ** 2, -HARD / h
+        self._model.jnt_solimp[:] = HARD, HARD, 1.0, 0.5, 1.0
+        for pair, (stiffness, damping, friction) in enumerate(self._springs):
+            geom = self._model.pair_geom2[pair]
+            weight = self._model.body_invweight0[self._model.geom_bodyid[geom], 0]
+            mass = h * (damping + h * stiffness)
+            impedance = mass * weight / (1.0 + mass * weight)
+            self._model.pair_solimp[pair] = impedance, impedance, 1.0, 0.5, 1.0
+            self._model.pair_solref[pair] = (-impedance * stiffness / mass, -impedance / h)
+            self._model.pair_friction[pair] = friction, friction, 0.0, 0.0, 0.0
+
+
+def integrate(laws: Laws, world: Any, q: Array, dq: Array, memory: Memory, inputs: Any,
+              enabled: Any, h: float, count: int, push: Any = 0.0) -> tuple[Any, Any, Memory]:
+    """The state after `count` substeps of h s with the inputs held; see `substep.integrate`."""
+    memory, place = rested(laws, q, dq, memory), q[:BASE]
+    u, on, memory = laws.command(inputs, enabled, memory, h)
+    falling = slowing(laws, world, q, dq, memory, u, on)
+    drag = falling.motor + falling.joint
+    world.begin(q, dq, h, drag, BASE if HELD in memory else 0)
+    together = count if laws.steady and not laws.remembers else 1
+    for i in range(0, count, together):
+        if i and laws.dynamic:
+            u, on, memory = laws.command(inputs, enabled, memory, h)
+        torques = laws.torques(q, dq, dq, u, on, None, memory)
+        smooth = torques.motor + torques.joint + drag * dq + push
+        q, dq = world.advance(smooth, torques.level, together)
+        if laws.remembers:
+            memory = laws.remember(q, dq, memory, h)
+    if HELD in memory:
+        q, dq = np.concatenate([place, q[BASE:]]), np.concatenate([np.zeros(BASE), dq[BASE:]])
+    return q, dq, memory
+
+
+def _spring(contact: Contact, ground: Ground) -> tuple[float, float, float]:
+    """Stiffness N/m, damping N s/m and friction of a contact."""
+    return (ground.stiffness if contact.stiffness is None else contact.stiffness,
+            ground.damping if contact.damping is None else contact.damping, ground.friction)

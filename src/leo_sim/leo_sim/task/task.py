@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Observation, reward and termination as robot.yaml declares them, over any leading axes."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from leo_sim.description.robot import Robot
+from leo_sim.description.robot_check import OF_JOINTS
+from leo_sim.description.robot_file import RewardFile
+from leo_sim.kinematics.gait import Gait
+
+QUANTITIES = ('angle', 'wrapped_angle', 'cos', 'sin', 'rate')
+"""Quantities of one joint."""
+
+
+class Motion(Protocol):
+    """Anything with angles and rates, (..., J)."""
+
+    @property
+    def q(self) -> Any:
+        """Angles rad."""
+
+    @property
+    def dq(self) -> Any:
+        """Rates rad/s."""
+
+
+class Memory(NamedTuple):
+    """What the reward remembers from step to step.
+
+    Attributes:
+        stance: Index in `robot.feet` of the foot that carries, (...).
+    """
+
+    stance: Any = 0
+
+
+class _Step(NamedTuple):
+    """One control step, the foot that carries at its end, and whether it ends the episode."""
+
+    before: Motion
+    inputs: np.ndarray
+    after: Motion
+    stance: Any
+    ended: Any
+
+
+class Task:
+    """The task of one robot.
+
+    Attributes:
+        robot: Whose task it is.
+    """
+
+    def __init__(self, robot: Robot):
+        self.robot = robot
+        self._remembers = any(term.quantity == 'ankle_forward' for term in robot.reward)
+        rules = [rule for rule in robot.termination if rule.quantity in QUANTITIES]
+        self._watched = _columns(robot, rules)
+        self._low, self._high = (np.array([getattr(rule, end) for rule in rules])
+                                 for end in ('low', 'high'))
+        self._heights = [r for r in robot.termination if r.quantity == 'height_over_feet']
+        self._motors = [np.array([getattr(a, key) for a in robot.actuators])
+                        for key in ('torque_constant', 'resistance')]
+
+    def observation(self, q: Any, dq: Any) -> np.ndarray:
+        """What the agent sees, (..., n) in the order of robot.yaml."""
+        return observation(self.robot, q, dq)
+
+    def reward(self, memory: Memory, before: Motion, inputs: Any, after: Motion,
+               ended: Any = None) -> tuple[Any, Memory]:
+        """Reward of one control step, (...): sum of weight (quantity - target)^power.
+
+        Args:
+            memory: `Memory()` at the start of an episode, then what this method returned.
+            before: State at the start of the step.
+            inputs: V or N m applied in it, (..., A).
+            after: State at its end; quantities of joints are those of this state.
+            ended: What `terminated` says of it, where that is known already.
+        """
+        if ended is None:
+            ended = self.terminated(after)
+        stance = self._gait.stance(after.q, memory.stance) if self._remembers else memory.stance
+        step = _Step(before, np.asarray(inputs), after, stance, ended)
+        total: Any = 0.0
+        for term in self.robot.reward:
+            total = total + term.weight * self._error(term, step) ** term.power
+        return total, Memory(stance)
+
+    def terminated(self, state: Motion) -> Any:
+        """Whether the episode ends in a state, (...): some quantity has left its range."""
+        values = _features(state.q, state.dq)[..., self._watched]
+        over = np.any((values < self._low) | (values > self._high), axis=-1)
+        for rule in self._heights:
+            height = self._gait.height_over_feet(rule.joint, state.q)
+            over = over | (height < rule.low) | (height > rule.high)
+        return over
+
+    def motor_power(self, dq: Any, volts: Any, dq_next: Any) -> Any:
+        """Electrical power the motors take in a control step, W, (...).
+
+        Sum of max(0, u i), with the current at the mean of the rates before and after: no
+        credit for what a driven motor gives back (thesis).
+
+        Args:
+            dq: Rates before, rad/s, (..., J).
+            volts: V, (..., A).
+            dq_next: Rates after, rad/s, (..., J).
+        """
+        constant, resistance = self._motors
+        speed = 0.5 * (np.asarray(dq) + np.asarray(dq_next))[..., list(self.robot.actuated)]
+        current = (volts - constant * speed) / resistance
+        return np.sum(np.maximum(0.0, volts * current), axis=-1)
+
+    @cached_property
+    def _gait(self) -> Gait:
+        return Gait(self.robot)
+
+    def _error(self, term: RewardFile, step: _Step) -> Any:
+        if term.quantity not in OF_JOINTS:
+            return self._whole(term.quantity, step) - term.target
+        if term.quantity == 'input':
+            motors = [a.joint == term.joint for a in self.robot.actuators]
+            return step.inputs[..., motors.index(True)] - term.target
+        value = _features(step.after.q, step.after.dq)[..., _columns(self.robot, [term])]
+        error = value[..., 0] - term.target
+        return wrapped(error) if term.quantity == 'wrapped_angle' else error
+
+    def _whole(self, name: str, step: _Step) -> Any:
+        """A quantity of the whole robot."""
+        if name == 'step':
+            return 1.0
+        if name == 'fall':
+            return np.where(step.ended, 1.0, 0.0)
+        if name == 'motor_power':
+            return self.motor_power(step.before.dq, step.inputs, step.after.dq)
+        if name == 'com_forward':
+            return self._gait.com_x(step.after.q) - self._gait.com_x(step.before.q)
+        # The distance before, seen from the foot that carries now: a footstep changes its sign.
+        return (self._gait.stride(step.after.q, step.stance)
+                - self._gait.stride(step.before.q, step.stance))
+
+
+def observation(robot: Robot, q: Any, dq: Any) -> np.ndarray:
+    """What the agent sees, (..., n) in the order of robot.yaml; the plain state without a list."""
+    if not robot.observation:
+        return np.concatenate([q, dq], axis=-1)
+    return _features(q, dq)[..., _columns(robot, robot.observation)]
+
+
+def wrapped(angle: Any) -> Any:
+    """Angles brought to (-pi, pi]."""
+    return np.pi - (np.pi - np.asarray(angle)) % (2 * np.pi)
+
+
+def _features(q: Any, dq: Any) -> np.ndarray:
+    """All quantities of all joints, (..., 5 J), in the order of QUANTITIES."""
+    return np.concatenate([q, wrapped(q), np.cos(q), np.sin(q), dq], axis=-1)
+
+
+def _columns(robot: Robot, terms: Sequence[Any]) -> list[int]:
+    """Where the quantities of terms are among the features."""
+    joints = robot.joint_names
+    return [QUANTITIES.index(term.quantity) * len(joints) + joints.index(term.joint)
+            for term in terms]

@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Draw an effect that matters: so large that a policy trained without it may well fail.
+
+The size is the rms change of the noise-free open loop over half a second, in nominal noise
+floors, log-uniform between 60 and 200: a bob of 55 g that lacks 15 to 90 g, say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import math
+from typing import Any, Protocol
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import Robot
+from leo_sim.effects import EFFECTS, place
+from leo_sim.effects.base import Parameter, Placed
+from leo_sim.model.batch import rollout
+from leo_sim.model.model import Model
+
+FLOOR_POSITION, FLOOR_VELOCITY = 1e-3, 0.05
+"""Nominal measurement noise, standard deviation [rad], [rad/s]."""
+
+SIZES = (60.0, 200.0)
+"""Least and largest size of a drawn effect, in noise floors."""
+
+SIZES_ON_GROUND = (8.0, 30.0)
+"""Of a walker, whose many joints share one effect's change."""
+
+AMPLITUDES = np.geomspace(1e-7, 1e2, 109)
+"""Tried amplitudes, in the unit of the effect's first parameter."""
+
+COARSE = 9
+"""Of a robot on the ground one amplitude in so many is tried first: its runs are dear."""
+
+MOST = {'': 0.5, 's': 0.1, 'rad': 0.3}
+"""Largest sensible amplitude by unit of the first parameter: half as strong, 0.1 s late."""
+
+GROWS = ('link_mass', 'link_inertia')
+SHRINKS = ('voltage_limit',)
+
+LATER = ('encoder_scale', 'velocity_lag', 'measurement_delay')
+
+WINDOWS, SECONDS = 16, 0.5
+
+Shape = dict[str, tuple[float, float]]
+"""Per parameter its value at amplitude 0 and its slope over the amplitude."""
+
+
+def draw(robot: Robot, rng: np.random.Generator) -> Placed:
+    """One effect of the catalogue with a place and parameters drawn by `rng`.
+
+    Raises:
+        UserError: no effect of the catalogue shows on this robot.
+    """
+    windows = Windows(robot, rng)
+    for name in _order(robot, rng):
+        places = EFFECTS[name].places(robot)
+        where = 'all' if EFFECTS[name].late else places[rng.integers(len(places))]
+        size = math.exp(rng.uniform(*np.log(SIZES_ON_GROUND if robot.contacts else SIZES)))
+        if (placed := of_size(windows, name, where, size, rng)) is not None:
+            return placed
+    raise UserError(f'no effect of the catalogue shows on {robot.name}')
+
+
+def _order(robot: Robot, rng: np.random.Generator) -> list[str]:
+    """Effects that this robot can have, in random order.
+
+    Where those that joined the catalogue later come is drawn apart: a seed keeps its secret.
+    """
+    _, later = rng.spawn(2)
+    possible = [name for name in sorted(EFFECTS) if EFFECTS[name].applies(robot)]
+    order = rng.permutation([name for name in possible if name not in LATER]).tolist()
+    for name in possible:
+        if name in LATER:
+            order.insert(later.integers(len(order) + 1), name)
+    return order
+
+
+class Sized(Protocol):
+    """Runs of a robot that tell how much an effect changes them."""
+
+    robot: Robot
+
+    def size(self, placed: Placed) -> np.ndarray:
+        """In noise floors, for each of the effect's leading amplitudes."""
+
+
+def of_size(
+    windows: Sized, name: str, where: str, size: float, rng: np.random.Generator
+) -> Placed | None:
+    """The effect at `where`, a joint, a link or 'all', with the amplitude of `size` noise floors.
+
+    None where no sensible amplitude changes the windows that much.
+    """
+    robot = windows.robot
+    names = EFFECTS[name].places(robot) if where == 'all' else (where,)
+    parameters = EFFECTS[name].parameters_for(robot, names)
+    shape = _shape(name, parameters, rng)
+    amplitudes = AMPLITUDES[MOST.get(parameters[0].unit, math.inf) >= AMPLITUDES]
+
+    def sizes(tried: np.ndarray) -> np.ndarray:
+        values = _values(shape, parameters, tried[:, None, None])
+        return windows.size(place(robot, name, where, **values))
+
+    ends = _bracket(sizes, amplitudes, size, COARSE if robot.contacts else 1)
+    if ends is None:
+        return None
+    amplitude = np.exp(np.interp(np.log(size), *np.log(ends)))
+    return place(robot, name, where, **_values(shape, parameters, float(amplitude)))
+
+
+def _bracket(
+    sizes: Callable[[np.ndarray], np.ndarray], amplitudes: np.ndarray, size: float, stride: int
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Sizes and amplitudes just before and just after a size is first reached.
+
+    Args:
+        sizes: of amplitudes in rising order.
+        amplitudes: to choose from.
+        size: to be reached.
+        stride: one in so many is tried first, then those between two of them.
+    """
+    tried = amplitudes[::stride]
+    found = sizes(tried)
+    reached = np.flatnonzero(np.isfinite(found) & (found >= size))
+    if not reached.size or reached[0] == 0 or not found[reached[0] - 1] > 0.0:
+        return None
+    before = int(reached[0]) - 1
+    if stride > 1:
+        between = amplitudes[before * stride : (before + 1) * stride + 1]
+        return _bracket(sizes, between, size, 1)
+    return found[before : before + 2], tried[before : before + 2]
+
+
+def _shape(name: str, parameters: tuple[Parameter, ...], rng: np.random.Generator) -> Shape:
+    """How the parameters follow one amplitude; signs, directions and angles are drawn."""
+    angle = rng.uniform(-np.pi, np.pi)
+    if name == 'stribeck_friction':
+        return {
+            'c': (0.0, 1.0),
+            'c_static': (0.0, rng.uniform(1.3, 2.0)),
+            'v_s': (rng.uniform(0.2, 1.0), 0.0),
+        }
+    if name == 'joint_spring':
+        return {'k': (0.0, 1.0), 'rest': (angle, 0.0)}
+    if name == 'torque_ripple':
+        return {'a': (0.0, 1.0), 'n': (float(rng.integers(2, 9)), 0.0), 'phase': (angle, 0.0)}
+    if {p.name for p in parameters} == {'x', 'z'}:
+        return {'x': (0.0, math.cos(angle)), 'z': (0.0, math.sin(angle))}
+    first, *others = parameters
+    sign = 1.0 if first.low >= first.neutral or name in GROWS else rng.choice([-1.0, 1.0])
+    sign = -1.0 if name in SHRINKS else float(sign)
+    return {first.name: (first.neutral, sign), **{p.name: (p.neutral, 0.0) for p in others}}
+
+
+def _values(shape: Shape, parameters: tuple[Parameter, ...], amplitude: Any) -> dict[str, Any]:
+    bounds = {p.name: (p.low, p.high) for p in parameters}
+    return {
+        name: np.clip(offset + slope * amplitude, *bounds[name])
+        for name, (offset, slope) in shape.items()
+    }
+
+
+class Windows:
+    """Half-second runs of the ideal robot with random inputs, from states it comes by itself."""
+
+    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+        self.robot = robot
+        model = Model(robot, scheme='training')
+        self._dt = robot.control_period
+        steps = max(1, round(SECONDS / self._dt))
+        limits = np.array([actuator.limit for actuator in robot.actuators])
+        inputs = rng.uniform(-1.0, 1.0, (1, WINDOWS * steps, len(limits))) * limits
+        start = model.start('nominal', rng)
+        q, dq = rollout(model, start.q[None], start.dq[None], inputs, self._dt)
+        self._q0, self._dq0 = q[0, :-1:steps], dq[0, :-1:steps]
+        self._inputs = inputs.reshape(WINDOWS, steps, len(limits))
+        self._ideal = self._run(())
+
+    def size(self, placed: Placed) -> np.ndarray:
+        """Rms change over the noise floor, for each of the effect's leading amplitudes."""
+        q, dq = self._run((placed,))
+        change = np.concatenate(
+            [(q - self._ideal[0]) / FLOOR_POSITION, (dq - self._ideal[1]) / FLOOR_VELOCITY], -1
+        )
+        with np.errstate(over='ignore', invalid='ignore'):
+            return np.sqrt(np.mean(change[..., 1:, :] ** 2, axis=(-3, -2, -1)))
+
+    def _run(self, effects: tuple[Placed, ...]) -> tuple[np.ndarray, np.ndarray]:
+        with np.errstate(all='ignore'):
+            model = Model(self.robot, effects, scheme='training')
+            return rollout(model, self._q0, self._dq0, self._inputs, self._dt)

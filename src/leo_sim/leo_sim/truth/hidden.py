@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is wrong with the simulated robot, and nobody is told.
+
+Imported by the simulated driver alone. The truth leaves this module in one way only: sealed, for
+`leo reveal FILE`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import Robot
+from leo_sim.effects.base import Placed
+from leo_sim.model.model import Model
+from leo_sim.model.model_file import load_effects, write_effects
+from leo_sim.truth.drawing import draw
+from leo_sim.truth.sealing import seal
+
+DEFAULT_FILE = 'hidden.sealed'
+
+
+def hidden_model(robot: Robot, private: Mapping[str, Any], engine: str,
+                 integration_step: float | None) -> Model:
+    """The model of the robot as it really is.
+
+    Effects come from the file `hidden`, or one is drawn by `hidden_seed`; a drawn one, or any with
+    `sealed` given, is written sealed and the file's name is printed.
+
+    Raises:
+        UserError: no such file, an unknown effect, or both ways at once.
+    """
+    effects = _effects(robot, private.get('hidden', ''), private.get('hidden_seed', -1))
+    drawn = private.get('hidden_seed', -1) >= 0
+    if drawn or (effects and private.get('sealed')):
+        _seal(Path(private.get('sealed') or DEFAULT_FILE), robot, effects)
+    return Model(robot, effects, engine=engine, integration_step=integration_step)
+
+
+def _effects(robot: Robot, file: str, seed: int) -> tuple[Placed, ...]:
+    if file and seed >= 0:
+        raise UserError('hidden and hidden_seed are both given; give one of them')
+    if seed >= 0:
+        return (draw(robot, np.random.default_rng(seed)),)
+    return load_effects(file, robot) if file else ()
+
+
+def _seal(path: Path, robot: Robot, effects: tuple[Placed, ...]) -> None:
+    truth = {'robot': robot.name, 'effects': write_effects(effects)}
+    seal(path, yaml.safe_dump(truth, sort_keys=False))
+    print(f'sealed: {path}', flush=True)

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo reveal FILE`: open the sealed truth about a robot's hidden effects."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from leo_msgs_py.verbs.common import Parser
+from leo_sim.truth.sealing import unseal
+
+EXAMPLES = """\
+  leo run leo_sim robot --ros-args -p robot:=pendulum -p hidden_seed:=7 -p sealed:=truth.sealed
+  leo reveal truth.sealed
+  leo reveal truth.sealed --json
+"""
+
+
+def read_sealed(path: str | Path) -> dict[str, Any]:
+    """The truth in a sealed file: {'robot': name, 'effects': [{name, where, parameters}]}.
+
+    Raises:
+        UserError: the file is missing, not sealed, or was changed.
+    """
+    return dict(yaml.safe_load(unseal(Path(path))))
+
+
+def main(argv: list[str]) -> int:
+    """Print the hidden effects that a sealed file holds."""
+    parser = Parser('leo reveal', 'Open the sealed truth about hidden effects.', EXAMPLES)
+    parser.add_argument('file', help='the file the robot printed as "sealed: FILE"')
+    parser.add_json()
+    options = parser.parse_args(argv)
+    truth = read_sealed(options.file)
+    print(json.dumps(truth, indent=2) if options.json else _sentences(truth))
+    return 0
+
+
+def _sentences(truth: dict[str, Any]) -> str:
+    lines = [f'robot {truth["robot"]}: {len(truth["effects"])} hidden effect(s)']
+    for effect in truth['effects']:
+        values = ', '.join(
+            f'{name} = {entry["value"]:.4g} {entry["unit"]}'.rstrip()
+            for name, entry in effect['parameters'].items()
+        )
+        where = effect['where']
+        places = where if isinstance(where, str) else ', '.join(where)
+        lines.append(f'  {effect["name"]} at {places}: {values}')
+    return '\n'.join(lines)

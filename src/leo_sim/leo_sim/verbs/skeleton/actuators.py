@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An actuator for every joint that moves: figures of the URDF, guesses where it has none."""
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from leo_sim.verbs.skeleton.description import Description
+
+SUPPLY = 12.0
+SPEED = 6.0
+TORQUE = 1.0
+SPARE = 2.0
+"""How much more than gravity needs a motor is taken to give."""
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A number for robot.yaml, where it comes from, and whether it is left to fill in."""
+
+    value: float
+    unit: str
+    source: str
+    open: bool
+
+
+def actuators(description: Description, loads: Mapping[str, float], kind: str
+              ) -> dict[str, dict[str, Guess]]:
+    """Figures of the actuators by joint.
+
+    Args:
+        description: The URDF.
+        loads: Largest torque of gravity at each moving joint, N m.
+        kind: 'torque' or 'voltage'.
+    """
+    return {joint: _figures(description, joint, load, kind) for joint, load in loads.items()}
+
+
+def _figures(description: Description, joint: str, load: float, kind: str) -> dict[str, Guess]:
+    torque = _torque(description.efforts.get(joint), load)
+    rotor = Guess(0.0, 'kg m2', 'rotor x gear ratio^2', True)
+    if kind == 'torque':
+        return {'limit': torque, 'rotor_inertia': rotor}
+    speed = description.speeds.get(joint, SPEED)
+    constant = SUPPLY / speed
+    why = f'from {torque.value:g} N m at rest and {speed:g} rad/s without load'
+    return {
+        'limit': Guess(SUPPLY, 'V', 'largest command', True),
+        'supply': Guess(SUPPLY, 'V', 'a guess', True),
+        'torque_constant': Guess(_rounded(constant), 'N m/A', why, True),
+        'resistance': Guess(_rounded(constant * SUPPLY / torque.value), 'ohm', why, True),
+        'rotor_inertia': rotor,
+    }
+
+
+def _torque(effort: float | None, load: float) -> Guess:
+    if effort is not None:
+        return Guess(effort, 'N m', "the URDF's effort", False)
+    if load > 1e-9:
+        return Guess(_rounded(SPARE * load), 'N m', f'{SPARE:g} x what gravity needs', True)
+    return Guess(TORQUE, 'N m', 'a guess', True)
+
+
+def _rounded(value: float) -> float:
+    return float(f'{value:.3g}')

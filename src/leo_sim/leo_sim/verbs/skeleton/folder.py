@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A URDF becomes a robot folder that loads at once."""
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+import shutil
+import tempfile
+
+from leo_msgs_py.errors import UserError
+from leo_sim.description import urdf
+from leo_sim.description.robot import load_robot, Robot
+from leo_sim.description.urdf import Joint, Link
+from leo_sim.verbs.skeleton import robot_yaml
+from leo_sim.verbs.skeleton.actuators import actuators, Guess
+from leo_sim.verbs.skeleton.description import Description, read_description
+from leo_sim.verbs.skeleton.implied_figures import (
+    check_masses,
+    EXACT,
+    gravity_torque,
+    integration_step,
+)
+
+PERIOD = 0.01
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """A robot folder that was made.
+
+    Attributes:
+        robot: As it loads.
+        open: What is left to fill in, one sentence each.
+        notes: What of the URDF was left out, one sentence each.
+    """
+
+    robot: Robot
+    open: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def make_folder(source: Path, folder: Path, kind: str, servos: bool = False) -> Skeleton:
+    """Write robot.urdf and robot.yaml; nothing where something is wrong.
+
+    Args:
+        source: A URDF file.
+        folder: Where; new, or empty.
+        kind: What the actuators take, 'torque' (N m) or 'voltage' (V).
+        servos: Whether they are Dynamixel servos: then their bus is there to be filled in.
+
+    Raises:
+        UserError: No robot of ours, or the folder is in use.
+    """
+    _check_free(folder)
+    description = read_description(source)
+    links, joints = urdf.parse(description.text, str(source))
+    if all(joint.kind == 'fixed' for joint in joints):
+        raise UserError(f'{source}: no joint moves; a robot has at least one that does')
+    name = description.name or source.stem
+    with tempfile.TemporaryDirectory() as temporary:
+        draft = Path(temporary) / 'robot'
+        robot, left = _drafted(draft, source, name, kind, description, links, joints)
+        if servos:
+            with (draft / 'robot.yaml').open('a', encoding='utf-8') as file:
+                file.write(robot_yaml.driver_lines(joints, kind))
+            left.append('driver: port, baud and every servo are guesses; leo check-driver '
+                        'dynamixel --by-hand tries them')
+        _put(draft, folder)
+    robot = load_robot(folder)
+    notes = (*description.notes, *_frictions(folder, description))
+    return Skeleton(robot, (*left, *_unphysical(robot)), notes)
+
+
+def _frictions(folder: Path, description: Description) -> list[str]:
+    return [f'dry friction of {joint} left out of robot.urdf: it is an effect here; leo add '
+            f'{folder} coulomb_friction:{joint} c={friction} -o model.yaml'
+            for joint, friction in description.frictions.items()]
+
+
+def _check_free(folder: Path) -> None:
+    if folder.is_dir() and any(folder.iterdir()):
+        raise UserError(f'{folder} is not empty; a robot is always written to a new folder')
+    if folder.exists() and not folder.is_dir():
+        raise UserError(f'{folder} is a file; -o takes a new folder')
+
+
+def _drafted(draft: Path, source: Path, name: str, kind: str, description: Description,
+             links: Sequence[Link], joints: tuple[Joint, ...]) -> tuple[Robot, list[str]]:
+    """Write the folder twice: to learn what gravity and the step need, and with that."""
+    draft.mkdir()
+    (draft / 'robot.urdf').write_text(description.text, encoding='utf-8')
+    moving = [joint for joint in joints if joint.kind != 'fixed']
+    zero = dict.fromkeys((joint.name for joint in moving), 0.0)
+    timing, reason = {'period': PERIOD, 'step': PERIOD, 'rate': 1 / PERIOD}, ''
+    tail = robot_yaml.pose_lines(joints) + robot_yaml.tail(moving[0], _mass(links, moving[0]))
+
+    def write(motors: dict[str, dict[str, Guess]]) -> Robot:
+        text = robot_yaml.head(source.name, name, kind, timing, reason)
+        text += robot_yaml.actuator_lines(motors) + tail
+        (draft / 'robot.yaml').write_text(text, encoding='utf-8')
+        return load_robot(draft)
+
+    robot = write(actuators(description, zero, kind))
+    check_masses(robot, str(source))
+    loads = dict(zip(robot.joint_names, gravity_torque(robot).tolist(), strict=True))
+    motors = actuators(description, loads, kind)
+    robot = write(motors)
+    timing['step'], error = integration_step(robot)
+    reason = f'one control period is off by {100 * error:.1g} % of its change of speed'
+    return write(motors), [*_open(motors, kind), *_coarse(error)]
+
+
+def _mass(links: Sequence[Link], joint: Joint) -> float:
+    return next(link.body.mass for link in links if link.name == joint.child)
+
+
+def _open(motors: dict[str, dict[str, Guess]], kind: str) -> list[str]:
+    """What a URDF cannot say, and the guesses that stand in for it."""
+    told = [f'control_period and state_rate: {PERIOD:g} s and {1 / PERIOD:g} Hz are guesses',
+            'actuators: every joint that moves has one; take out those without a motor']
+    if kind == 'voltage':
+        told.append('actuators: supply, limit, torque_constant and resistance of each are '
+                    'guesses; at the joint side of the gear; uncertain: [low, high] what you '
+                    'know roughly')
+    guessed = [j for j, f in motors.items() if kind == 'torque' and f['limit'].open]
+    if guessed:
+        told.append(f'actuators: the limit of {", ".join(guessed)} is a guess: the URDF has no '
+                    'effort')
+    return [*told, 'actuators: rotor_inertia of each is 0; it is the rotor times the gear ratio '
+            'squared', 'start_poses: nominal is a guess',
+            'sensors, uncertain masses, and a task for leo learn: optional, see the examples']
+
+
+def _coarse(error: float) -> list[str]:
+    if error < EXACT:
+        return []
+    return ['integration_step: a stiff robot, even the shortest step tried is not exact; are '
+            'masses and limits right?']
+
+
+def _unphysical(robot: Robot) -> list[str]:
+    """Inertial figures no body has, which PyBullet does not take."""
+    try:
+        urdf.with_bodies(robot.urdf, {link.name: link.body for link in robot.links})
+    except UserError as error:
+        return [f'robot.urdf: {error}']
+    return []
+
+
+def _put(draft: Path, folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in ('robot.urdf', 'robot.yaml'):
+            shutil.copy(draft / name, folder / name)
+    except OSError as error:
+        raise UserError(f'cannot write {folder}: {error.strerror}') from error

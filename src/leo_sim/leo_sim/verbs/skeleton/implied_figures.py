@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers of a robot that a URDF does not say but implies."""
+from dataclasses import replace
+import math
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import Robot
+from leo_sim.description.urdf import Joint
+from leo_sim.model.batch import rollout
+from leo_sim.model.model import Model
+
+STEPS = (0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002)
+EXACT = 5e-4
+"""Largest error of a control period's change of rate, as a share of that change."""
+STATES = 60
+FINER = 4
+
+
+def poses(joints: tuple[Joint, ...], count: int = STATES) -> np.ndarray:
+    """Random angles rad (m) within the limits of the moving joints, (count, J)."""
+    ranges = np.array([pose_range(joint) for joint in joints if joint.kind != 'fixed'])
+    rng = np.random.default_rng(0)
+    return np.asarray(rng.uniform(ranges[:, 0], ranges[:, 1], (count, len(ranges))))
+
+
+def pose_range(joint: Joint) -> tuple[float, float]:
+    """Where a joint may start: its limits, one turn or 0.1 m without any."""
+    free = 0.05 if joint.kind == 'prismatic' else math.pi
+    low, high = joint.limits
+    return (low, high) if math.isfinite(low) else (-free, free)
+
+
+def check_masses(robot: Robot, source: str) -> None:
+    """Raise UserError where a joint moves nothing that has mass: it would have no motion."""
+    mass, _ = Model(robot, engine='rigid').rigid.mass_and_bias(
+        poses(robot.joints), np.zeros((STATES, len(robot.joint_names))))
+    for i, name in enumerate(robot.joint_names):
+        if mass[..., i, i].min() <= 0:
+            raise UserError(f'{source}: nothing that joint {name!r} moves has a mass; give its '
+                            'links an <inertial>, or make the joint fixed')
+    if np.linalg.eigvalsh(mass).min() <= 0:
+        raise UserError(f'{source}: the links between {", ".join(robot.joint_names)} have too '
+                        'little inertia to move by; give each an <inertial>')
+
+
+def gravity_torque(robot: Robot) -> np.ndarray:
+    """Largest torque of gravity at each joint over its range, N m (N), (J,)."""
+    load = Model(robot, engine='rigid').rigid.load(poses(robot.joints))
+    return np.asarray(np.abs(load).max(axis=0))
+
+
+def integration_step(robot: Robot) -> tuple[float, float]:
+    """The longest step that keeps one control period exact, s, and the error it leaves.
+
+    The error is against steps four times finer, as a share of the change of rates, over states
+    and inputs of the whole range: stiff robots get short steps.
+    """
+    free = replace(robot, joints=tuple(
+        replace(joint, limits=(-math.inf, math.inf)) for joint in robot.joints))
+    for step in STEPS:
+        error = _error(free, step)
+        if step <= robot.control_period and error < EXACT:
+            return step, error
+    return STEPS[-1], error
+
+
+def _error(robot: Robot, step: float) -> float:
+    rng = np.random.default_rng(1)
+    q = poses(robot.joints)
+    dq = rng.uniform(-3, 3, q.shape)
+    inputs = rng.uniform(-1, 1, (STATES, 1, len(robot.actuators))) * robot.limits
+    _, coarse = rollout(Model(robot, integration_step=step), q, dq, inputs,
+                        robot.control_period)
+    _, fine = rollout(Model(robot, integration_step=step / FINER), q, dq, inputs,
+                      robot.control_period)
+    change = _rms(fine[:, -1] - dq)
+    return float(np.max(_rms(coarse[:, -1] - fine[:, -1]) / np.maximum(change, 1e-9)))
+
+
+def _rms(values: np.ndarray) -> np.ndarray:
+    return np.asarray(np.sqrt(np.mean(values**2, axis=0)))

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The text of a robot.yaml whose comments say what is left to fill in."""
+from collections.abc import Mapping, Sequence
+import json
+import math
+import re
+
+from leo_sim.description.urdf import Joint
+from leo_sim.verbs.skeleton.actuators import Guess
+from leo_sim.verbs.skeleton.implied_figures import pose_range
+
+MARK = 'FILL IN'
+HEAD = """\
+# Made by leo robot init from {source}. It loads as it is; the lines marked FILL IN hold guesses.
+name: {name}
+base: fixed
+input: {kind}
+control_period: {period}  # s; FILL IN: how often your controller writes
+integration_step: {step}  # s; {reason}
+state_rate: {rate}  # Hz; FILL IN: how often joint states come
+episode_seconds: 20  # only the simulated robot and leo learn need it
+gravity: {{value: 9.81, unit: m/s2}}
+
+actuators:  # in the order of the command topic; FILL IN: take out joints without a motor
+"""
+TAIL = """
+# What is only roughly known is refitted together with every hypothesis:
+# links:
+#   {link}:
+#     mass: {{value: {mass:.4g}, unit: kg, uncertain: [{low:.4g}, {high:.4g}]}}
+# joints:
+#   {joint}:
+#     damping: {{value: 0.01, unit: N m s/rad, uncertain: [0, 0.1]}}
+
+# One count of the encoder, rad (rate: rad/s), where it is coarser than the noise:
+# sensors:
+#   {joint}: {{angle_resolution: 0.00153, rate_resolution: 0}}
+
+# Only leo learn needs a task; leo_sim/description/robots/pendulum/robot.yaml shows one:
+# observation: [{{quantity: angle, joint: {joint}}}, {{quantity: rate, joint: {joint}}}]
+# reward: [{{quantity: angle, joint: {joint}, weight: -1, power: 2}}]
+# termination: [{{quantity: angle, joint: {joint}, low: -3, high: 3}}]
+"""
+
+DRIVER = """
+driver:
+  dynamixel:
+    port: /dev/ttyUSB0  # {mark}
+    baud: 1000000  # {mark}: that of the servos
+    servos:  # {mark}: ids, models, the count at angle 0, -1 where counts fall as the joint rises
+"""
+
+
+def head(source: str, name: str, kind: str, timing: Mapping[str, float], reason: str) -> str:
+    """Everything before the actuators; `timing` has period and step s, and rate Hz."""
+    values = {key: f'{value:g}' for key, value in timing.items()}
+    return HEAD.format(source=quoted(source), name=quoted(name), kind=kind, reason=reason,
+                       **values)
+
+
+def actuator_lines(actuators: Mapping[str, Mapping[str, Guess]]) -> str:
+    """The actuators, a line per figure."""
+    lines = []
+    for joint, figures in actuators.items():
+        lines.append(f'  {quoted(joint)}:')
+        for key, guess in figures.items():
+            comment = f'{MARK}: {guess.source}' if guess.open else guess.source
+            known = f'{key}: {{value: {guess.value:g}, unit: {guess.unit}}}'
+            lines.append(f'    {known}  # {comment}')
+    return '\n'.join(lines) + '\n'
+
+
+def pose_lines(joints: tuple[Joint, ...]) -> str:
+    """A nominal pose, at 0 or in the middle of the limits, and one drawn from the limits."""
+    ranges = {j.name: pose_range(j) for j in joints if j.kind != 'fixed'}
+    middle = ', '.join(f'{quoted(n)}: {start(r):.6g}' for n, r in ranges.items())
+    drawn = ', '.join(f'{quoted(n)}: [{low:.6g}, {high:.6g}]' for n, (low, high) in ranges.items())
+    return ('\nstart_poses:\n'
+            f'  nominal:  # {MARK}: where an episode starts\n    angles: {{{middle}}}\n'
+            f'  random:\n    angles: {{{drawn}}}\n')
+
+
+def driver_lines(joints: Sequence[Joint], kind: str) -> str:
+    """A bus of Dynamixel servos, one for every joint that moves."""
+    constant = ', torque_constant: {value: 1.3, unit: N m/A}' if kind == 'torque' else ''
+    lines = []
+    for number, joint in enumerate((j for j in joints if j.kind != 'fixed'), 1):
+        low, high = (f'{limit:.6g}' if math.isfinite(limit) else f'{"-" * (limit < 0)}.inf'
+                     for limit in joint.limits)
+        lines.append(f'      {quoted(joint.name)}: {{id: {number}, model: XM430-W210, '
+                     f'direction: 1, zero: 2048, low: {low}, high: {high}{constant}}}\n')
+    return DRIVER.format(mark=MARK) + ''.join(lines)
+
+
+def start(limits: tuple[float, float]) -> float:
+    """0, or the middle of limits that leave 0 out."""
+    low, high = limits
+    return 0.0 if low <= 0 <= high else (low + high) / 2
+
+
+def tail(joint: Joint, mass: float) -> str:
+    """Examples of what is optional."""
+    return TAIL.format(link=quoted(joint.child), joint=quoted(joint.name), mass=mass,
+                       low=0.8 * mass, high=1.2 * mass)
+
+
+def quoted(text: str) -> str:
+    """A name as YAML takes it: plain where that is safe."""
+    plain = re.fullmatch(r'[A-Za-z_][\w./-]*', text, re.ASCII)
+    words = ('true', 'false', 'yes', 'no', 'on', 'off', 'null', 'y', 'n')
+    return text if plain and text.lower() not in words else json.dumps(text)

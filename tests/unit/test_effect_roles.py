@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What each parameter does in its law: declared in the catalogue, told for users' effects."""
+
+from dataclasses import replace
+
+import pytest
+
+from leo_diffmodel.explain.estimate.ground_scan import is_straight
+from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.estimate.scan import amplitude_indices, stretch_limits
+from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
+from leo_sim.effects import EFFECTS, get_effect
+from leo_sim.effects.base import ROLES, with_roles
+
+ROBOTS = [load_robot(name) for name in ('pendulum', 'torque_pendulum', 'leo')]
+PLACED = [
+    pytest.param(effect, effect.parameters_for(robot, effect.places(robot)),
+                 id=f'{effect.name}-{robot.name}')
+    for robot in ROBOTS for effect in EFFECTS.values() if effect.applies(robot)
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(('effect', 'parameters'), PLACED)
+def test_every_parameter_of_the_catalogue_declares_its_role(effect, parameters):
+    assert all(p.role in ROLES for p in parameters)
+    assert parameters[0].scales
+    assert with_roles(effect, parameters) == parameters
+
+
+@pytest.mark.parametrize(('effect', 'parameters'), PLACED)
+def test_without_roles_an_effect_is_scanned_as_before(effect, parameters):
+    """A user's effect that declares none is read by its units as the catalogue declares."""
+    bare = tuple(replace(p, role='', linear=True) for p in parameters)
+    told = with_roles(effect, bare)
+    declared, guessed = (Candidate(effect, 'all', ps) for ps in (parameters, told))
+    assert amplitude_indices(told) == amplitude_indices(parameters)
+    assert stretch_limits(guessed) == stretch_limits(declared)
+    assert is_straight(guessed) == is_straight(declared)
+    assert [p.turns for p in told] == [p.turns for p in parameters]
+
+
+def test_a_role_that_is_none_is_refused(tmp_path):
+    file = tmp_path / 'hose.py'
+    file.write_text(
+        'from leo_sim.effects import Effect, Parameter\n'
+        'class Hose(Effect):\n'
+        "    name, family, hook = 'hose', 'x', 'torque'\n"
+        "    parameters = (Parameter('k', 'N m/rad', role='strength'),)\n"
+        '    def torque(self, p, q, dq, motor, load):\n'
+        "        return -p['k'] * q\n"
+    )
+    with pytest.raises(UserError, match=r'role .strength.; there are amplitude, threshold'):
+        get_effect(str(file))
