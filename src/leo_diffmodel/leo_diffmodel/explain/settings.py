@@ -65,7 +65,7 @@ class Settings:
     least_nats: float = 8.0
     least_errors: float = 2.0
     material: float = 0.2
-    part: float = 0.02
+    part: float = 0.01
     price: float = 0.5
     margin_nats: float = 5.0
     told_nats: float = 15.0
