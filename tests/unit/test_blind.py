@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import binom
 
 from leo_diffmodel.bags.recording import read_bag
-from leo_diffmodel.blind import open_loop, outside, run
+from leo_diffmodel.blind import open_loop, outside, run_cases
 from leo_diffmodel.blind.case import draw_case, KINDS
 from leo_diffmodel.blind.drawn import LEAST_OF_PAIR, place_of
 from leo_diffmodel.blind.judge import judge
@@ -317,11 +317,11 @@ def test_a_run_continues_where_it_ended(tmp_path, monkeypatch):
         asked.append((seed, kind))
         return {'seed': seed, 'kind': kind, 'right': True}
 
-    monkeypatch.setattr(run, 'run_case', fake)
+    monkeypatch.setattr(run_cases, 'run_case', fake)
     results = tmp_path / 'deep' / 'results.jsonl'
-    assert [r['seed'] for r in run.run(range(3), 'none', results, 1)] == [0, 1, 2]
-    run.run(range(4), 'none', results, 1)
-    run.run(range(1), 'pair', results, 1)
+    assert [r['seed'] for r in run_cases.run(range(3), 'none', results, 1)] == [0, 1, 2]
+    run_cases.run(range(4), 'none', results, 1)
+    run_cases.run(range(1), 'pair', results, 1)
     assert asked == [(0, 'none'), (1, 'none'), (2, 'none'), (3, 'none'), (0, 'pair')]
     assert len([json.loads(line) for line in results.read_text().splitlines()]) == 5
 
@@ -333,7 +333,7 @@ def test_a_walker_has_a_file_of_its_own(tmp_path, monkeypatch, capsys):
         asked.append(walker and walker.name)
         return verdict(truth_of(kind), 'fine') | {'seed': seed}
 
-    monkeypatch.setattr(run, 'run_case', fake)
+    monkeypatch.setattr(run_cases, 'run_case', fake)
     for words in ([], ['--robot', 'leo'], ['--robot', 'leo_ode'], ['--robot', 'leo']):
         assert main(['--no-effect', '1', '-o', str(tmp_path), '--jobs', '1', *words]) == 0
     assert asked == [None, 'leo', 'leo_ode']

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import binomtest
 
 from leo_diffmodel.bags.recording import read_bag
-from leo_diffmodel.blind import origin, run
+from leo_diffmodel.blind import origin, run_cases
 from leo_diffmodel.blind.case import draw_case, KINDS
 from leo_diffmodel.blind.drawn import Drawn, place_of
 from leo_diffmodel.blind.floors import with_floors
@@ -217,14 +217,14 @@ def fake(seed, kind, walker, **options):
 
 
 def test_an_examination_takes_its_own_seeds_and_none_twice(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(run, 'run_case', fake)
+    monkeypatch.setattr(run_cases, 'run_case', fake)
     results = tmp_path / 'results.jsonl'
     for seeds, examination in (([49_999], True), ([50_000], False)):
         with pytest.raises(UserError, match=r'development|for an examination'):
-            run.run(seeds, 'small', results, 1, examination=examination)
-    run.run([50_000, 50_001], 'small', results, 1, examination=True)
+            run_cases.run(seeds, 'small', results, 1, examination=examination)
+    run_cases.run([50_000, 50_001], 'small', results, 1, examination=True)
     with pytest.raises(UserError, match='50001 of small is in the results already'):
-        run.run([50_001, 50_002], 'small', results, 1, examination=True)
+        run_cases.run([50_001, 50_002], 'small', results, 1, examination=True)
     lines = [json.loads(line) for line in results.read_text().splitlines()]
     assert [line['examination'] for line in lines] == [True, True]
     assert lines[0]['commit'] and 'numpy' in lines[0]['versions'] and lines[0]['machine']
@@ -245,7 +245,7 @@ def test_without_mujoco_one_line_says_so(monkeypatch, tmp_path):
     monkeypatch.setattr(blind, 'find_spec', lambda name: None)
     with pytest.raises(UserError, match='--without-mujoco'):
         main(['--small', '1', '-o', str(tmp_path)])
-    monkeypatch.setattr(run, 'run_case', fake)
+    monkeypatch.setattr(run_cases, 'run_case', fake)
     assert main(['--small', '1', '-o', str(tmp_path), '--jobs', '1', '--without-mujoco']) == 0
 
 

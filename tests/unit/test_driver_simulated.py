@@ -14,7 +14,7 @@ from leo_sim.description.robot import load_robot
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
-from leo_sim.effects import place
+from leo_sim.effects import consent, place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 from leo_sim.truth import drawing
@@ -53,7 +53,9 @@ def test_a_seed_repeats_to_the_bit_and_another_does_not():
     assert first[0] != other[0]
 
 
-def test_what_goes_by_the_time_goes_on_while_the_robot_is_put_up(tmp_path):
+def test_what_goes_by_the_time_goes_on_while_the_robot_is_put_up(tmp_path, monkeypatch):
+    monkeypatch.setattr(consent, '_trusted', set())
+    consent.trust(str(Path(kinds.__file__).with_name('winding_drift.py')))
     warm = {
         'name': str(Path(kinds.__file__).with_name('winding_drift.py')),
         'where': 'pivot',

@@ -10,7 +10,7 @@ import pytest
 from tests.ground import candidate, KNEE, LEO, recorded, scanned, SIGMA
 
 from leo_diffmodel.blind import kinds
-from leo_diffmodel.blind.run import run_case
+from leo_diffmodel.blind.run_cases import run_case
 from leo_diffmodel.compare.pushes import predict, respond
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.decide.verdict import Rest

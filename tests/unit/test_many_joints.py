@@ -16,6 +16,7 @@ from leo_diffmodel.check.traces import Trace
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.comparison import compare
 from leo_diffmodel.compare.fineness import LONGEST, stepped
+from leo_sim.effects import Parameter
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
@@ -98,7 +99,7 @@ def quick() -> Recording:
 
 
 def _trace(rows: np.ndarray, mixed: bool) -> Trace:
-    parameter = SimpleNamespace(unit='N m')
+    parameter = Parameter('c', 'N m', role='amplitude')
     candidate = SimpleNamespace(parameters=(parameter,) * (2 if mixed else 1))
     unit = rows / np.linalg.norm(rows, axis=1)[:, None]
     return Trace(candidate, np.ones(len(rows)), np.ones(len(rows)), unit)

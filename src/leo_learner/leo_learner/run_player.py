@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from rclpy.node import Node
 
-from leo_diffmodel.next_run.run import Run
+from leo_diffmodel.next_run.proposed_run import Run
 from leo_learner.robot_env import RobotEnv
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from leo_diffmodel.next_run.run import Run
+from leo_diffmodel.next_run.proposed_run import Run
 from leo_sim.description.robot import Robot
 
 Array = np.ndarray

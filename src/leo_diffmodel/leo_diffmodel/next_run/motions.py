@@ -9,7 +9,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Episode
 from leo_diffmodel.next_run.menu import menu
-from leo_diffmodel.next_run.run import Run
+from leo_diffmodel.next_run.proposed_run import Run
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model

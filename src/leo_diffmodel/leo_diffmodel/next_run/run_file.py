@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from leo_diffmodel.next_run.run import Run
+from leo_diffmodel.next_run.proposed_run import Run
 from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
 from leo_sim.description.robot import Robot

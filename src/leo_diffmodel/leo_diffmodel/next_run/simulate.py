@@ -11,7 +11,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.next_run.motions import MotionRun, performed
-from leo_diffmodel.next_run.run import Run
+from leo_diffmodel.next_run.proposed_run import Run
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout

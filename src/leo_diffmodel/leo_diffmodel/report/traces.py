@@ -11,7 +11,7 @@ import numpy as np
 
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.canvas import canvas, hover
-from leo_diffmodel.report.figures import Line
+from leo_diffmodel.report.plots import Line
 
 Array = np.ndarray
 LOW = 230

@@ -75,7 +75,7 @@ def _info(argv: list[str]) -> int:
     options = parser.parse_args(argv)
 
     from leo_diffmodel.bags.info import bag_info
-    from leo_diffmodel.bags.show import show
+    from leo_diffmodel.bags.info_text import show
     from leo_msgs_py.console import Terminal
 
     info = bag_info(options.bag)
@@ -100,7 +100,7 @@ def _show(argv: list[str]) -> int:
     parser.add_json()
     options = parser.parse_args(argv)
 
-    from leo_diffmodel.picture.show import show, Wanted
+    from leo_diffmodel.picture.bag_picture import show, Wanted
 
     path = show(Wanted(options.bag, options.output, options.model, options.at, options.seconds,
                        options.poses))

@@ -46,7 +46,7 @@ WORDS = {'right': 'right', 'family': 'right family', 'exact': 'exactly these',
 
 def main(argv: list[str]) -> int:
     """Run `leo blind`; exit status 0."""
-    from leo_diffmodel.blind.run import run
+    from leo_diffmodel.blind.run_cases import run
 
     arguments = _parser().parse_args(argv)
     if arguments.table:
@@ -81,7 +81,7 @@ def _check_kinds(counts: dict[str, int], walker: Path | None, without: bool) -> 
 def _check_seeds(asked: dict[str, range], results: Path, examination: bool) -> None:
     """All kinds before any of them runs."""
     from leo_diffmodel.blind.origin import check_seeds
-    from leo_diffmodel.blind.run import read_lines
+    from leo_diffmodel.blind.run_cases import read_lines
 
     for kind, seeds in asked.items():
         check_seeds(kind, seeds, read_lines(results), examination)
@@ -89,7 +89,7 @@ def _check_seeds(asked: dict[str, range], results: Path, examination: bool) -> N
 
 def _show(results: Path, as_json: bool) -> int:
     """Print the tables of a results file; nothing runs."""
-    from leo_diffmodel.blind.run import read_lines
+    from leo_diffmodel.blind.run_cases import read_lines
 
     if not results.is_file():
         raise UserError(f'leo blind: no results at {results}')

@@ -38,7 +38,7 @@ def main(argv: list[str]) -> int:
     """Run `leo next`; exit status 0, or 1 where no run of the menu helps."""
     from leo_diffmodel.next_run.motions import MotionRun
     from leo_diffmodel.next_run.proposal import propose
-    from leo_diffmodel.next_run.run import Run
+    from leo_diffmodel.next_run.proposed_run import Run
     from leo_diffmodel.next_run.run_file import write_run
 
     arguments = _parser().parse_args(argv)
@@ -165,7 +165,7 @@ def _say_nothing(answer: dict[str, Any], console: Console) -> None:
 def _sentence(found: Proposal, best: Option, seconds: float) -> str:
     from leo_diffmodel.check.amplitudes import needed
     from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
-    from leo_diffmodel.next_run.show import is_shown
+    from leo_diffmodel.next_run.effects_shown import is_shown
 
     if found.aim == 'show':
         count = sum(bool(is_shown(n)) for n in best.nats)
@@ -201,7 +201,7 @@ def _table(found: Proposal) -> Table:
 
 
 def _counts(found: Proposal) -> Table:
-    from leo_diffmodel.next_run.show import is_shown
+    from leo_diffmodel.next_run.effects_shown import is_shown
 
     table = Table(title='menu, best first')
     table.add_column('run')

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 import numpy as np
 
 from leo_learner.experiments.cases import found, Row
-from leo_learner.experiments.figures import DPI, HEIGHT, WIDTH
 from leo_learner.experiments.markdown import markdown
+from leo_learner.experiments.png_figures import DPI, HEIGHT, WIDTH
 from leo_learner.experiments.summary import mean_and_half
 from leo_learner.experiments.transfer import Case
 

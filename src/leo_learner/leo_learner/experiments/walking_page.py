@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from leo_learner.experiments.cases import found, Row
-from leo_learner.experiments.figures import learning_curves
 from leo_learner.experiments.markdown import markdown
+from leo_learner.experiments.png_figures import learning_curves
 from leo_learner.experiments.summary import FAR, Summary, summary
 from leo_learner.experiments.walking import Case
 

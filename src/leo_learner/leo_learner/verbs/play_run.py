@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from leo_diffmodel.next_run.run import Run
+from leo_diffmodel.next_run.proposed_run import Run
 from leo_diffmodel.next_run.run_file import read_run
 from leo_learner.verbs.common import playing
 from leo_msgs_py.errors import UserError

@@ -92,7 +92,7 @@ def _parser() -> Parser:
 
 def _draw(rows: list[dict[str, Any]], path: Path) -> bool:
     """The learning curves, as in the thesis' Figures 13 to 15."""
-    from leo_learner.experiments.figures import learning_curves
+    from leo_learner.experiments.png_figures import learning_curves
 
     if not all('curves' in row for row in rows):
         return False

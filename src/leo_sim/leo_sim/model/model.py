@@ -191,9 +191,8 @@ class Model:
         if self.robot.contacts:
             from leo_sim.dynamics.planar import Planar
             return Planar(*tree)
-        from leo_sim.dynamics.flat import Flat, is_flat
         from leo_sim.dynamics.spatial import Spatial
-        return Flat(*tree) if is_flat(self.robot.joints) else Spatial(*tree)
+        return Spatial(*tree)
 
     @cached_property
     def _dynamics(self) -> Any:

@@ -18,8 +18,8 @@ from leo_diffmodel.explain.tell.whiteness import (
     correlation,
 )
 from leo_diffmodel.report import palette
-from leo_diffmodel.report.figures import health, Line
 from leo_diffmodel.report.palette import Stroke
+from leo_diffmodel.report.plots import health, Line
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import number, percent
 from leo_diffmodel.report.traces import correlation as correlogram

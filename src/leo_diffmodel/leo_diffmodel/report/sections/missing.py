@@ -13,7 +13,7 @@ from leo_diffmodel.compare.sizes import length_unit, torque_unit
 from leo_diffmodel.compare.torque import MissingTorque
 from leo_diffmodel.compare.where import FAR, STANDARD_ERRORS
 from leo_diffmodel.report import palette
-from leo_diffmodel.report.figures import Line, torque
+from leo_diffmodel.report.plots import Line, torque
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import torque as in_print
 from leo_sim.description.robot import Robot
