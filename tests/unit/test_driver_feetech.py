@@ -29,7 +29,7 @@ import sys, time
 import numpy as np
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverOptions
-from leo_sim.robot import load_robot
+from leo_sim.description.robot import load_robot
 driver = load_driver('feetech', DriverOptions(load_robot(sys.argv[1]), port=sys.argv[2]))
 driver.connect()
 driver.write(np.array([2.0]))
