@@ -30,9 +30,9 @@ POSITIVE = bounded('coulomb_friction', 0.0, 6.0)
 SCALE = bounded('torque_scale', 0.2, 5.0)
 
 
-def plausible(robot):
+def plausible(robot, **options):
     """Parameters of all candidates of a robot by effect, place and name, within their limits."""
-    model = Model(robot)
+    model = Model(robot, **options)
     return {(c.effect.name, c.where, p.name): p
             for c in candidates(model) for p in limited(c, model).parameters}  # fmt: skip
 
@@ -64,6 +64,14 @@ def test_limits_are_the_robots_and_never_wider_than_the_effects(robot):
 def test_a_stronger_robot_may_have_more_friction():
     most = [plausible(r)['coulomb_friction', 'pivot', 'c'].high for r in ROBOTS[:3]]
     assert most[0] < most[2] < most[1]
+
+
+def test_a_model_says_otherwise_at_one_place_or_all():
+    own = {'coulomb_friction.c': (0.0, 0.01), 'link_mass:bob.m': (-0.02, 0.03)}
+    found = plausible(TORQUE, limits=own)
+    assert (found['coulomb_friction', 'pivot', 'c'].high,
+            found['link_mass', 'bob', 'm'].high) == (0.01, 0.03)
+    assert found['bias_torque', 'pivot', 't'] == plausible(TORQUE)['bias_torque', 'pivot', 't']
 
 
 def test_an_effect_of_the_limits_keeps_its_law_and_place():

@@ -56,6 +56,31 @@ def test_every_effect_can_be_written_and_read(tmp_path, name):
     assert again.effects == model.effects
 
 
+def test_limits_are_read_and_written(tmp_path):
+    limits = {'link_mass:bob.m': {'range': [-0.01, 0.05], 'unit': 'kg'},
+              'coulomb_friction.c': {'range': [0.0, 0.002], 'unit': 'N m'}}
+    first = load_model(write(tmp_path, limits=limits))
+    second = load_model(save_model(tmp_path / 'copy.yaml', first))
+    for model in (first, second, first.changed(engine='rigid')):
+        assert model.limits == {key: tuple(limit['range']) for key, limit in limits.items()}
+
+
+@pytest.mark.parametrize(('key', 'limit', 'words'), [
+    ('coulomb_fricton.c', ([0.0, 1.0], 'N m'), 'did you mean coulomb_friction'),
+    ('coulomb_friction.k', ([0.0, 1.0], 'N m'), "has no 'k'"),
+    ('coulomb_friction:bob.c', ([0.0, 1.0], 'N m'), 'does not act there; known: pivot'),
+    ('coulomb_friction.c', ([0.0, 1.0], 'Nm'), "the unit is 'N m', found 'Nm'"),
+    ('coulomb_friction.c', ([1.0, 0.0], 'N m'), 'no range'),
+    ('torque_scale.k', ([1.1, 2.0], ''), 'which is no effect'),
+])  # fmt: skip
+def test_limits_that_are_none_are_refused(tmp_path, key, limit, words):
+    ends, unit = limit
+    path = write(tmp_path, limits={key: {'range': ends, 'unit': unit}})
+    with pytest.raises(UserError, match=r'model\.yaml: ') as told:
+        load_model(path)
+    assert words in str(told.value)
+
+
 def test_constants_given_to_the_model_are_written(tmp_path):
     model = Model(ROBOT, constants={'links.bob.mass': 0.06})
     assert load_model(save_model(tmp_path / 'm.yaml', model)).constants['links.bob.mass'] == 0.06

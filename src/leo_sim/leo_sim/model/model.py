@@ -60,6 +60,8 @@ class Model:
         held: The base does not move, as in a start pose with `held: true`.
         history: What was added and why, as model.yaml keeps it.
         difference_model: File of a learned difference model that goes with this model.
+        limits: Ranges in which explain looks for parameters of effects, by
+            `effect.parameter` or `effect:where.parameter`, where they are not the robot's own.
 
     Raises:
         UserError: Unknown engine or constant.
@@ -70,7 +72,8 @@ class Model:
                  integration_step: float | None = None,
                  history: Sequence[Mapping[str, Any]] = (),
                  difference_model: Path | None = None, scheme: str = 'reference',
-                 held: bool = False):
+                 held: bool = False,
+                 limits: Mapping[str, tuple[float, float]] | None = None):
         self.robot = load_robot(robot) if isinstance(robot, str) else robot
         self.effects = tuple(effects)
         self.constants = _all_constants(self.robot, constants or {})
@@ -90,6 +93,7 @@ class Model:
         joints = (len(self.robot.joint_names),)
         self._shapes = joints, joints, (len(self.robot.actuators),)
         self.history, self.difference_model = tuple(history), difference_model
+        self.limits = dict(limits or {})
         self.laws = Laws(self.robot, self.effects, self.constants)
 
     def changed(self, **changes: Any) -> Model:
@@ -97,7 +101,7 @@ class Model:
         kept = {'robot': self.robot, 'effects': self.effects, 'constants': self.constants,
                 'engine': self.engine, 'integration_step': self.integration_step,
                 'history': self.history, 'difference_model': self.difference_model,
-                'scheme': self.scheme, 'held': self.held}
+                'scheme': self.scheme, 'held': self.held, 'limits': self.limits}
         if 'scheme' in changes:
             del kept['integration_step']
         return Model(**{**kept, **changes})

@@ -16,6 +16,7 @@ from leo_sim.description.constants import checked
 from leo_sim.description.robot import Constant, load_robot, named_robots, Robot
 from leo_sim.effects import check_bounds, get_effect, place, Placed
 from leo_sim.effects.consent import require
+from leo_sim.model.limits_file import checked_limits, limited_parameter, LimitFile, Limits
 from leo_sim.model.model import Model
 
 
@@ -41,6 +42,7 @@ class ModelFile(Schema):
     robot: str
     constants: dict[str, Quantity] = Field(default_factory=dict)
     effects: tuple[EffectFile, ...] = ()
+    limits: dict[str, LimitFile] = Field(default_factory=dict)
     difference_model: str | None = None
     history: tuple[dict[str, Any], ...] = ()
 
@@ -74,7 +76,7 @@ def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
     robot = robot.with_constants(_constants(path, robot, file.constants))
     difference = file.difference_model
     return Model(robot, _placed_all(path, robot, file.effects), engine=engine,
-                 history=file.history,
+                 history=file.history, limits=_limits(path, robot, file.limits),
                  difference_model=None if difference is None else path.parent / difference)
 
 
@@ -110,6 +112,8 @@ def save_model(path: str | Path, model: Model, history: Sequence[Mapping[str, An
         content['constants'] = changed
     if model.effects:
         content['effects'] = write_effects(model.effects, path.parent)
+    if model.limits:
+        content['limits'] = _written_limits(model)
     if model.difference_model is not None:
         content['difference_model'] = str(_relative(model.difference_model, path.parent))
     if entries := [dict(h) for h in (model.history if history is None else history)]:
@@ -182,6 +186,19 @@ def _constants(path: Path, robot: Robot, given: Mapping[str, Quantity]) -> dict[
         quantity = quantity.model_copy(update={'uncertain': uncertain})
         result[name] = checked(f'{path}: constants', name, quantity, known.unit)
     return result
+
+
+def _limits(path: Path, robot: Robot, given: Mapping[str, LimitFile]) -> Limits:
+    try:
+        return checked_limits(robot, given)
+    except UserError as error:
+        raise UserError(f'{path}: {error}') from error
+
+
+def _written_limits(model: Model) -> dict[str, Any]:
+    units = {key: limited_parameter(model.robot, key).unit for key in model.limits}
+    return {key: {'range': [float(v) for v in ends], 'unit': units[key]}
+            for key, ends in model.limits.items()}
 
 
 def _changed_constants(model: Model) -> dict[str, Any]:

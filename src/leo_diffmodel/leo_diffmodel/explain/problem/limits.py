@@ -23,6 +23,7 @@ from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_sim.description.robot import Robot
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
+from leo_sim.model.limits_file import limit_keys
 
 GAIN = (0.2, 5.0)
 """Of a scale: a motor five times as strong as its data sheet is another motor."""
@@ -41,7 +42,10 @@ GROUND = 100.0
 
 
 def limited(candidate: Candidate, model: Model) -> Candidate:
-    """A candidate whose parameters stay within what is plausible for the robot."""
+    """A candidate whose parameters stay within what is plausible for the robot.
+
+    The model file may say otherwise (`limits:`), within what the effect allows at all.
+    """
     kept = [_limited(p, candidate, model) for p in candidate.parameters]
     return replace(candidate, parameters=tuple(kept))
 
@@ -53,7 +57,9 @@ def at_limit(parameter: Parameter, value: float, half: float) -> bool:
 
 
 def _limited(parameter: Parameter, candidate: Candidate, model: Model) -> Parameter:
-    low, high = _range(parameter, candidate, model)
+    keys = limit_keys(candidate.effect.name, candidate.where, parameter.name)
+    given = next((model.limits[k] for k in keys if k in model.limits), None)
+    low, high = given or _range(parameter, candidate, model)
     return replace(parameter, low=max(parameter.low, low), high=min(parameter.high, high))
 
 
