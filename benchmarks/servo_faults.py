@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from contextlib import suppress
 import json
 import os
 from pathlib import Path
@@ -26,7 +25,7 @@ import signal
 import time
 from typing import Any
 
-from emulated import Emulated, emulated, PATIENCE, URGENT
+from emulated import Emulated, emulated, PATIENCE, real_time
 import numpy as np
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
@@ -177,8 +176,7 @@ def main() -> None:
     parser.add_argument('-n', type=int, default=20)
     parser.add_argument('--results', type=Path, help='file of cases, gone on with')
     options = parser.parse_args()
-    with suppress(PermissionError):
-        os.setpriority(os.PRIO_PROCESS, 0, URGENT)
+    real_time(os.getpid())
     with emulated() as leo:
         report(join(Bench(leo)), options.kinds or list(KINDS), options.n, options.results)
 

@@ -102,7 +102,7 @@ class Recorder:
             self.lost += 1
         else:
             self.messages += 1
-            self._write(self._writer, topic, data, published_ns, logged_ns)
+            self._write(self._writer, topic, data, published_ns, logged_ns, number or 0)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Set the `leo` record of this bag and those that follow."""
@@ -235,12 +235,12 @@ class Recorder:
 
     def _write(
         self, writer: BagWriter, topic: RecordedTopic, data: bytes, published_ns: int,
-        logged_ns: int,
+        logged_ns: int, number: int = 0,
     ) -> None:
         if topic.name not in self._channels:
             self._channels[topic.name] = writer.add_topic(topic.name, topic.type, topic.qos)
         try:
-            writer.write(self._channels[topic.name], data, logged_ns, published_ns)
+            writer.write(self._channels[topic.name], data, logged_ns, published_ns, number)
         except OSError as error:
             self._fill(error)
 

@@ -144,13 +144,12 @@ class Rig:
         for packet in packets:
             self.packets += 1
             self._go_on(due)
-            answer = b''
-            for status in self.bus.answer(packet, due):
+            statuses = self.bus.answer(packet, due)
+            self._write_down(due)
+            for status in statuses:
                 carried, late = self._line.carried(status)
                 due += late + self._line.seconds(len(status)) + self._return_delay(status)
-                answer += carried
-            self._write_down(self._last_bytes)
-            self._send(answer, due if len(packets) == 1 else now)
+                self._send(carried, due if len(packets) == 1 else now)
 
     def _return_delay(self, status: bytes) -> float:
         servo = self.bus.servos.get(status[self._id_at])
