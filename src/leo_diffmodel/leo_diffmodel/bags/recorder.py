@@ -11,7 +11,7 @@ from pathlib import Path
 import struct
 import time
 
-from leo_msgs_py.cdr import joints_text
+from leo_msgs_py.cdr import joint_values, joints_text
 from leo_msgs_py.errors import UserError
 
 from .finish import BagState, finish_bag
@@ -152,11 +152,13 @@ class Recorder:
         """Say whether to record a message; begin a bag for the robot that is recorded again."""
         if topic.type not in _STAMPED or len(data) < _STAMP_ENDS:
             return True
-        now, key = time.monotonic(), (topic.name, joints_text(data))
+        now, joints = time.monotonic(), joints_text(data)
+        key = topic.name, joints
         if key not in self._sources:
             self._sources[key] = Sources()
         are_two = now - self._troubles.get(TWO, float('-inf')) < RECENT
-        origin = self._sources[key].origin(header_stamp(data), number, now, are_two)
+        origin = self._sources[key].origin(
+            header_stamp(data), number, now, are_two, joint_values(data, joints))
         if origin in (Origin.OTHER, Origin.OURS_AGAIN):
             self.foreign += origin is Origin.OTHER
             self._troubles[TWO] = now
