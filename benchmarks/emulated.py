@@ -36,12 +36,16 @@ class Emulated:
         start: start pose of both.
         bus: further parameters of the bus, as NAME:=VALUE.
         watchdog: how long the servos wait for a packet [s]; robot.yaml's where 0.
+
+    Attributes:
+        driver: what the robot is started with.
     """
 
     def __init__(
         self, folder: Path, start: str = 'hanging', bus: Sequence[str] = (), watchdog: float = 0.0
     ) -> None:
         self.folder, self._start = folder, start
+        self.driver = 'dynamixel'
         self.robot = patient(folder, watchdog) if watchdog else 'leo'
         self.port, self.log = folder / 'port', folder / 'motors'
         self.processes: dict[str, subprocess.Popen] = {}
@@ -55,7 +59,7 @@ class Emulated:
     def start_robot(self, *more: str) -> None:
         """Start the robot node, unless one runs."""
         if not self.runs('robot'):
-            self._node('robot', 'driver:=dynamixel', f'port:={self.port}', *more)
+            self._node('robot', f'driver:={self.driver}', f'port:={self.port}', *more)
             real_time(self.processes['robot'].pid)
 
     def start(self, name: str, *words: str) -> subprocess.Popen:

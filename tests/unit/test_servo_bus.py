@@ -23,7 +23,16 @@ from tests.drivers.bus import until
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.robot import load_robot
 from leo_sim.servo_bus.line import Line, Trouble
-from leo_sim.servo_bus.packets import crc16, encoded, Packet, Reader, status, stuffed, unstuffed
+from leo_sim.servo_bus.packets import (
+    crc16,
+    encoded,
+    FRAMING,
+    Packet,
+    Reader,
+    status,
+    stuffed,
+    unstuffed,
+)
 from leo_sim.servo_bus.plant import Plant
 from leo_sim.servo_bus.rig import Rig
 from leo_sim.servos import CURRENT_MODE, PWM_MODE, registers, servo_models
@@ -113,7 +122,7 @@ def test_the_sdk_stuffs_the_same_way(values):
 def test_packets_are_found_in_pieces_and_between_rubbish(bodies, size):
     sent = [Packet(3, 0x02, body) for body in bodies]
     stream = b''.join(b'\xff\x00\xff' + encoded(packet) for packet in sent)
-    reader, found = Reader(), []
+    reader, found = Reader(FRAMING), []
     for start in range(0, len(stream), size):
         found += reader.feed(stream[start : start + size])
     assert found == sent and reader.damaged == 0
