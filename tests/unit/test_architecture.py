@@ -47,6 +47,19 @@ NEED_ROS = (
 )
 """What cannot be imported without ROS; everything else can."""
 MAX_FUNCTION_LINES = 60
+DRIVERS = 'leo_sim.drivers'
+HARDWARE = (DRIVERS, 'leo_sim.servo_bus', 'leo_sim.servos', 'dynamixel_sdk', 'scservo_sdk')
+ANY_DRIVER = (f'{DRIVERS}.base',)
+"""What every driver has: limits, interfaces, readings."""
+ONE_DRIVER = ('leo_sim.drivers', 'leo_sim.servo_bus', 'leo_sim.servos', 'leo_sim.driver_check',
+              'leo_sim.skeleton', 'leo_sim.verbs.robot', 'leo_sim.robot_file', 'leo_sim.robot',
+              'leo_sim.nodes.servo_bus')
+"""What knows of servos: drivers, their bus, robot.yaml and what writes it."""
+LOADERS = ('leo_sim.nodes.robot', 'leo_sim.verbs.check_driver')
+"""What builds a driver by its name."""
+BLIND = 'leo_diffmodel.blind'
+"""Makes its cases on the simulated driver, whatever runs elsewhere."""
+KINDS = ('dynamixel', 'feetech', 'replay')
 EXPLAIN = 'leo_diffmodel.explain'
 ANSWER = ('unknown', 'decide', 'tell', 'explanation')
 LATER_ROOMS = {
@@ -232,6 +245,36 @@ def test_no_files_of_explain_load_each_other_in_a_circle() -> None:
     while free := {m for m, loads in left.items() if not loads & left.keys()}:
         left = {m: loads for m, loads in left.items() if m not in free}
     assert left == {}
+
+
+def of_one_driver(module: str, source: str) -> list[str]:
+    """Name what a module knows of which driver runs: imports, and drivers' names as texts."""
+    found = [name for name in imports(source, module)
+             if any(within(name, place) for place in HARDWARE)
+             and not any(within(name, place) for place in ANY_DRIVER)]
+    texts = [node.value for node in ast.walk(ast.parse(source))
+             if isinstance(node, ast.Constant) and node.value in KINDS]
+    return [*found, *texts]
+
+
+@pytest.mark.parametrize('module', MODULES)
+def test_nobody_but_drivers_knows_which_driver_runs(module: str) -> None:
+    """Learner, recorder, play, Algorithm 5 and all verbs are the same with every driver."""
+    if any(within(module, place) for place in (*ONE_DRIVER, BLIND)):
+        return
+    loads = [DRIVERS, f'{DRIVERS}.load_driver'] if module in LOADERS else []
+    known = of_one_driver(module, MODULES[module].read_text())
+    assert [name for name in known if name not in loads] == []
+
+
+@pytest.mark.parametrize('source', [
+    "if driver == 'dynamixel':\n    pass",
+    'from leo_sim.drivers.dynamixel import DynamixelDriver',
+    'from leo_sim.drivers import load_driver',
+    'import scservo_sdk',
+])
+def test_a_branch_on_the_driver_is_noticed(source: str) -> None:
+    assert of_one_driver('leo_learner.learning', source)
 
 
 def test_torch_is_noticed_where_it_is_loaded() -> None:
