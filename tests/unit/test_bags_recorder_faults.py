@@ -271,6 +271,18 @@ def test_two_robots_with_equal_stamps_are_told_and_one_is_kept(numbered, seed, t
         assert max(kept) >= 297 and min(kept) <= 3
 
 
+@pytest.mark.parametrize('order', [
+    (1, 2, 4, 5, 3, 6, 7), (1, 3, 2, 4, 5, 7, 6, 8), (1, 2, 6, 4, 5, 3, 7, 8), (1, 2, 5, 6, 7),
+])
+def test_states_that_arrive_in_another_order_are_all_recorded(order, tmp_path):
+    recorder = Recorder(tmp_path / 'bag')
+    for k in order:
+        recorder.record(STATES, state(10**10 + k * PERIOD, 0.1 * k), number=k)
+    recorder.close()
+    assert recorder.foreign == 0 and recorder.troubles == []
+    assert sorted(stamps(tmp_path / 'bag')) == [1000 + k for k in sorted(order)]
+
+
 def test_a_state_that_is_repeated_is_no_second_robot(tmp_path):
     recorder = Recorder(tmp_path / 'bag')
     for k in range(100):

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 import math
 
@@ -18,6 +18,8 @@ SILENT = 1.0
 LEFT_OVER = 1
 """So many messages may still come from a robot that was started again."""
 
+MOST_LATE = 100
+"""A message that comes after so many later ones is another publisher's."""
 NONE = np.empty(0)
 
 
@@ -45,9 +47,15 @@ class Source:
     number: int | None
     heard: float
     values: np.ndarray
+    missing: set[int] = field(default_factory=set)
+    """Numbers that it has left out lately; messages may arrive in another order."""
 
     def take(self, message: Source) -> None:
         """Go on to the next message."""
+        left_out = range(self.number + 1, message.number) if self.number and message.number else ()
+        if len(left_out) < MOST_LATE:
+            self.missing = {n for n in self.missing if n > (message.number or 0) - MOST_LATE}
+            self.missing.update(left_out)
         self.stamp_ns, self.number = message.stamp_ns, message.number
         self.heard, self.values = message.heard, message.values
 
@@ -80,6 +88,10 @@ class Sources:
             are_two: whether a second robot is known from other topics.
             values: of its joints.
         """
+        for source in self._all:
+            if number in source.missing and _is_near(source, stamp_ns):
+                source.missing.remove(number)
+                return Origin.OURS if source is self._ours else Origin.OTHER
         ours, message = self._ours, Source(stamp_ns, number, now, values)
         if ours is not None and len(self._all) == 1 and _follows(ours, message):
             ours.take(message)
