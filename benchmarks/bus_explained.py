@@ -20,7 +20,7 @@ import subprocess
 import time
 from typing import Any
 
-from emulated import Emulated, emulated, LEO, PATIENCE
+from emulated import Emulated, emulated, LEO, PATIENCE, real_time
 import numpy as np
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
@@ -77,7 +77,7 @@ def record(folder: Path, seed: int) -> None:
             put_up(node, start)
             leo.start('recorder', 'bag', 'record', '-o', str(folder / bag))
             leo.start_robot(f'start:={start}', 'fault_periods:=100')
-            leo.start('play', 'play', *words)
+            real_time(leo.start('play', 'play', *words).pid)
             assert spin_until(lambda: not leo.runs('play'), PATIENCE + 60.0), leo.said()
             leo.stop('robot')
             leo.stop('recorder')

@@ -21,26 +21,31 @@ from leo_sim.description.robot import load_robot
 
 LEO = str(Path(sys.executable).with_name('leo'))
 PATIENCE = 60.0
-URGENT = -15
+MEMORY = Path('/dev/shm')
 
 
 class Emulated:
     """LEO on an emulated bus.
 
-    Bus and robot get a high priority where that is allowed: other work on this machine is not what
-    is measured. Real-time classes do harm: two of them on two cores make the kernel throttle both.
+    Bus and robot run in a real-time class where that is allowed, as on a robot's computer; the bus
+    from when it is up, since whoever compiles in that class is throttled by the kernel. The folder
+    is in memory where that is possible: neither other work nor the disk is what is measured.
 
     Args:
         folder: for the port, the logs and the bags.
         start: start pose of both.
         bus: further parameters of the bus, as NAME:=VALUE.
         watchdog: how long the servos wait for a packet [s]; robot.yaml's where 0.
+
+    Attributes:
+        driver: what the robot is started with.
     """
 
     def __init__(
         self, folder: Path, start: str = 'hanging', bus: Sequence[str] = (), watchdog: float = 0.0
     ) -> None:
         self.folder, self._start = folder, start
+        self.driver = 'dynamixel'
         self.robot = patient(folder, watchdog) if watchdog else 'leo'
         self.port, self.log = folder / 'port', folder / 'motors'
         self.processes: dict[str, subprocess.Popen] = {}
@@ -49,19 +54,18 @@ class Emulated:
         self._read = 0
         self._node('servo_bus', f'link:={self.port}', f'log:={self.log}', *bus)
         assert spin_until(self.port.is_symlink, PATIENCE), self.said()
+        real_time(self.processes['servo_bus'].pid)
 
     def start_robot(self, *more: str) -> None:
         """Start the robot node, unless one runs."""
         if not self.runs('robot'):
-            self._node('robot', 'driver:=dynamixel', f'port:={self.port}', *more)
+            self._node('robot', f'driver:={self.driver}', f'port:={self.port}', *more)
+            real_time(self.processes['robot'].pid)
 
-    def start(self, name: str, *words: str, urgent: bool = False) -> subprocess.Popen:
+    def start(self, name: str, *words: str) -> subprocess.Popen:
         """Start `leo WORDS`; what it says goes to NAME.out."""
         with (self.folder / f'{name}.out').open('a') as out:
             process = subprocess.Popen([LEO, *words], stdout=out, stderr=out, cwd=self.folder)
-        if urgent:
-            with suppress(PermissionError):
-                os.setpriority(os.PRIO_PROCESS, process.pid, URGENT)
         self.processes[name] = process
         return process
 
@@ -125,7 +129,14 @@ class Emulated:
     def _node(self, executable: str, *parameters: str) -> None:
         given = [x for p in (f'robot:={self.robot}', f'start:={self._start}', *parameters)
                  for x in ('-p', p)]
-        self.start(executable, 'run', 'leo_sim', executable, '--ros-args', *given, urgent=True)
+        self.start(executable, 'run', 'leo_sim', executable, '--ros-args', *given)
+
+
+def real_time(process: int) -> None:
+    """Have a process, its threads and those to come run before all that is not in real time."""
+    for task in Path(f'/proc/{process}/task').iterdir():
+        with suppress(PermissionError, ProcessLookupError):
+            os.sched_setscheduler(int(task.name), os.SCHED_RR, os.sched_param(1))
 
 
 def patient(folder: Path, watchdog: float) -> str:
@@ -146,7 +157,9 @@ def emulated(
     start: str = 'hanging', bus: Sequence[str] = (), watchdog: float = 0.0
 ) -> Iterator[Emulated]:
     """LEO on an emulated bus, in a domain and a folder of its own; nothing is left behind."""
-    with free_domain() as domain, TemporaryDirectory() as folder:
+    with free_domain() as domain, TemporaryDirectory(
+        dir=MEMORY if MEMORY.is_dir() else None
+    ) as folder:
         runtime = f'{folder}/runtime'  # in which a folder `leo` is made, that is no robot
         os.environ |= {'ROS_DOMAIN_ID': str(domain), 'XDG_RUNTIME_DIR': runtime}
         with graph(['--ros-args', '--log-level', 'error']):

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from contextlib import suppress
 import json
 import os
 from pathlib import Path
@@ -26,7 +25,7 @@ import signal
 import time
 from typing import Any
 
-from emulated import Emulated, emulated, PATIENCE, URGENT
+from emulated import Emulated, emulated, PATIENCE, real_time
 import numpy as np
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
@@ -38,6 +37,10 @@ from leo_msgs_py.values import Command
 
 VOLTS = 2.0
 BUS_LOSS = (0.01, 0.1, 0.5)
+BLOCKED = 'read blocked for 1 s'
+BLOCKING = str(Path(__file__).with_name('blocking.py'))
+ENDED = 1, -signal.SIGKILL
+"""Exit status of a node that a fault has ended."""
 
 
 class Bench(Node):
@@ -75,12 +78,18 @@ class Bench(Node):
         asked = [Parameter(n, value=v).to_parameter_msg() for n, v in values.items()]
         call(self._set, SetParameters.Request(parameters=asked), PATIENCE)
 
+    def with_driver(self, driver: str) -> None:
+        """End a robot that runs with another driver; `ready` starts it."""
+        if self.leo.driver != driver and self.leo.runs('robot'):
+            self.leo.stop('robot')
+        self.leo.driver = driver
+
     def e_stop(self) -> None:
         """Call it, and wait for the answer as long as there is a node that may give one."""
         future = self._stop.call_async(topics.E_STOP.type.Request())
         self.asked = time.monotonic()
         if not spin_until(future.done, 2.0):
-            assert self.leo.processes['robot'].poll() == 1, self.leo.said()[-2000:]
+            assert self.leo.processes['robot'].poll() in ENDED, self.leo.said()[-2000:]
 
     def stopped_after(self, began: float) -> float:
         """Time [s] from `began` until all motors were at 0 or free, and stayed so."""
@@ -148,6 +157,29 @@ def breaking(**values: object) -> Callable[[Bench], float]:
     return act
 
 
+def blocked(bench: Bench) -> float:
+    """The next reading takes a second; a node that has ended by itself has stopped before."""
+    told = bench.leo.folder / 'blocked'
+    told.unlink(missing_ok=True)
+    (bench.leo.folder / 'block').touch()
+    if spin_until(lambda: told.exists() and bool(told.read_text()), 2.0):
+        return float(told.read_text())
+    assert bench.leo.processes['robot'].poll() in ENDED, bench.leo.said()[-2000:]
+    (bench.leo.folder / 'block').unlink()
+    return time.monotonic()
+
+
+def stopped_during(fault: Callable[[Bench], float]) -> Callable[[Bench], float]:
+    """An e-stop just after another fault, while the motors may still be driven."""
+
+    def act(bench: Bench) -> float:
+        fault(bench)
+        spin_until(lambda: False, random.uniform(0.0, 0.03))
+        return e_stop(bench)
+
+    return act
+
+
 def losing(share: float) -> Callable[[Bench], float]:
     """An e-stop while packets are lost."""
 
@@ -167,6 +199,14 @@ KINDS: dict[str, Callable[[Bench], float]] = {
     'usb cable out': breaking(usb_cable=False),
     'servo 3 silent': breaking(silent=3),
     **{f'e-stop, {share:.0%} lost': losing(share) for share in BUS_LOSS},
+    BLOCKED: blocked,
+    **{f'e-stop, {name}': stopped_during(fault) for name, fault in {
+        BLOCKED: blocked,
+        'bus cable out': breaking(bus_cable=False),
+        'usb cable out': breaking(usb_cable=False),
+        'servo 3 silent': breaking(silent=3),
+        'kill -9': killed,
+    }.items()},
 }
 
 
@@ -177,15 +217,14 @@ def main() -> None:
     parser.add_argument('-n', type=int, default=20)
     parser.add_argument('--results', type=Path, help='file of cases, gone on with')
     options = parser.parse_args()
-    with suppress(PermissionError):
-        os.setpriority(os.PRIO_PROCESS, 0, URGENT)
+    real_time(os.getpid())
     with emulated() as leo:
         report(join(Bench(leo)), options.kinds or list(KINDS), options.n, options.results)
 
 
 def report(bench: Bench, kinds: list[str], count: int, results: Path | None) -> None:
     """Each kind so many times."""
-    print(f'{"":20}{"n":>5}{"median":>8}{"p90":>7}{"p99":>7}{"max [ms]":>10}{"largest |V|":>13}'
+    print(f'{"":28}{"n":>5}{"median":>8}{"p90":>7}{"p99":>7}{"max [ms]":>10}{"largest |V|":>13}'
           '  of the slowest: bus waited, e-stop sent, carried out, node waited [ms]', flush=True)
     done = kept(results)
     for kind in kinds:
@@ -208,6 +247,7 @@ def kept(results: Path | None) -> list[dict[str, Any]]:
 
 def measured(bench: Bench, kind: str) -> dict[str, Any]:
     """One case: ms until the motors were stopped, and what tells why it took so long."""
+    bench.with_driver(BLOCKING if BLOCKED in kind else 'dynamixel')
     bench.ready()
     spin_until(lambda: False, random.uniform(0.05, 0.3))
     waits = bench.leo.kept_waiting('robot')
@@ -235,7 +275,7 @@ def print_row(kind: str, cases: list[dict[str, Any]]) -> None:
     told = ', '.join('-' if worst.get(key) is None else f'{worst[key]:.1f}'
                      for key in ('bus_waited_ms', 'sent_ms', 'answered_ms', 'robot_waited_ms'))
     largest = max(case['largest_v'] for case in cases)
-    print(f'{kind:20}{len(cases):>5}{middle:8.1f}{most[0]:7.1f}{most[1]:7.1f}{max(times):10.1f}'
+    print(f'{kind:28}{len(cases):>5}{middle:8.1f}{most[0]:7.1f}{most[1]:7.1f}{max(times):10.1f}'
           f'{largest:13.3f}  {told}', flush=True)
 
 

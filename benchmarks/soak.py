@@ -18,14 +18,15 @@ import time
 from typing import Any
 
 from emulated import Emulated, emulated, PATIENCE
+from mcap.records import Channel, Message
 import numpy as np
 from rclpy.node import Node
 
-from leo_diffmodel.bags.contents import load
+from leo_diffmodel.bags.recorder import header_stamp
 from leo_msgs_py import topics
-from leo_msgs_py.cdr import decode
+from leo_msgs_py.mcap_file import find_files, McapFile
 from leo_msgs_py.node import join, running, spin_until
-from leo_msgs_py.values import Command, nanoseconds
+from leo_msgs_py.values import Command
 
 VOLTS, PERIOD, STATE = 3.0, 0.03, 0.01
 PROCESSES = 'robot', 'recorder', 'servo_bus'
@@ -84,25 +85,30 @@ def soaked(leo: Emulated, bag: Path, minutes: int, lines: Path) -> None:
     assert status == 0, leo.said('robot')[-1000:]
 
 
-def stamps(bag: Path) -> np.ndarray:
-    """Stamps of the states in a bag [s], from its first."""
-    topic = load(bag).topics['/joint_states']
-    found = [nanoseconds(decode(m.data, topic.type).header.stamp) for m in topic.messages]
-    return np.sort(np.unique(found) - min(found)) * 1e-9
+def states(bag: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Stamps of the states in a bag [s], from its first, and their publisher's numbers of them."""
+    records = [r for file in find_files(bag) for r in McapFile(file).records()]
+    channel = next(r.id for r in records if isinstance(r, Channel) and r.topic == '/joint_states')
+    found = [r for r in records if isinstance(r, Message) and r.channel_id == channel]
+    times = np.array([header_stamp(m.data) for m in found])
+    return np.sort(times - times.min()) * 1e-9, np.array([m.sequence for m in found])
 
 
 def report(folder: Path) -> int:
     """What the bags and the log say; 1 if a state is missing."""
     missing = 0
     for said in sorted(folder.glob('from_*.txt')):
-        text, times = said.read_text(), stamps(said.with_suffix(''))
+        text, (times, numbers) = said.read_text(), states(said.with_suffix(''))
         sent = int(re.findall(r'(\d+) states sent', text)[0])
-        missing += sent - times.size
+        before = int(numbers.min()) - 1
         faults = ['0', *re.findall(r'\((\d+) so far\)', text)]
         gaps = 1e3 * np.diff(times)
         jitter = np.percentile(np.abs(gaps - 1e3 * STATE), (50, 99, 99.9))
-        print(f'{said.stem}: {times[-1] / 60:.1f} min, {sent} states sent, {times.size} in the '
-              f'bag, {sent - times.size} missing; {faults[-1]} periods without one; '
+        lost = sent - before - np.unique(numbers).size
+        missing += lost
+        print(f'{said.stem}: {times[-1] / 60:.1f} min, {sent} states sent, {before} before the '
+              f'recorder had found the robot, {times.size} in the bag, {lost} missing; '
+              f'{faults[-1]} periods without one; '
               f'{np.count_nonzero(gaps > 1.5e3 * STATE)} gaps above 15 ms, the longest '
               f'{gaps.max():.1f} ms; |period - 10 ms| median '
               f'{jitter[0]:.3f}, p99 {jitter[1]:.3f}, p99.9 {jitter[2]:.3f} ms')

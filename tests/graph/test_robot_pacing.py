@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+import gc
 
 import numpy as np
 import pytest
@@ -152,6 +153,34 @@ class Clock:
 
     def sleep(self, seconds):
         self.now += seconds
+
+
+def test_what_is_counted_as_sent_was_published(robot):
+    """Also what was read as the signal came."""
+    sent = robot._states = Full()
+    sent.stuck, before = False, robot._sent
+    end()
+    robot._publish_state()
+    assert sent.published == robot._sent - before == 1
+    sent.stuck = True
+    robot._publish_state()  # a reader that takes nothing does not keep it from ending
+
+
+@pytest.mark.usefixtures('domain')
+def test_the_collector_leaves_alone_what_was_there_before_the_loop(driver, monkeypatch, tmp_path):
+    monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))
+    frozen = []
+
+    def act() -> None:
+        frozen.append(gc.get_freeze_count())
+        end()
+
+    driver.act = act
+    gc.unfreeze()
+    with begun(factor=2.0) as robot:
+        robot.run()
+    gc.unfreeze()
+    assert frozen[0] > 10_000
 
 
 @pytest.mark.usefixtures('domain')

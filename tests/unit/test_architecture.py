@@ -48,6 +48,18 @@ NEED_ROS = (
 )
 """What cannot be imported without ROS; everything else can."""
 MAX_FUNCTION_LINES = 60
+DRIVERS = 'leo_sim.drivers'
+HARDWARE = (DRIVERS, 'leo_sim.description.servos', 'dynamixel_sdk', 'scservo_sdk')
+ANY_DRIVER = (f'{DRIVERS}.base', f'{DRIVERS}.safety', f'{DRIVERS}.faults')
+"""What every driver has: limits, interfaces, readings; what stands between it and a command."""
+ONE_DRIVER = (DRIVERS, 'leo_sim.description', 'leo_sim.verbs.skeleton', 'leo_sim.verbs.robot',
+              'leo_sim.nodes.servo_bus')
+"""What knows of servos: drivers, their bus, robot.yaml and what writes it."""
+LOADERS = ('leo_sim.nodes.robot', 'leo_sim.verbs.check_driver')
+"""What builds a driver by its name."""
+BLIND = 'leo_diffmodel.blind'
+"""Makes its cases on the simulated driver, whatever runs elsewhere."""
+KINDS = ('dynamixel', 'feetech', 'replay')
 EXPLAIN = 'leo_diffmodel.explain'
 ANSWER = ('unknown', 'decide', 'tell', 'explanation')
 LATER_ROOMS = {
@@ -67,7 +79,7 @@ ROOMS = (
     'task', 'truth', 'drivers', 'nodes', 'verbs',
 )  # fmt: skip
 """The rooms of leo_sim; each may import those before it, late imports included."""
-KEPT_PATHS = {'leo_sim.model_file'}
+KEPT_PATHS = {'leo_sim.model.model_file'}
 """Outside any room, because programs of users import from there."""
 
 
@@ -281,6 +293,36 @@ def test_no_files_of_the_simulator_load_each_other_in_a_circle() -> None:
     while free := {m for m, loads in left.items() if not loads & left.keys()}:
         left = {m: loads for m, loads in left.items() if m not in free}
     assert left == {}
+
+
+def of_one_driver(module: str, source: str) -> list[str]:
+    """Name what a module knows of which driver runs: imports, and drivers' names as texts."""
+    found = [name for name in imports(source, module)
+             if any(within(name, place) for place in HARDWARE)
+             and not any(within(name, place) for place in ANY_DRIVER)]
+    texts = [node.value for node in ast.walk(ast.parse(source))
+             if isinstance(node, ast.Constant) and node.value in KINDS]
+    return [*found, *texts]
+
+
+@pytest.mark.parametrize('module', MODULES)
+def test_nobody_but_drivers_knows_which_driver_runs(module: str) -> None:
+    """Learner, recorder, play, Algorithm 5 and all verbs are the same with every driver."""
+    if any(within(module, place) for place in (*ONE_DRIVER, BLIND)):
+        return
+    loads = [DRIVERS, f'{DRIVERS}.load_driver'] if module in LOADERS else []
+    known = of_one_driver(module, MODULES[module].read_text())
+    assert [name for name in known if name not in loads] == []
+
+
+@pytest.mark.parametrize('source', [
+    "if driver == 'dynamixel':\n    pass",
+    'from leo_sim.drivers.dynamixel import DynamixelDriver',
+    'from leo_sim.drivers import load_driver',
+    'import scservo_sdk',
+])
+def test_a_branch_on_the_driver_is_noticed(source: str) -> None:
+    assert of_one_driver('leo_learner.learning', source)
 
 
 def test_torch_is_noticed_where_it_is_loaded() -> None:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The recorder loses next to nothing to kill -9, and never overwrites a bag."""
 
+import gc
 import os
 from pathlib import Path
 import signal
@@ -8,7 +9,8 @@ import subprocess
 import sys
 
 from mcap.exceptions import EndOfFile
-from mcap.records import Message
+from mcap.reader import make_reader
+from mcap.records import ChunkIndex, Message
 from mcap.stream_reader import StreamReader
 import numpy as np
 import pytest
@@ -21,7 +23,7 @@ from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.mcap_file import find_files
+from leo_msgs_py.mcap_file import find_files, McapFile
 from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
@@ -184,6 +186,36 @@ def test_the_next_start_finishes_what_was_left_over(tmp_path):
     assert not load(tmp_path / 'other').finished and not load(tmp_path / 'bag').finished
     writer.close()
     assert load(tmp_path / 'bag').finished
+
+
+def test_recording_for_long_costs_no_memory_and_every_chunk_is_in_the_index(tmp_path):
+    recorder = Recorder(tmp_path / 'bag')
+    before = sum(isinstance(thing, ChunkIndex) for thing in gc.get_objects())
+    for k in range(300):
+        recorder.record(STATES, state(k), logged_ns=k + 1)
+        recorder.record(EPISODE, uint32(k), logged_ns=k + 1)
+        recorder.describe({'robot': f'pendulum {k // 100}'})
+        recorder.flush()
+    assert sum(isinstance(thing, ChunkIndex) for thing in gc.get_objects()) == before
+    recorder.close()
+    with find_files(tmp_path / 'bag')[0].open('rb') as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        summary = reader.get_summary()
+        read = [m.log_time for _, _, m in reader.iter_messages(
+            '/joint_states', starting_at=101, ending_before=201)]
+    assert len(summary.chunk_indexes) == summary.statistics.chunk_count >= 300
+    assert all(len(index.message_index_offsets) == 2 for index in summary.chunk_indexes)
+    assert read == [*range(101, 201)]
+
+
+def test_a_bag_keeps_the_numbers_of_its_messages(tmp_path):
+    recorder = Recorder(tmp_path / 'bag')
+    for number in (5, 6, 8, None, 2**32 + 9):
+        recorder.record(STATES, state(0), number=number)
+    recorder.close()
+    (file,) = find_files(tmp_path / 'bag')
+    records = McapFile(file).records()
+    assert [r.sequence for r in records if isinstance(r, Message)] == [5, 6, 8, 0, 9]
 
 
 def test_nothing_recorded_leaves_no_folder(tmp_path):

@@ -2,6 +2,7 @@
 """What goes wrong around a recorder: full disks, removed folders, second robots, set clocks."""
 
 import errno
+import math
 import os
 from pathlib import Path
 import shutil
@@ -18,7 +19,7 @@ from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recorder import finish_left_over, RecordedTopic, Recorder, TWO
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.writer import BagWriter
-from leo_msgs_py.cdr import decode, joint_state, uint32
+from leo_msgs_py.cdr import decode, joint_state, joint_values, joints_text, uint32
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import find_files
 from leo_sim.description.robot import load_robot
@@ -206,9 +207,10 @@ class Speaker:
     def speak(self) -> None:
         self.sent += 1
         number = self.sent if self.numbered else None
-        for topic in (STATES, APPLIED):
-            data = state(self.start + self.sent * PERIOD, self.q)
-            self.recorder.record(topic, data, number=number)
+        stamp = self.start + self.sent * PERIOD
+        self.recorder.record(STATES, state(stamp, self.q), number=number)
+        applied = joint_state(stamp, ['pivot'], effort=[self.q])
+        self.recorder.record(APPLIED, applied, number=number)
 
 
 def heard(tmp_path: Path, topic: str = '/joint_states') -> list[tuple[int, int]]:
@@ -216,7 +218,8 @@ def heard(tmp_path: Path, topic: str = '/joint_states') -> list[tuple[int, int]]
     found = []
     for bag in sorted(tmp_path.iterdir(), key=lambda path: int(path.name[4:] or 0)):
         log = load(bag).topics.get(topic)
-        q = [decode(m.data, STATES.type).position[0] for m in log.messages] if log else []
+        said = [decode(m.data, STATES.type) for m in log.messages] if log else []
+        q = [float(np.append(m.position, m.effort)[0]) for m in said]
         found.append((q.count(1.0), q.count(2.0)))
     return found
 
@@ -249,6 +252,53 @@ def test_of_two_robots_the_first_goes_on_and_the_other_is_told(start, numbered, 
         assert sum(one for one, _ in counts) >= first.sent - 3
         assert sum(two for _, two in counts) <= 3
         assert max(one for one, _ in counts) >= first.sent - 103
+
+
+@pytest.mark.parametrize('numbered', [True, False])
+@pytest.mark.parametrize('seed', range(3))
+def test_two_robots_with_equal_stamps_are_told_and_one_is_kept(numbered, seed, tmp_path, clock):
+    """As two simulations started at once: stamps and numbers are equal, whoever comes first."""
+    recorder, order = Recorder(tmp_path / 'bag'), np.random.default_rng(seed)
+    two = [Speaker(recorder, 10**10, q, numbered) for q in (1.0, 2.0)]
+    for _ in range(300):
+        for robot in order.permutation(2):
+            two[robot].speak()
+        clock[0] += 0.01
+    assert recorder.troubles == [TWO]
+    recorder.close()
+    for topic in (STATES.name, APPLIED.name):
+        kept = [sum(counts) for counts in zip(*heard(tmp_path, topic), strict=True)]
+        assert max(kept) >= 297 and min(kept) <= 3
+
+
+@pytest.mark.parametrize('order', [
+    (1, 2, 4, 5, 3, 6, 7), (1, 3, 2, 4, 5, 7, 6, 8), (1, 2, 6, 4, 5, 3, 7, 8), (1, 2, 5, 6, 7),
+])
+def test_states_that_arrive_in_another_order_are_all_recorded(order, tmp_path):
+    recorder = Recorder(tmp_path / 'bag')
+    for k in order:
+        recorder.record(STATES, state(10**10 + k * PERIOD, 0.1 * k), number=k)
+    recorder.close()
+    assert recorder.foreign == 0 and recorder.troubles == []
+    assert sorted(stamps(tmp_path / 'bag')) == [1000 + k for k in sorted(order)]
+
+
+def test_a_state_that_is_repeated_is_no_second_robot(tmp_path):
+    recorder = Recorder(tmp_path / 'bag')
+    for k in range(100):
+        recorder.record(STATES, state(k // 10 * PERIOD, 0.1 * (k // 10)))
+    recorder.close()
+    assert recorder.foreign == 0 and len(stamps(tmp_path / 'bag')) == 100
+
+
+@pytest.mark.parametrize('effort', [[], [0.5, -0.5]])
+def test_values_of_joints_are_read_from_the_bytes(effort):
+    data = joint_state(5, ['left', 'r'], [1.0, 2.0], [3.0, math.nan], effort)
+    for cut in range(12, len(data)):
+        joint_values(data[:cut], joints_text(data))
+    np.testing.assert_equal(
+        joint_values(data, joints_text(data)), [1.0, 2.0, 3.0, math.nan, *effort]
+    )
 
 
 def test_after_the_first_of_two_robots_has_ended_the_other_is_recorded(tmp_path, clock):

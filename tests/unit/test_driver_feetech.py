@@ -16,7 +16,8 @@ from leo_sim.description.robot import load_robot
 from leo_sim.description.servos import registers, servo_models
 from leo_sim.drivers import load_driver, servo_line
 from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
-from leo_sim.drivers.servo_bus.feetech import encoded, SmallReader
+from leo_sim.drivers.servo_bus.feetech import encoded, FRAMING
+from leo_sim.drivers.servo_bus.packets import Reader
 from leo_sim.drivers.servo_joints import JointUnits
 
 SUPPLY = 7.4
@@ -29,7 +30,6 @@ import sys, time
 import numpy as np
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverOptions
-from leo_sim.description.robot import load_robot
 driver = load_driver('feetech', DriverOptions(load_robot(sys.argv[1]), port=sys.argv[2]))
 driver.connect()
 driver.write(np.array([2.0]))
@@ -74,7 +74,7 @@ def test_models_are_known_by_family():
 @given(st.lists(st.tuples(st.integers(0, 252), st.integers(0, 254), st.binary(max_size=20))),
        st.integers(1, 7))
 def test_packets_come_out_of_pieces_and_rubbish(sent, size):
-    reader, found = SmallReader(), []
+    reader, found = Reader(FRAMING), []
     stream = b''.join(b'\x01\xff\x02' + encoded(*packet) for packet in sent)
     for start in range(0, len(stream), size):
         found += reader.feed(stream[start : start + size])

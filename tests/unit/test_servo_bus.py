@@ -2,6 +2,7 @@
 """The emulated bus against the packet handler of ROBOTIS' own SDK, over a pseudo-terminal."""
 
 from importlib.resources import files
+import os
 from threading import Event, Thread
 import time
 
@@ -23,10 +24,13 @@ from tests.drivers.bus import until
 from leo_sim.description.robot import load_robot
 from leo_sim.description.servos import CURRENT_MODE, PWM_MODE, registers, servo_models
 from leo_sim.drivers.base import DriverOptions
+from leo_sim.drivers.servo_bus.bus import SYNC_READ
 from leo_sim.drivers.servo_bus.line import Line, Trouble
 from leo_sim.drivers.servo_bus.packets import (
+    BROADCAST,
     crc16,
     encoded,
+    FRAMING,
     Packet,
     Reader,
     status,
@@ -121,7 +125,7 @@ def test_the_sdk_stuffs_the_same_way(values):
 def test_packets_are_found_in_pieces_and_between_rubbish(bodies, size):
     sent = [Packet(3, 0x02, body) for body in bodies]
     stream = b''.join(b'\xff\x00\xff' + encoded(packet) for packet in sent)
-    reader, found = Reader(), []
+    reader, found = Reader(FRAMING), []
     for start in range(0, len(stream), size):
         found += reader.feed(stream[start : start + size])
     assert found == sent and reader.damaged == 0
@@ -296,6 +300,21 @@ def test_a_cable_out_of_the_bus_is_silence_and_one_out_of_the_computer_no_port(r
     again = PatientPort(rig.port)
     assert SDK.ping(again, 1)[1] == COMM_SUCCESS
     again.closePort()
+
+
+def test_servos_answer_one_after_another_as_their_bytes_take(monkeypatch):
+    """At 9600 baud a status of 11 bytes takes 11.5 ms: the first is there before the last."""
+    plant = Plant(DriverOptions(load_robot('leo'), start='hanging'), 13.8, 0.0)
+    rig, written = Rig(plant, Line(9600.0, Trouble())), []
+    monkeypatch.setattr(os, 'write', lambda _, data: written.append((time.monotonic(), data)))
+    read = Packet(BROADCAST, SYNC_READ, bytes([R['present_pwm'].address, 0, 2, 0, *LEGS]))
+    rig._go_on(0.01)  # compiles
+    rig._began = time.monotonic() - 0.01
+    rig._hear(encoded(read), 0.01)
+    times = np.array([at for at, _ in written])
+    assert [data[4] for _, data in written] == [*LEGS]
+    assert (np.diff(times) > 0.5 * 13 * 10 / 9600).all()
+    rig.unplug()
 
 
 def test_a_hand_holds_the_robot_until_a_motor_is_driven():

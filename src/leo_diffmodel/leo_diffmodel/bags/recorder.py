@@ -11,7 +11,7 @@ from pathlib import Path
 import struct
 import time
 
-from leo_msgs_py.cdr import joints_text
+from leo_msgs_py.cdr import joint_values, joints_text
 from leo_msgs_py.errors import UserError
 
 from .finish import BagState, finish_bag
@@ -102,7 +102,7 @@ class Recorder:
             self.lost += 1
         else:
             self.messages += 1
-            self._write(self._writer, topic, data, published_ns, logged_ns)
+            self._write(self._writer, topic, data, published_ns, logged_ns, number or 0)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Set the `leo` record of this bag and those that follow."""
@@ -152,11 +152,13 @@ class Recorder:
         """Say whether to record a message; begin a bag for the robot that is recorded again."""
         if topic.type not in _STAMPED or len(data) < _STAMP_ENDS:
             return True
-        now, key = time.monotonic(), (topic.name, joints_text(data))
+        now, joints = time.monotonic(), joints_text(data)
+        key = topic.name, joints
         if key not in self._sources:
             self._sources[key] = Sources()
         are_two = now - self._troubles.get(TWO, float('-inf')) < RECENT
-        origin = self._sources[key].origin(header_stamp(data), number, now, are_two)
+        origin = self._sources[key].origin(
+            header_stamp(data), number, now, are_two, joint_values(data, joints))
         if origin in (Origin.OTHER, Origin.OURS_AGAIN):
             self.foreign += origin is Origin.OTHER
             self._troubles[TWO] = now
@@ -235,12 +237,12 @@ class Recorder:
 
     def _write(
         self, writer: BagWriter, topic: RecordedTopic, data: bytes, published_ns: int,
-        logged_ns: int,
+        logged_ns: int, number: int = 0,
     ) -> None:
         if topic.name not in self._channels:
             self._channels[topic.name] = writer.add_topic(topic.name, topic.type, topic.qos)
         try:
-            writer.write(self._channels[topic.name], data, logged_ns, published_ns)
+            writer.write(self._channels[topic.name], data, logged_ns, published_ns, number)
         except OSError as error:
             self._fill(error)
 

@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
+import math
+
+import numpy as np
 
 BACK_NS = 100_000_000
 """Stamps this much older than the last one mean a restarted robot, or another one."""
@@ -14,6 +17,10 @@ SILENT = 1.0
 """A robot from which nothing comes for so long has ended [s]."""
 LEFT_OVER = 1
 """So many messages may still come from a robot that was started again."""
+
+MOST_LATE = 100
+"""A message that comes after so many later ones is another publisher's."""
+NONE = np.empty(0)
 
 
 class Origin(Enum):
@@ -31,18 +38,35 @@ class Origin(Enum):
 
 @dataclass
 class Source:
-    """A publisher, known by its last message: stamp [ns], number (None: unknown), arrival [s]."""
+    """A publisher, known by its last message.
+
+    Its stamp [ns], number (None: unknown), time of arrival [s] and values of its joints.
+    """
 
     stamp_ns: int
     number: int | None
     heard: float
+    values: np.ndarray
+    missing: set[int] = field(default_factory=set)
+    """Numbers that it has left out lately; messages may arrive in another order."""
+
+    def take(self, message: Source) -> None:
+        """Go on to the next message."""
+        left_out = range(self.number + 1, message.number) if self.number and message.number else ()
+        if len(left_out) < MOST_LATE:
+            self.missing = {n for n in self.missing if n > (message.number or 0) - MOST_LATE}
+            self.missing.update(left_out)
+        self.stamp_ns, self.number = message.stamp_ns, message.number
+        self.heard, self.values = message.heard, message.values
 
 
 class Sources:
     """The publishers of the same joints on one topic, of which one is recorded.
 
     A newcomer is taken for the robot started again. Where the former one then goes on, they are
-    two: the former is recorded again, until nothing comes from it.
+    two: the former is recorded again, until nothing comes from it. Stamps and numbers may be the
+    same in both, say of two simulations started at once; then a message belongs to the one whose
+    last values it is nearer to.
     """
 
     def __init__(self) -> None:
@@ -53,6 +77,7 @@ class Sources:
 
     def origin(
         self, stamp_ns: int, number: int | None, now: float, are_two: bool = False,
+        values: np.ndarray = NONE,
     ) -> Origin:
         """Say whose message one is.
 
@@ -61,12 +86,17 @@ class Sources:
             number: the publisher's count of its messages; None where the middleware has none.
             now: monotonic time of arrival [s].
             are_two: whether a second robot is known from other topics.
+            values: of its joints.
         """
-        ours = self._ours
-        if ours is not None and len(self._all) == 1 and _follows(ours, stamp_ns, number):
-            ours.stamp_ns, ours.number, ours.heard = stamp_ns, number, now
+        for source in self._all:
+            if number in source.missing and _is_near(source, stamp_ns):
+                source.missing.remove(number)
+                return Origin.OURS if source is self._ours else Origin.OTHER
+        ours, message = self._ours, Source(stamp_ns, number, now, values)
+        if ours is not None and len(self._all) == 1 and _follows(ours, message):
+            ours.take(message)
             return Origin.OURS
-        source, is_new = self._source(stamp_ns, number, now)
+        source, is_new = self._source(message)
         if source is ours:
             return Origin.OURS
         if ours is None or (is_new and not are_two) or now - ours.heard > SILENT:
@@ -80,28 +110,40 @@ class Sources:
         self._ours, self._former = source, None
         return Origin.OURS_AGAIN
 
-    def _source(self, stamp_ns: int, number: int | None, now: float) -> tuple[Source, bool]:
+    def _source(self, message: Source) -> tuple[Source, bool]:
         """Return the source of a message, brought up to date, and whether it is a new one."""
-        known = [s for s in self._all if s is self._ours or now - s.heard <= SILENT]
-        fitting = [s for s in known if _follows(s, stamp_ns, number)]
+        known = [s for s in self._all if s is self._ours or message.heard - s.heard <= SILENT]
+        fitting = [s for s in known if _follows(s, message)]
         if not fitting:
-            source = Source(stamp_ns, number, now)
-            self._all = [*known, source]
-            return source, True
+            self._all = [*known, message]
+            return message, True
         source = min(fitting, key=lambda s: (
-            _skipped(s, number), not _is_near(s, stamp_ns), s is not self._ours,
+            _skipped(s, message.number), not _is_near(s, message.stamp_ns),
+            _distance(s, message), s is not self._ours,
         ))
-        source.stamp_ns, source.number, source.heard = stamp_ns, number, now
+        source.take(message)
         self._all = known
         return source, False
 
 
-def _follows(source: Source, stamp_ns: int, number: int | None) -> bool:
-    """Say whether a source may have sent a message: by its number, or by its stamp."""
-    near = _is_near(source, stamp_ns)
+def _follows(source: Source, message: Source) -> bool:
+    """Say whether a source may have sent a message: by its number, or by its stamp.
+
+    Without numbers a message of the same stamp is one that is repeated.
+    """
+    near, number = _is_near(source, message.stamp_ns), message.number
     if number is None or source.number is None:
-        return near
+        return near and (message.stamp_ns != source.stamp_ns or not _distance(source, message))
     return number == source.number + 1 or (near and number > source.number)
+
+
+def _distance(source: Source, message: Source) -> float:
+    """Return how far a message is from what a source said last; infinite where it cannot be."""
+    if source.values.size != message.values.size:
+        return math.inf
+    with np.errstate(all='ignore'):
+        off = np.abs(source.values - message.values)
+        return float(np.sum(off, where=np.isfinite(off)))
 
 
 def _is_near(source: Source, stamp_ns: int) -> bool:

@@ -15,7 +15,7 @@ class Spool:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._file = path.open('xb', buffering=0)
+        self._file = path.open('x+b', buffering=0)
         self._waiting = bytearray()
         self._taken = 0
 
@@ -33,6 +33,10 @@ class Spool:
         """
         while self._waiting:
             del self._waiting[: os.write(self._file.fileno(), self._waiting)]
+
+    def read(self, offset: int, size: int) -> bytes:
+        """Bytes at an offset of the file, fewer at its end."""
+        return os.pread(self._file.fileno(), size, offset)
 
     def tell(self) -> int:
         """Bytes taken so far."""

@@ -15,6 +15,7 @@ from mcap.writer import CompressionType, Writer
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import visible
 
+from .chunk_index import ChunksOfFile
 from .metadata import write_metadata
 from .spool import Spool
 from .types import definition
@@ -23,6 +24,8 @@ FLUSH_SECONDS = 0.1
 """Longest time a message waits in this process; what `kill -9` can cost."""
 CHUNK_BYTES = 1 << 16
 """How much is written under one checksum at most; what a damaged byte costs."""
+NUMBERS = 0xFFFFFFFF
+"""MCAP counts messages by so many bits."""
 
 
 class BagWriter:
@@ -65,6 +68,8 @@ class BagWriter:
         self._writer = Writer(
             cast(IO[bytes], self._stream), CHUNK_BYTES, compression=CompressionType.NONE
         )
+        self._writer._Writer__chunk_indices = ChunksOfFile(  # type: ignore[attr-defined]
+            self._stream.read)
         self._writer.start(profile='ros2', library='leo_diffmodel')
         self._schemas: dict[str, int] = {}
         self._flushed = time.monotonic()
@@ -95,7 +100,9 @@ class BagWriter:
         self._writer.add_metadata('leo', texts)
         self.flush()
 
-    def write(self, channel: int, data: bytes, log_ns: int, published_ns: int = 0) -> None:
+    def write(
+        self, channel: int, data: bytes, log_ns: int, published_ns: int = 0, number: int = 0
+    ) -> None:
         """Write one CDR message (4-byte header included).
 
         Args:
@@ -103,11 +110,12 @@ class BagWriter:
             data: encapsulation header first.
             log_ns: when it was recorded.
             published_ns: when it was published; 0 where unknown.
+            number: how many its publisher has sent on the topic; 0 where unknown.
 
         Raises:
             OSError: the disk takes nothing now; the message waits for the next `flush`.
         """
-        self._writer.add_message(channel, log_ns, data, published_ns or log_ns)
+        self._writer.add_message(channel, log_ns, data, published_ns or log_ns, number & NUMBERS)
         self.count += 1
         self.unsaved += 1
         if time.monotonic() - self._flushed >= FLUSH_SECONDS:
@@ -145,6 +153,7 @@ class BagWriter:
             OSError: the disk does not take them.
         """
         try:
+            self._writer.flush()
             self._writer.finish()
             self._stream.flush()
             self.unsaved = 0

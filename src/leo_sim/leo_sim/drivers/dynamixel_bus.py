@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from dynamixel_sdk import PortHandler, Protocol2PacketHandler
 
 from leo_sim.drivers.servo_line import Limits, ServoLine
@@ -36,15 +34,5 @@ class _Packets(Protocol2PacketHandler):
 class DynamixelBus(ServoLine):
     """Registers of the Dynamixel servos on one port."""
 
-    family = 'dynamixel'
-
-    def _new_packets(self) -> _Packets:
-        return _Packets()
-
-    def _new_port(self) -> _Port:
-        return _Port(self._path)
-
-    def _ask_all(self, start: int, length: int, servos: Sequence[int]) -> int:
-        result: int = self._packets.syncReadTx(
-            self._port, start, length, list(servos), len(servos), False)
-        return result
+    family, packets, port = 'dynamixel', _Packets, _Port
+    asks = (False,)  # no fast sync read, which not all models know

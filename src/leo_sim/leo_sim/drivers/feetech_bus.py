@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from scservo_sdk import PortHandler, protocol_packet_handler
 
 from leo_sim.drivers.servo_line import Limits, ServoLine
@@ -33,7 +31,7 @@ class _Packets(protocol_packet_handler):
 class FeetechBus(ServoLine):
     """Registers of the Feetech servos on one port."""
 
-    family = 'feetech'
+    family, packets, port = 'feetech', _Packets, _Port
 
     def set(self, servo: int, name: str, value: int) -> None:
         """Write a register; one that is kept without power only where it differs, unlocked."""
@@ -43,14 +41,3 @@ class FeetechBus(ServoLine):
             super().set(servo, 'lock', 0)
             super().set(servo, name, value)
             super().set(servo, 'lock', 1)
-
-    def _new_packets(self) -> _Packets:
-        return _Packets()
-
-    def _new_port(self) -> _Port:
-        return _Port(self._path)
-
-    def _ask_all(self, start: int, length: int, servos: Sequence[int]) -> int:
-        result: int = self._packets.syncReadTx(
-            self._port, start, length, list(servos), len(servos))
-        return result

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 import termios
@@ -89,7 +88,7 @@ class _Paper:
         return len(packet)
 
 
-class ServoLine(ABC):
+class ServoLine:
     """Registers of the servos on one port; what an SDK has of its own is in the subclasses.
 
     Args:
@@ -99,24 +98,18 @@ class ServoLine(ABC):
     """
 
     family: ClassVar[Family]
+    packets: ClassVar[type]
+    """The SDK's packet handler; its `size` is how many bytes of data the last status had."""
+    port: ClassVar[type]
+    """The SDK's port, mixed with Limits."""
+    asks: ClassVar[tuple[bool, ...]] = ()
+    """What the SDK wants to be told besides when all are asked."""
 
     def __init__(self, path: str, baud: int, names: Mapping[int, str]) -> None:
         self._path, self._baud, self._names = path, baud, names
         self._registers = registers(self.family)
-        self._packets: Any = self._new_packets()
+        self._packets: Any = self.packets()
         self._port: Any = None
-
-    @abstractmethod
-    def _new_packets(self) -> Any:
-        """The SDK's packet handler; its `size` is how many bytes of data the last status had."""
-
-    @abstractmethod
-    def _new_port(self) -> Any:
-        """The SDK's port, mixed with Limits."""
-
-    @abstractmethod
-    def _ask_all(self, start: int, length: int, servos: Sequence[int]) -> int:
-        """Send one instruction that asks all for so many bytes; its result."""
 
     def open(self) -> None:
         """Open the port for this process alone.
@@ -124,7 +117,7 @@ class ServoLine(ABC):
         Raises:
             UserError: there is none, it is not ours to open, or not at this baud rate.
         """
-        port = self._new_port()
+        port: Any = self.port(self._path)
         try:
             opened = port.setBaudRate(self._baud)
             if opened:
@@ -203,7 +196,8 @@ class ServoLine(ABC):
         start = self._registers[first].address
         length = self._registers[last].end - start
         self._port.is_using = False
-        result = self._ask_all(start, length, servos)
+        result = self._packets.syncReadTx(
+            self._port, start, length, list(servos), len(servos), *self.asks)
         sent = time.monotonic()
         self._check(result, servos[0])
         found = {}

@@ -32,6 +32,7 @@ from leo_msgs_py.node import (
     listen_with_info,
     running,
     SLICE,
+    spare_collector,
     spin_once,
 )
 from leo_msgs_py.values import Command, JointStates, time_message
@@ -156,6 +157,7 @@ class RobotNode(Node):
         sends fast enough would stop the robot's loop.
         """
         join(self)
+        spare_collector()
         look = self._period / 2.0 if self._gate.can_halt else SLICE
         with watchdog(self, look, self._e_stop, self._watch):
             while running():
@@ -277,10 +279,12 @@ class RobotNode(Node):
     def _publish(self, publisher: Publisher, message: Any) -> None:
         """Publish; where a reader's history is full, wait for it as long as it is alive."""
         began = time.monotonic()
-        while running():
+        while True:
             try:
                 publisher.publish(message)
             except RuntimeError as error:
+                if not running():
+                    return
                 if not self._waits_for_readers or time.monotonic() - began > PATIENCE:
                     self._waits_for_readers = False
                     self.get_logger().warning(

@@ -20,7 +20,7 @@ from rclpy.node import Node
 
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import declared, fixed_parameter, graph, spin
+from leo_msgs_py.node import declared, fixed_parameter, graph, spare_collector, spin
 from leo_sim.description.robot import Robot
 from leo_sim.drivers.servo_bus.line import Line, Trouble
 from leo_sim.drivers.servo_bus.plant import Plant
@@ -117,6 +117,7 @@ def main(argv: list[str]) -> int:
     """Run the bus; `argv` as after the executable's name."""
     with graph(argv):
         node = ServoBusNode()
+        spare_collector()
         ended = Event()
         thread = Thread(target=node.rig.run, args=(ended,), daemon=True)
         thread.start()

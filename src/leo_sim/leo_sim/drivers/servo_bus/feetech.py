@@ -16,7 +16,7 @@ from leo_sim.drivers.servo_bus.bus import (
     SYNC_WRITE,
     WRITE,
 )
-from leo_sim.drivers.servo_bus.packets import BROADCAST, Packet
+from leo_sim.drivers.servo_bus.packets import BROADCAST, Framing, Packet
 from leo_sim.drivers.servo_bus.servo import GOALS, Servo
 
 HEADER = b'\xff\xff'
@@ -30,37 +30,17 @@ def encoded(servo: int, code: int, data: bytes = b'') -> bytes:
     return HEADER + body + bytes([~sum(body) & 0xFF])
 
 
-class SmallReader:
-    """Finds whole packets in a stream of bytes; what fits none is skipped.
+def _size(data: bytes) -> int | None:
+    return data[3] + 4 if len(data) >= 4 else None
 
-    Attributes:
-        damaged: how many had a wrong sum.
-    """
 
-    def __init__(self) -> None:
-        self._bytes = b''
-        self.damaged = 0
+def _opened(whole: bytes) -> Packet | None:
+    if whole[3] < 2 or encoded(whole[2], whole[4], whole[5:-1]) != whole:
+        return None
+    return Packet(whole[2], whole[4], whole[5:-1])
 
-    def feed(self, data: bytes) -> list[Packet]:
-        """The packets that are complete with these bytes."""
-        self._bytes += data
-        found = []
-        while (start := self._bytes.find(HEADER)) >= 0:
-            rest = self._bytes[start:]
-            if len(rest) < 4 or len(rest) < rest[3] + 4:
-                break
-            whole = rest[: rest[3] + 4]
-            if rest[3] >= 2 and encoded(whole[2], whole[4], whole[5:-1]) == whole:
-                found.append(Packet(whole[2], whole[4], whole[5:-1]))
-                self._bytes = rest[len(whole) :]
-            else:
-                self.damaged += 1
-                self._bytes = rest[1:]
-        return found
 
-    def clear(self) -> None:
-        """Forget what came of a packet, as a silence on the bus makes a servo do."""
-        self._bytes = b''
+FRAMING = Framing(HEADER, 2, _size, _opened)
 
 
 class FeetechServo(Servo):

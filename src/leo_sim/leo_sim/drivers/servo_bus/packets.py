@@ -6,6 +6,7 @@ Source: ROBOTIS e-Manual, https://emanual.robotis.com/docs/en/dxl/protocol2/
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 HEADER = b'\xff\xff\xfd\x00'
@@ -66,14 +67,32 @@ def unstuffed(body: bytes) -> bytes:
     return body.replace(STUFFED + b'\xfd', STUFFED)
 
 
+@dataclass(frozen=True)
+class Framing:
+    """How packets lie in a stream of bytes.
+
+    Attributes:
+        header: what each begins with.
+        id_at: where its servo's id is.
+        size: length of the packet that some bytes begin with; None where too few tell.
+        opened: the packet of so many bytes; None where its checksum is wrong.
+    """
+
+    header: bytes
+    id_at: int
+    size: Callable[[bytes], int | None]
+    opened: Callable[[bytes], Packet | None]
+
+
 class Reader:
     """Finds whole packets in a stream of bytes; what fits none is skipped.
 
     Attributes:
-        damaged: how many had a wrong CRC.
+        damaged: how many had a wrong checksum.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, framing: Framing) -> None:
+        self._framing = framing
         self._bytes = b''
         self.damaged = 0
 
@@ -81,34 +100,45 @@ class Reader:
         """The packets that are complete with these bytes."""
         self._bytes += data
         found = []
-        while (packet := self._next()) is not None:
-            found.append(packet)
+        while (whole := self._next()) is not None:
+            packet = self._framing.opened(whole)
+            if packet is None:
+                self.damaged += 1
+                self._bytes = self._bytes[1:]
+            else:
+                found.append(packet)
+                self._bytes = self._bytes[len(whole) :]
         return found
 
     def clear(self) -> None:
         """Forget what came of a packet, as a silence on the bus makes a servo do."""
         self._bytes = b''
 
-    def _next(self) -> Packet | None:
-        while True:
-            start = self._bytes.find(HEADER)
-            if start < 0:
-                self._bytes = self._bytes[-len(HEADER) + 1 :]
-                return None
-            self._bytes = self._bytes[start:]
-            if len(self._bytes) < _OVERHEAD:
-                return None
-            size = _OVERHEAD + int.from_bytes(self._bytes[5:7], 'little')
-            if len(self._bytes) < size:
-                return None
-            whole = self._bytes[:size]
-            if size < _OVERHEAD + 3 or crc16(whole[:-2]) != int.from_bytes(whole[-2:], 'little'):
-                self.damaged += 1
-                self._bytes = self._bytes[len(HEADER) :]
-                continue
-            self._bytes = self._bytes[size:]
-            body = unstuffed(whole[_OVERHEAD:-2])
-            return Packet(whole[4], body[0], body[1:])
+    def _next(self) -> bytes | None:
+        """The bytes that the next packet would have; None while they are not all there."""
+        header = self._framing.header
+        start = self._bytes.find(header)
+        self._bytes = self._bytes[start if start >= 0 else 1 - len(header) :]
+        size = self._framing.size(self._bytes) if start >= 0 else None
+        return None if size is None or len(self._bytes) < size else self._bytes[:size]
+
+
+def _size(data: bytes) -> int | None:
+    return _OVERHEAD + _word(data[5:7]) if len(data) >= _OVERHEAD else None
+
+
+def _opened(whole: bytes) -> Packet | None:
+    if len(whole) < _OVERHEAD + 3 or crc16(whole[:-2]) != _word(whole[-2:]):
+        return None
+    body = unstuffed(whole[_OVERHEAD:-2])
+    return Packet(whole[4], body[0], body[1:])
+
+
+def _word(data: bytes) -> int:
+    return int.from_bytes(data, 'little')
+
+
+FRAMING = Framing(HEADER, 4, _size, _opened)
 
 
 def _crc_of(byte: int) -> int:

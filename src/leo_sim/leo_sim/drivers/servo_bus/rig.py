@@ -13,12 +13,16 @@ import time
 import tty
 
 from leo_msgs_py.errors import UserError
+from leo_sim.drivers.servo_bus import feetech, packets
 from leo_sim.drivers.servo_bus.bus import Bus
-from leo_sim.drivers.servo_bus.feetech import FeetechBus, SmallReader
 from leo_sim.drivers.servo_bus.line import Line
 from leo_sim.drivers.servo_bus.packets import Reader
 from leo_sim.drivers.servo_bus.plant import Plant, SLICE
 
+BUSES: dict[str, tuple[type[Bus], packets.Framing]] = {
+    'dynamixel': (Bus, packets.FRAMING),
+    'feetech': (feetech.FeetechBus, feetech.FRAMING),
+}
 DELAY_UNIT = 2e-6
 """s a count of the register return_delay_time."""
 
@@ -52,14 +56,12 @@ class Rig:
 
     def __init__(self, plant: Plant, line: Line, link: str = '', log: str = '') -> None:
         self.plant, self._line = plant, line
-        feetech = plant.family == 'feetech'
-        kind = FeetechBus if feetech else Bus
+        kind, self._framing = BUSES[plant.family]
         self.bus = kind({servo.get('id'): servo for servo in plant.servos.values()})
         self.bus_cable = True
         self.port = ''
         self.packets = 0
-        self._reader = SmallReader() if feetech else Reader()
-        self._id_at = 2 if feetech else 4
+        self._reader = Reader(self._framing)
         self._link = Path(link) if link else None
         self._log = Path(log) if log else None
         self._said = ''
@@ -140,20 +142,19 @@ class Rig:
         heard, late = self._line.carried(data)
         due = now + late + self._line.seconds(len(data))
         self._last_bytes = due
-        packets = self._reader.feed(heard)
-        for packet in packets:
+        found = self._reader.feed(heard)
+        for packet in found:
             self.packets += 1
             self._go_on(due)
-            answer = b''
-            for status in self.bus.answer(packet, due):
+            statuses = self.bus.answer(packet, due)
+            self._write_down(due)
+            for status in statuses:
                 carried, late = self._line.carried(status)
                 due += late + self._line.seconds(len(status)) + self._return_delay(status)
-                answer += carried
-            self._write_down(self._last_bytes)
-            self._send(answer, due if len(packets) == 1 else now)
+                self._send(carried, due if len(found) == 1 else now)
 
     def _return_delay(self, status: bytes) -> float:
-        servo = self.bus.servos.get(status[self._id_at])
+        servo = self.bus.servos.get(status[self._framing.id_at])
         return servo.get('return_delay_time') * DELAY_UNIT if servo else 0.0
 
     def _send(self, answer: bytes, due: float) -> None:
