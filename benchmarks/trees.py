@@ -63,8 +63,7 @@ def main() -> None:
                 print(name, 'with friction' if effects else 'plain', run.__name__)
                 for kind, (t, q) in found.items():
                     off = np.abs(q - first).max()
-                    print(f'  {kind}: {1e3 * t:.2f} ms, {t / least:.2f} of the first, '
-                          f'{off:.0e} off')
+                    print(f'  {kind}: {1e3 * t:.2f} ms, {t / least:.2f} of the first; {off:.0e}')
 
 
 if __name__ == '__main__':

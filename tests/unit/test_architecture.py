@@ -50,8 +50,8 @@ NEED_ROS = (
 MAX_FUNCTION_LINES = 60
 DRIVERS = 'leo_sim.drivers'
 HARDWARE = (DRIVERS, 'leo_sim.description.servos', 'dynamixel_sdk', 'scservo_sdk')
-ANY_DRIVER = (f'{DRIVERS}.base', f'{DRIVERS}.safety', f'{DRIVERS}.faults')
-"""What every driver has: limits, interfaces, readings; what stands between it and a command."""
+ANY_DRIVER = tuple(f'{DRIVERS}.{name}' for name in ('base', 'safety', 'faults', 'check'))
+"""What every driver has; what stands between it and a command; the suite that tries any."""
 ONE_DRIVER = (DRIVERS, 'leo_sim.description', 'leo_sim.verbs.skeleton', 'leo_sim.verbs.robot',
               'leo_sim.nodes.servo_bus')
 """What knows of servos: drivers, their bus, robot.yaml and what writes it."""
@@ -79,7 +79,7 @@ ROOMS = (
     'task', 'truth', 'drivers', 'nodes', 'verbs',
 )  # fmt: skip
 """The rooms of leo_sim; each may import those before it, late imports included."""
-KEPT_PATHS = {'leo_sim.model.model_file'}
+KEPT_PATHS = {'leo_sim.model_file'}
 """Outside any room, because programs of users import from there."""
 
 
