@@ -27,6 +27,7 @@ setup(
         'pyyaml',
         'rich',
         'rosbags>=0.11',
+        'setproctitle',
         'zstandard',
     ],
     extras_require={

@@ -2,6 +2,7 @@
 """The robot node as a process, met only through its topics and services."""
 
 import math
+from pathlib import Path
 import signal
 import time
 
@@ -110,6 +111,8 @@ def test_realtime_times_out_and_survives_kill_9(node, robots, capsys):
     client = node.create_client(ListParameters, '/real/robot/list_parameters')
     names = call(client, ListParameters.Request(), PATIENCE).result.names
     assert 'realtime_factor' in names and not any('hidden' in name for name in names)
+    listed = Path(f'/proc/{robot.process.pid}/cmdline').read_text()
+    assert 'hidden_seed:=?' in listed and 'hidden_seed:=5' not in listed
 
     episode = robot.episodes[-1]
     robot.stop(signal.SIGKILL)

@@ -126,6 +126,8 @@ def test_angles_are_wrapped_upwards(angle, expected):
     ('resistance: {value: 9.5, unit: ohm}', 'resistance: {value: 9.5, unit: kohm}',
      ['actuators.pivot.resistance', "'ohm'", "'kohm'"]),
     ('    resistance: {value: 9.5, unit: ohm}\n', '', ['actuators.pivot.resistance', 'missing']),
+    ('resistance: {value: 9.5, unit: ohm}', 'resistance: {value: 0, unit: ohm}',
+     ['actuators.pivot.resistance', 'above 0 ohm', 'found 0']),
     ('links:\n  bob:', 'links:\n  bop:', ["'bop'", 'bob?']),
     ('actuators:\n  pivot:', 'actuators:\n  pivto:', ["'pivto'", 'pivot?']),
     ('  nominal:', '  hanging:', ['nominal']),
