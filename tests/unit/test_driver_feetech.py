@@ -28,6 +28,7 @@ OVERLOADED, HOT = 0x20, 0x04
 KILLED = """\
 import sys, time
 import numpy as np
+from leo_sim.description.robot import load_robot
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverOptions
 driver = load_driver('feetech', DriverOptions(load_robot(sys.argv[1]), port=sys.argv[2]))

@@ -23,7 +23,8 @@ class Settings:
         material: and by this share of what is left unexplained beyond noise: what is less may
             well be part of that.
         part: of what a set does to the prediction (mean square), that it must do beyond a smaller
-            set: what does less is no answer to what is missing.
+            set: what does less is no answer to what is missing;
+        far_floors: unless it does so much, which anybody sees [noise floors, at the far end].
         price: of a parameter, in logs of the effective number of samples (0.5: Schwarz 1978).
         margin_nats: sets nearer than this to the best are rivals of it [nats] (5: odds of 150).
         told_nats: what is further behind is not even told as a rival [nats].
@@ -66,6 +67,7 @@ class Settings:
     least_errors: float = 2.0
     material: float = 0.2
     part: float = 0.01
+    far_floors: float = 2.0
     price: float = 0.5
     margin_nats: float = 5.0
     told_nats: float = 15.0

@@ -5,18 +5,27 @@ from __future__ import annotations
 
 import numpy as np
 
+from leo_diffmodel.compare import errors
 from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.problem.pose import Posed
 
 Array = np.ndarray
 
 
-def predicted_ends(at: Estimate) -> Array:
+def predicted_ends(at: Estimate, floor: Array) -> Array:
     """States at the ends of the longest windows there are, from their measured start, (V, 2J).
 
-    In units of what residuals are weighed by.
+    In noise floors (2J,), see `end_floor`.
     """
     problem = at.posed.longer or at.problem
     windows, model = problem.windows, at.fit.hypothesis.model(problem.base, at.fit.theta)
     states = shooting.predict(model, windows, windows.measured[:, 0])[:, -1]
-    return np.asarray(states / at.problem.weight[windows.source])
+    return np.asarray(states / floor)
+
+
+def end_floor(posed: Posed) -> Array:
+    """Error that the noise of the start makes there with the model as given, rms, (2J,)."""
+    problem = posed.longer or posed.problem
+    made = errors.predict_windows(problem.base, problem.windows, posed.problem.sigma)
+    return np.asarray(np.sqrt(np.median(made.floor[:, -1], axis=0)))

@@ -85,4 +85,4 @@ class Estimator(Protocol):
         """The chosen hypothesis brought to its best."""
 
     def ends(self, at: Estimate) -> Array:
-        """States predicted far ahead, in units of what residuals are weighed by, (V, 2J)."""
+        """States predicted far ahead, in noise floors there, (V, 2J)."""

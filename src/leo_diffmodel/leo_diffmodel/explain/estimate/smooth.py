@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.ends import predicted_ends
+from leo_diffmodel.explain.estimate.ends import end_floor, predicted_ends
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
@@ -46,6 +46,7 @@ class Smooth:
     short: Sequence[Windows]
     settings: Settings
     most_nats: float = np.inf
+    _floor: Array | None = field(default=None, init=False)
 
     def first(self, hypothesis: Hypothesis, pool: Sequence[Candidate] = ()) -> Estimate:
         """The model as given, in weights read from what the leading effects leave.
@@ -108,7 +109,9 @@ class Smooth:
 
     def ends(self, at: Estimate) -> Array:
         """What is predicted far ahead; see `Estimator`."""
-        return predicted_ends(at)
+        if self._floor is None:
+            self._floor = end_floor(at.posed)
+        return predicted_ends(at, self._floor)
 
     def _weighed(self, best: Estimate) -> bool:
         """Read from a fit how much each recording counts; whether that is news."""

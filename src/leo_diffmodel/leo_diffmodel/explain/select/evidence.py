@@ -36,8 +36,8 @@ class Scored:
         left: loss of each training window, predicted from the other folds [nats], shape (W,).
         fold: what was left out with each of them, shape (W,).
         behind: nats that count by which longer windows put it behind the best of its rivals.
-        ends: states it predicts for the ends of long windows from their measured start, in units
-            of what residuals are weighed by, shape (V, 2J); None where that does not matter.
+        ends: states it predicts for the ends of long windows from their measured start, in noise
+            floors there, shape (V, 2J); None where that does not matter.
     """
 
     at: Estimate
@@ -140,16 +140,17 @@ class Weight:
         return saved.nats > max(least, self.settings.least_errors * saved.error)
 
     def tells_apart(self, smaller: Scored, larger: Scored) -> bool:
-        """Whether a set predicts another thing than a smaller one, measured by all that it does.
+        """Whether a set predicts another thing than a smaller one.
 
-        Mean square over the ends of long windows, predicted from their measured start, at the
-        joint where it is most.
+        By a part of all that it does, or by noise floors: mean square over the ends of long
+        windows, predicted from their measured start, at the joint where it is most.
         """
         null = self.null and self.null.ends
         if null is None or smaller.ends is None or larger.ends is None:
             return True
         added, done = (_at_joints(larger.ends - e) for e in (smaller.ends, null))
-        return bool((added >= self.settings.part * (done + 1.0)).any())
+        least = np.minimum(self.settings.part * (done + 1.0), self.settings.far_floors**2)
+        return bool((added >= least).any())
 
     def surely_ahead(self, a: Scored, b: Scored) -> bool:
         """Whether `a` predicts better than `b` beyond how far the folds disagree about it."""
@@ -198,7 +199,7 @@ def score(at: Estimate) -> Scored:
 def _at_joints(change: Array) -> Array:
     """Mean square of a change of states (V, 2J) at each joint, (J,)."""
     square = (change**2).mean(axis=0)
-    return np.asarray(square.reshape(2, -1).sum(axis=0))
+    return np.asarray(square.reshape(2, -1).mean(axis=0))
 
 
 def _promised(smaller: Scored, larger: Scored) -> Array:
