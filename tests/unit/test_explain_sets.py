@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The set that is chosen: the smallest that no larger one beats, whatever the order."""
 
+from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
@@ -140,3 +141,17 @@ def test_a_turn_leaves_out_a_tenth_of_the_folds_and_asks_for_so_much_less():
     weight = weigh(list(sets.known.values()), SETTINGS)
     assert weight.spread == pytest.approx(1.0, abs=0.3)
     assert len(choice.turns(sets)) == SETTINGS.turns
+
+
+@pytest.mark.parametrize(('whole', 'beyond', 'right'), [
+    (10.0, 0.5, {'coulomb_friction'}),
+    (10.0, 1.5, {'armature', 'bias_torque'}),
+    (1000.0, 3.0, {'armature', 'bias_torque'}),
+], ids=['alike far ahead', 'a seventh of it all', 'little of it all, but seen by anybody'])  # fmt: skip
+def test_two_effects_that_predict_what_one_does_are_no_better_answer(whole, beyond, right):
+    """Sizes in noise floors; the two save more than the one, which is no part of them."""
+    sets = left(none=8000, a=3000, b=3000, c=500, a_b=350)
+    sizes = {'': 0.0, 'coulomb_friction': whole, 'armature_bias_torque': whole + beyond}
+    told = [replace(s, ends=np.full((5, 2), sizes.get('_'.join(sorted(names(s))), -1e4)))
+            for s in sets]  # fmt: skip
+    assert names(chosen(told, replace(PLAIN, null=told[0]), LIMIT)) == right
