@@ -147,7 +147,7 @@ def test_a_turn_leaves_out_a_tenth_of_the_folds_and_asks_for_so_much_less():
     (10.0, 0.5, {'coulomb_friction'}),
     (10.0, 1.5, {'armature', 'bias_torque'}),
     (1000.0, 3.0, {'armature', 'bias_torque'}),
-], ids=['alike far ahead', 'a seventh of it all', 'little of it all, but seen by anybody'])  # fmt: skip
+], ids=['alike far ahead', 'a seventh of it all', 'little of it all, but seen'])  # fmt: skip
 def test_two_effects_that_predict_what_one_does_are_no_better_answer(whole, beyond, right):
     """Sizes in noise floors; the two save more than the one, which is no part of them."""
     sets = left(none=8000, a=3000, b=3000, c=500, a_b=350)
