@@ -4,14 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.ends import end_floor, predicted_ends
+from leo_diffmodel.explain.estimate.ends import FarAhead
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
 from leo_diffmodel.explain.estimate.fit import fit, looked_at, moved, settled_as, Step
 from leo_diffmodel.explain.estimate.fitted import Fit
@@ -52,14 +52,13 @@ class Stand(NamedTuple):
 
 
 @dataclass
-class Contact:
+class Contact(FarAhead):
     """Fits windows whose contacts are settled; see `Estimator`."""
 
     posed: Posed
     scales: Scales
     settings: Settings
     most_nats: float = WINDOW_NATS
-    _floor: Array | None = field(default=None, init=False)
 
     def first(self, hypothesis: Hypothesis, pool: Sequence[Candidate] = ()) -> Estimate:
         """The model as given, its windows settled; see `Estimator`."""
@@ -88,12 +87,6 @@ class Contact:
     def finished(self, at: Estimate) -> Estimate:
         """The parameters brought to their best, all windows settled anew; see `Estimator`."""
         return Estimate(*polished(at.posed, at.fit)) if at.fit.hypothesis.size else at
-
-    def ends(self, at: Estimate) -> Array:
-        """What is predicted far ahead; see `Estimator`."""
-        if self._floor is None:
-            self._floor = end_floor(at.posed)
-        return predicted_ends(at, self._floor)
 
 
 def knock_out(

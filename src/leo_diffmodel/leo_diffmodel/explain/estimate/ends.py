@@ -13,19 +13,26 @@ from leo_diffmodel.explain.problem.pose import Posed
 Array = np.ndarray
 
 
-def predicted_ends(at: Estimate, floor: Array) -> Array:
-    """States at the ends of the longest windows there are, from their measured start, (V, 2J).
+class FarAhead:
+    """What both estimators say of the far end; see `Estimator.ends`."""
 
-    In noise floors (2J,), see `end_floor`.
-    """
-    problem = at.posed.longer or at.problem
-    windows, model = problem.windows, at.fit.hypothesis.model(problem.base, at.fit.theta)
-    states = shooting.predict(model, windows, windows.measured[:, 0])[:, -1]
-    return np.asarray(states / floor)
+    _floor: Array | None = None
+
+    def ends(self, at: Estimate) -> Array:
+        """States at the ends of the longest windows there are, from their measured start, (V, 2J).
+
+        In noise floors, which are found once.
+        """
+        if self._floor is None:
+            self._floor = _end_floor(at.posed)
+        problem = at.posed.longer or at.problem
+        windows, model = problem.windows, at.fit.hypothesis.model(problem.base, at.fit.theta)
+        states = shooting.predict(model, windows, windows.measured[:, 0])[:, -1]
+        return np.asarray(states / self._floor)
 
 
-def end_floor(posed: Posed) -> Array:
-    """Error that the noise of the start makes there with the model as given, rms, (2J,)."""
+def _end_floor(posed: Posed) -> Array:
+    """Error that the noise of the start makes there with the model as given, median, (2J,)."""
     problem = posed.longer or posed.problem
     made = errors.predict_windows(problem.base, problem.windows, posed.problem.sigma)
     return np.asarray(np.sqrt(np.median(made.floor[:, -1], axis=0)))

@@ -30,9 +30,8 @@ RIDGE, RIDGE_ON_GROUND = 1e-9, 1e-3
 """Of the scaled normal equations; rollouts on the ground are dear, and far steps seldom pay."""
 NO_STEP = 1e-12
 """Of a scaled parameter that its bounds hold fast; the solver asks for room."""
-PATIENCE, PATIENT = 3, 3
-"""Up to this many times the iterations, as long as the last step saved FAR_NATS or more; and from
-how many iterations on: fewer are meant for a first look."""
+PATIENCE = 3
+"""Up to this many times the iterations, as long as the last step saved FAR_NATS or more."""
 
 
 def fit(
@@ -41,6 +40,7 @@ def fit(
     theta: Array | None = None,
     start: Array | None = None,
     iterations: int = 8,
+    patience: int = PATIENCE,
 ) -> Fit:
     """Gauss-Newton over parameters and start states, with shorter and shorter steps and bounds.
 
@@ -53,8 +53,7 @@ def fit(
         start = problem.footing.start if start is None else start
         return _read_off(problem, _evaluate(problem, hypothesis, theta, start))
     best = _walked(problem, hypothesis, theta, _first(problem) if start is None else start)
-    most = PATIENCE * iterations if iterations >= PATIENT else iterations
-    for number in range(most if hypothesis.size else 0):
+    for number in range(patience * iterations if hypothesis.size else 0):
         best, gained = _stepped(problem, hypothesis, best)
         enough = _enough(problem, best, number >= iterations)
         if gained < enough:

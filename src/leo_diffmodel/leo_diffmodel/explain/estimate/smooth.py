@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.ends import end_floor, predicted_ends
+from leo_diffmodel.explain.estimate.ends import FarAhead
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
@@ -38,7 +38,7 @@ FEWEST = 4
 
 
 @dataclass
-class Smooth:
+class Smooth(FarAhead):
     """Fits by multiple shooting; see `Estimator`."""
 
     posed: Posed
@@ -46,8 +46,6 @@ class Smooth:
     short: Sequence[Windows]
     settings: Settings
     most_nats: float = np.inf
-    _floor: Array | None = field(default=None, init=False)
-
     def first(self, hypothesis: Hypothesis, pool: Sequence[Candidate] = ()) -> Estimate:
         """The model as given, in weights read from what the leading effects leave.
 
@@ -89,7 +87,7 @@ class Smooth:
         worth = [s for s in scans[:singles] if s.gain > WORTH * limit] or scans[:1]
         points: list[Point] = [((s.candidate,), s.own) for s in worth]
         points += best_pairs(scans, scanner.residual, pairs, limit)
-        fits = helper.spread(partial(_joint, problem, null, LOOK), points,
+        fits = helper.spread(partial(_looked_at, problem, null), points,
                              lambda p: told(' + '.join(c.label for c in p[0])))  # fmt: skip
         leading = _leading(problem, fits)
         better = helper.spread(partial(_followed, problem, iterations), [fits[i] for i in leading])
@@ -106,12 +104,6 @@ class Smooth:
     def finished(self, at: Estimate) -> Estimate:
         """The fit as it is: it was brought to its best."""
         return at
-
-    def ends(self, at: Estimate) -> Array:
-        """What is predicted far ahead; see `Estimator`."""
-        if self._floor is None:
-            self._floor = end_floor(at.posed)
-        return predicted_ends(at, self._floor)
 
     def _weighed(self, best: Estimate) -> bool:
         """Read from a fit how much each recording counts; whether that is news."""
@@ -146,11 +138,11 @@ def leftover(problem: Problem, fitted: Fit) -> Array:
     return np.sqrt(np.array(typical) / free)
 
 
-def _joint(problem: Problem, null: Fit, iterations: int, point: Point) -> Fit:
-    """Fit from where a scan points; from neutral where that leads nowhere."""
+def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:
+    """A first look from where a scan points; a fit from neutral where that leads nowhere."""
     added, values = point
     hypothesis = _with(null.hypothesis, added)
-    fitted = fit(problem, hypothesis, _between(null, values), null.start, iterations)
+    fitted = fit(problem, hypothesis, _between(null, values), null.start, LOOK, patience=1)
     if fitted.loss[problem.train].sum() <= null.loss[problem.train].sum():
         return fitted
     parameters = [p for c in added for p in c.parameters]
