@@ -140,11 +140,11 @@ lint() {
   echo 'ruff' && "$VENV/bin/python" -m ruff check . && echo 'mypy' && "$VENV/bin/python" -m mypy
 }
 
-run_tests() { # ARG…: pytest's; a core runs one process of tests at a time
+run_tests() { # ARG…: pytest's; neither BLAS nor explain's second process takes another test's core
   local linted=0 tested=0
   lint > "$VENV/lint.log" 2>&1 &
   trap 'kill $! 2> /dev/null; exit 130' INT TERM
-  OPENBLAS_NUM_THREADS=1 "$VENV/bin/python" -m pytest --numprocesses=auto "$@" || tested=$?
+  OPENBLAS_NUM_THREADS=1 LOKY_MAX_CPU_COUNT=1 "$VENV/bin/python" -m pytest --numprocesses=auto "$@" || tested=$?
   wait $! || linted=$?
   cat "$VENV/lint.log"
   return $((linted > tested ? linted : tested))

@@ -42,6 +42,7 @@ MOTIONS = (
 )
 """Start pose, bag, and what is played."""
 WITHIN = '180s'
+APPLIED = '/robot/applied_voltage'
 FREE = 1e3
 """Stands for a free motor [V]."""
 SLACK = 0.05
@@ -77,6 +78,7 @@ def record(folder: Path, seed: int) -> None:
             put_up(node, start)
             leo.start('recorder', 'bag', 'record', '-o', str(folder / bag))
             leo.start_robot(f'start:={start}', 'fault_periods:=100')
+            assert spin_until(lambda: node.count_subscribers(APPLIED) > 0, PATIENCE), leo.said()
             real_time(leo.start('play', 'play', *words).pid)
             assert spin_until(lambda: not leo.runs('play'), PATIENCE + 60.0), leo.said()
             leo.stop('robot')
@@ -100,7 +102,7 @@ def put_up(node: Node, start: str) -> None:
 
 def applied(bag: Path, leo: Emulated, offset: float) -> dict[str, Any]:
     """How far what a bag says was applied is from what was on the motors [V], at most."""
-    topic = load(bag).topics['/robot/applied_voltage']
+    topic = load(bag).topics[APPLIED]
     said = [decode(m.data, topic.type) for m in topic.messages]
     moments = leo.moments()
     times = np.array([t for t, _ in moments])
@@ -136,7 +138,8 @@ def true_case(folder: Path) -> dict[str, Any]:
     """What was hidden, as `leo blind` says it."""
     effects = read_sealed(folder / 'truth.sealed')['effects']
     return {'kind': 'effect', 'ever_free': False, 'effects': [
-        {**e, 'family': EFFECTS[e['name']].family, 'units': {},
+        {**e, 'family': EFFECTS[e['name']].family,
+         'units': {p.name: p.unit for p in EFFECTS[e['name']].parameters},
          'parameters': {p: q['value'] for p, q in e['parameters'].items()},
          'neutral': {p.name: p.neutral for p in EFFECTS[e['name']].parameters}}
         for e in effects]}

@@ -2,6 +2,7 @@
 """Fixtures of tests that talk over ROS: a domain of their own, a node, processes that end."""
 
 from collections.abc import Callable, Iterator
+import os
 import signal
 import subprocess
 import sys
@@ -26,6 +27,12 @@ def pytest_configure() -> None:
 
 
 @pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """One process more than cores: the one that has tests/graph mostly waits."""
+    return (os.cpu_count() or 1) + 1
+
+
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """Deal out whole files to processes, so that what a file shares is made once.
 
@@ -39,7 +46,13 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
             file = nodeid.partition('::')[0]
             return 'graph' if file.startswith('tests/graph/') else file
 
+    config.option.loadscopereorder = False
     return ByFile(config, log)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What takes longest begins first; the short tests of unit/leo_sim come last anyway."""
+    items.sort(key=lambda item: not item.nodeid.startswith('tests/graph/'))
 
 
 @pytest.fixture(scope='session')

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """What happens to files on their way: cut, flipped, zeroed, swapped, mistyped. By seed."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 import copy
 from dataclasses import dataclass
 import json
 from pathlib import Path
+import resource
 import shutil
 from typing import Any
 from xml.etree import ElementTree
@@ -194,3 +196,14 @@ def damage_xml(path: Path, rng: Rng) -> Damage:
                 parent.remove(element)
     path.write_text(ElementTree.tostring(root, encoding='unicode'), encoding='utf-8')
     return Damage(f'{path.name}: <{element.tag} {key}> ({action})', 0)
+
+
+@contextmanager
+def room_for(size: int) -> Iterator[None]:
+    """No file may grow beyond so many bytes, as on a disk with no more room."""
+    _, most = limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, most))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)

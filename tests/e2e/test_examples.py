@@ -7,10 +7,11 @@ import subprocess
 import sys
 
 import pytest
+from tests.places import ROOT
 
 from leo_sim.model.model_file import load_model
 
-EXAMPLES = Path(__file__).resolve().parents[2] / 'examples'
+EXAMPLES = ROOT / 'examples'
 ROBOT = 'torque_pendulum'
 
 

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import pytest
 from tests import foreign_arm
+from tests.places import DATA
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py.cli import main
 from leo_sim.description.robot import load_robot
 from leo_sim.model.model_file import load_model
 
-ARM = Path(__file__).parents[1] / 'data' / 'arm2.urdf'
+ARM = DATA / 'arm2.urdf'
 FRICTION = 0.02
 SECONDS = 10.0
 NOISE = (1e-3, 0.03)  # rad, rad/s: encoders of 12 bit

@@ -9,8 +9,8 @@ import subprocess
 import sys
 
 import pytest
+from tests.places import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / 'README.md').read_text()
 BLOCKS = re.findall(r'^```(?:\w*)\n(.*?)^```', README, flags=re.DOTALL | re.MULTILINE)
 COMMANDS = sorted(

@@ -8,8 +8,8 @@ import subprocess
 import sys
 
 import pytest
+from tests.architecture.test_source import ROS
 from tests.simulate import bag, PENDULUM, record
-from tests.unit.test_architecture import ROS
 
 BLOCKER = f"""
 import sys

@@ -11,8 +11,8 @@ from threading import Timer
 import xml.etree.ElementTree as ElementTree
 
 import pytest
+from tests.places import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ('leo_msgs_py', 'leo_sim', 'leo_diffmodel', 'leo_learner')
 EXECUTABLES = (
     ('leo_sim', 'robot'),

@@ -2,7 +2,7 @@
 """The robot node on an emulated bus, both as processes; what counts is what the motor saw.
 
 The bus runs in real time and has to be answered in time, which a busy machine may not allow: slow.
-The driver and the bus in one process: tests/unit/test_driver_dynamixel.py, test_servo_bus.py.
+The driver and the bus in one process: tests/unit/leo_sim/drivers, test_dynamixel.py and servo_bus.
 """
 
 import signal

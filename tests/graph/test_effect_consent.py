@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from tests.unit.test_effect_consent import LAW, WIND
+from tests.unit.leo_sim.effects.test_consent import LAW, WIND
 import yaml
 
 from leo_msgs_py.node import call, spin_until

@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node does when its hardware fails, hangs, or is commanded by two."""
 
-from pathlib import Path
 import re
 import time
 
 import pytest
 from tests.graph.robot_process import PATIENCE, Robot
+from tests.places import RIG
 
 from leo_msgs_py import topics
 from leo_msgs_py.node import spin_once, spin_until
 from leo_msgs_py.values import Command
 
 pytestmark = pytest.mark.graph
-RIG = Path(__file__).parents[1] / 'drivers' / 'rig.py'
 
 
 class Rig(Robot):

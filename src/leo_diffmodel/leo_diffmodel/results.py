@@ -137,6 +137,17 @@ class Value:
 
 
 @dataclass(frozen=True)
+class Constant(Value):
+    """A refitted constant.
+
+    Attributes:
+        recordings: by their names, where each has a value of its own; `value` is then the mean.
+    """
+
+    recordings: dict[str, Value] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Rival:
     """What else could stand in the place of an effect.
 
@@ -231,7 +242,7 @@ class Explanation:
     sentence: str
     states: tuple[State, ...]
     effects: tuple[NamedEffect, ...]
-    constants: dict[str, Value]
+    constants: dict[str, Constant]
     hypotheses: tuple[NamedEffect, ...]
     not_testable: tuple[NotTestable, ...]
     next_run: str | None

@@ -26,6 +26,7 @@ from leo_learner.env import ModelEnv, training_model
 from leo_learner.learning import learn, POLICY
 from leo_learner.policy import Policy
 from leo_msgs_py.errors import one_line, UserError
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model
 from leo_sim.model.model_file import write_effects
 
@@ -231,7 +232,7 @@ class Algorithm5:
         self._say(f'round {self.done.update}: updating the difference model')
         weights = self._source.newer(self.done.version)
         difference = from_bytes(weights)
-        (self.folder / f'difference-{difference.version:03d}.safetensors').write_bytes(weights)
+        write_whole(self.folder / f'difference-{difference.version:03d}.safetensors', weights)
         self.done.version = difference.version
         named = [f'{placed.effect.name} at {", ".join(placed.where)}'
                  for placed in self.corrected()[0].effects]
@@ -294,7 +295,4 @@ class Algorithm5:
         return cast(dict[str, Any], json.loads(json.dumps(of)))
 
     def _write(self) -> None:
-        self.folder.mkdir(parents=True, exist_ok=True)
-        temporary = self.folder / f'{DONE}.tmp'
-        temporary.write_text(json.dumps(asdict(self.done), indent=1))
-        temporary.replace(self.folder / DONE)
+        write_whole(self.folder / DONE, json.dumps(asdict(self.done), indent=1))

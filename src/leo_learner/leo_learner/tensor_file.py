@@ -4,13 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-import os
 from pathlib import Path
-import re
 
-from safetensors import SafetensorError
-from safetensors.torch import save_file
+from safetensors.torch import save
 from torch import Tensor
+
+from leo_msgs_py.whole_file import write_whole
 
 
 def save_tensors(
@@ -21,13 +20,4 @@ def save_tensors(
     Raises:
         OSError: it cannot be written, naming the file; the one before stays.
     """
-    partial = path.with_name(f'{path.name}.tmp')
-    try:
-        save_file(tensors, partial, dict(metadata) if metadata else None)
-        partial.replace(path)
-    except SafetensorError as error:
-        partial.unlink(missing_ok=True)
-        number = re.search(r'os error (\d+)', str(error))
-        if number is None:
-            raise
-        raise OSError(int(number[1]), os.strerror(int(number[1])), str(path)) from error
+    write_whole(path, save(tensors, dict(metadata) if metadata else None))

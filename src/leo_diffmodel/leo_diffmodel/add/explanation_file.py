@@ -18,6 +18,10 @@ class _Value(BaseModel):
     unit: str | None = None
 
 
+class _Constant(_Value):
+    recordings: dict[str, _Value] = {}
+
+
 class _Parameter(_Value):
     ci95: tuple[Finite, Finite]
 
@@ -36,7 +40,7 @@ class _Effect(_Placed):
 
 class _Whole(BaseModel):
     effects: list[_Placed]
-    constants: dict[str, _Value]
+    constants: dict[str, _Constant]
 
 
 class _Law(BaseModel):
@@ -58,7 +62,7 @@ class _Provenance(BaseModel):
 class _ExplanationFile(BaseModel):
     verdict: str
     effects: list[_Effect]
-    constants: dict[str, _Value]
+    constants: dict[str, _Constant]
     provenance: _Provenance
     unknown: dict[str, Any] | None = None
 

@@ -56,10 +56,12 @@ def from_data(
         )
     require((_named(row) for row in whole['effects']), source)
     placed = [_placed(model, row) for row in whole['effects']]
-    constants = {path: _constant(model, source, path, c) for path, c in whole['constants'].items()
-                 if path in model.constants or not sibling}  # fmt: skip
+    refitted = {path: c for path, c in whole['constants'].items()
+                if path in model.constants or not sibling}  # fmt: skip
     moved = {'moved_from': robot} if robot != model.robot.name else {}
-    return changed(model, placed, constants), [entry | moved for entry in history(data)]
+    return _refitted(changed(model, placed), source, refitted), [
+        entry | moved for entry in history(data)
+    ]
 
 
 def from_words(model: Model, words: Sequence[str]) -> tuple[Model, list[dict]]:
@@ -107,7 +109,7 @@ def by_name(
         wanted = ' '.join(f'{p}=VALUE [{u}]' for p, u in placed.units.items())
         raise UserError(f'{added} without a value changes nothing; say {wanted}')
     check_bounds(model.robot, placed)
-    return changed(model, [placed], {}), [{'added': added, 'by': 'hand', 'date': _today()}]
+    return changed(model, [placed]), [{'added': added, 'by': 'hand', 'date': _today()}]
 
 
 def _each(words: Sequence[str]) -> list[list[str]]:
@@ -129,11 +131,20 @@ def _names_effect(word: str) -> bool:
     return word in known
 
 
-def changed(model: Model, placed: Sequence[Placed], constants: dict[str, float]) -> Model:
-    """A model with more effects and other constants."""
-    return model.changed(
-        effects=(*model.effects, *placed), constants={**model.constants, **constants}
-    )
+def changed(model: Model, placed: Sequence[Placed]) -> Model:
+    """A model with more effects."""
+    return model.changed(effects=(*model.effects, *placed))
+
+
+def _refitted(model: Model, source: str | Path, given: Mapping[str, dict[str, Any]]) -> Model:
+    """A model with the constants of an explain.json; of those by recording, with each one's."""
+    shared, own = dict(model.constants), {p: dict(v) for p, v in model.by_recording.items()}
+    for path, row in given.items():
+        for name, each in row.get('recordings', {}).items():
+            own.setdefault(path, {})[name] = _constant(model, source, path, each)
+        if not row.get('recordings'):
+            shared[path] = _constant(model, source, path, row)
+    return model.changed(constants=shared, by_recording=own)
 
 
 def history(explanation: dict) -> list[dict]:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from mcap.summary import Summary
 import yaml
 
 from leo_msgs_py.mcap_file import find_files
+from leo_msgs_py.whole_file import write_whole
 
 from .qos_text import profiles
 
@@ -26,12 +26,8 @@ def write_metadata(folder: Path) -> Path:
     """
     files = find_files(folder)
     summaries = [_summary(file) for file in files]
-    target = folder / 'metadata.yaml'
-    temporary = folder / '.metadata.yaml.tmp'
     content = {'rosbag2_bagfile_information': _information(files, summaries)}
-    temporary.write_text(yaml.safe_dump(content, sort_keys=False), encoding='utf-8')
-    os.replace(temporary, target)
-    return target
+    return write_whole(folder / 'metadata.yaml', yaml.safe_dump(content, sort_keys=False))
 
 
 def _summary(file: Path) -> tuple[Summary, Statistics]:

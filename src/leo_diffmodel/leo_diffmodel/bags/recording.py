@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import sha256
+from leo_sim.common.yaml_file import shown
 
 from .contents import BagContents, load
 from .inputs import InputLog, read_inputs
@@ -76,6 +78,27 @@ class Recording:
     episodes: tuple[Episode, ...]
     metadata: Mapping[str, str]
     warnings: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The last part of its path."""
+        return self.path.name
+
+    @property
+    def constants(self) -> Mapping[str, float]:
+        """Constants of the robot that were known of this recording (a payload), by path.
+
+        Raises:
+            UserError: the bag's metadata holds something else.
+        """
+        text = self.metadata.get('constants', '{}')
+        try:
+            return {str(path): float(value) for path, value in json.loads(text).items()}
+        except (ValueError, TypeError, AttributeError, RecursionError):
+            raise UserError(
+                f'{self.path}: its metadata says constants: {shown(text)}; '
+                'expected {path: value} as JSON'
+            ) from None
 
     @property
     def held(self) -> bool:

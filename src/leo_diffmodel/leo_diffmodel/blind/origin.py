@@ -23,7 +23,9 @@ PACKAGES = ('leo_diffmodel', 'numpy', 'scipy', 'numba', 'pybullet', 'mujoco')
 def check_seeds(
     kind: str, seeds: Sequence[int], held: Iterable[Mapping], examination: bool
 ) -> None:
-    """Refuse a seed on the wrong side, or one that was examined before.
+    """Refuse a seed on the wrong side, or one that was examined before, by other code.
+
+    What this code examined is not run again, so an examination that was cut off goes on.
 
     Args:
         kind: of the cases.
@@ -42,7 +44,9 @@ def check_seeds(
     if seeds and min(seeds) < FIRST_OF_EXAMINATION:
         raise UserError(f'leo blind: seed {min(seeds)} is for development; an examination '
                         f'takes seeds from {FIRST_OF_EXAMINATION} on')
-    seen = {line['seed'] for line in held if line['kind'] == kind} & set(seeds)
+    own = (True, commit())
+    before = (x for x in held if x['kind'] == kind and (x['examination'], x['commit']) != own)
+    seen = {line['seed'] for line in before} & set(seeds)
     if seen:
         raise UserError(f'leo blind: seed {min(seen)} of {kind} is in the results already; '
                         'no seed is examined twice')

@@ -6,7 +6,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 import json
 from pathlib import Path
+import sys
 import tempfile
+import traceback
+from typing import Any
 
 from joblib import delayed, Parallel
 from rich.progress import track
@@ -24,6 +27,7 @@ from leo_sim.model import Model
 
 SIZED = ('small',)
 """Kinds whose judge asks how large the named effects are."""
+
 
 def run_case(
     seed: int, kind: str, walker: str | Path | None = None, mujoco: bool = True
@@ -52,6 +56,8 @@ def run(
 ) -> list[dict]:
     """All cases of `seeds`; those already in `results` are not run again.
 
+    A case that ends with an error is told on stderr and left out; it runs again the next time.
+
     Args:
         seeds: of the cases.
         kind: of `KINDS`.
@@ -69,15 +75,27 @@ def run(
     done = {r['seed']: r for r in lines if r['kind'] == kind}
     todo = [s for s in seeds if s not in done]
     options = {} if mujoco else {'mujoco': False}
-    tasks = (delayed(run_case)(seed, kind, walker, **options) for seed in todo)
+    tasks = (delayed(_tried)(seed, kind, walker, **options) for seed in todo)
     rows = Parallel(n_jobs=jobs, return_as='generator_unordered')(tasks)
     results.parent.mkdir(parents=True, exist_ok=True)
     with results.open('a') as file:
         for row in track(rows, total=len(todo), description=f'blind cases ({kind})'):
+            if isinstance(row, str):
+                print(f'leo blind: {row}', file=sys.stderr)
+                continue
             done[row['seed']] = {**row, **stamp(examination)}
             file.write(json.dumps(done[row['seed']]) + '\n')
             file.flush()
-    return [done[s] for s in seeds]
+    return [done[s] for s in seeds if s in done]
+
+
+def _tried(seed: int, kind: str, *given: Any, **options: Any) -> dict | str:
+    """The row of a case, or what went wrong: one case must not end hundreds of others."""
+    try:
+        return run_case(seed, kind, *given, **options)
+    except Exception as error:  # noqa: BLE001
+        at = traceback.extract_tb(error.__traceback__)[-1]
+        return f'{kind} {seed} has no answer: {error!r} ({at.filename}:{at.lineno})'
 
 
 def read_lines(results: Path) -> list[dict]:

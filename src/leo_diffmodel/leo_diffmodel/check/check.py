@@ -23,6 +23,7 @@ from leo_diffmodel.check.stuck import stuck
 from leo_diffmodel.check.timing import length, reading, timing
 from leo_diffmodel.check.traces import traces_of
 from leo_diffmodel.compare import errors, noise
+from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut
@@ -104,6 +105,7 @@ def check(
         progress: told what is being looked at.
     """
     recordings = [bag.recording for bag in bags]
+    model = with_known(model, recordings)
     try:
         model = fast_enough(model, cut(recordings, errors.step_seconds(recordings)))
         sigma = noise.estimate(model, noise.short_windows(recordings))

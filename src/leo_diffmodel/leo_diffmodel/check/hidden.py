@@ -31,7 +31,8 @@ def hidden(
 def _instead(recordings: Sequence[Recording], model: Model) -> str:
     if model.robot.base_joints and all(r.held for r in recordings):
         return 'the base was held: record the robot standing and stepping too'
-    refitted = [c.path for c in uncertain(model)]
+    names = [r.name for r in recordings]
+    refitted = list(dict.fromkeys(c.path for c in uncertain(model, names)))
     todo = 'leo next proposes a run that shows them'
     return f'{todo}; or the refitted constants take their place: {", ".join(refitted)}' \
         if refitted else todo

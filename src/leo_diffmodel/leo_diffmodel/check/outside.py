@@ -63,7 +63,8 @@ def moved_from_outside(recordings: Sequence[Recording], model: Model) -> list[St
         recordings: of the model's robot.
         model: it may lack friction, have a payload twice as large, a gain 20 % off.
     """
-    found = [s for i, r in enumerate(recordings) for s in _of_one(i, r, model)]
+    found = [s for i, r in enumerate(recordings)
+             for s in _of_one(i, r, model.of_recordings((r.name,)))]  # fmt: skip
     return sorted(found, key=lambda s: (s.source, s.begin))
 
 

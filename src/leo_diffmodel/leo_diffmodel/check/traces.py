@@ -104,7 +104,7 @@ def scan_all(
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Scan]:
     """Scan candidates on top of the model, its uncertain constants refitted first."""
-    null = fit(problem, Hypothesis(constants=uncertain(model)))
+    null = fit(problem, Hypothesis(constants=uncertain(model, problem.trained)))
     scales = scales_of(model, problem.windows)
     scanner = (GroundScanner if problem.footing else Scanner)(problem, null, scales)
     scans = []

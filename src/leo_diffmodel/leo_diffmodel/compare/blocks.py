@@ -28,12 +28,15 @@ class Blocks:
         length: block length in each recording [s], shape (R,).
         offset: number of the first block of each recording, shape (R,).
         held_sources: recordings held out whole; where there are none, every fourth block is.
+        own: recordings held out have constants of their own, which every other block of theirs
+            tells; the rest of them is held out.
     """
 
     begin: Array
     length: Array
     offset: Array
     held_sources: tuple[int, ...] = ()
+    own: bool = False
 
     def index(self, windows: Windows, at: float = 0.0) -> Array:
         """Block of each window's instant `at` (0 its first sample, 1 its last), shape (W,)."""
@@ -44,9 +47,23 @@ class Blocks:
     def held(self, windows: Windows) -> Array:
         """Which windows lie wholly in held-out data, shape (W,)."""
         if self.held_sources:
-            return np.isin(windows.source, self.held_sources)
+            whole = self._whole(windows)
+            return whole & self._every_other(windows, 1) if self.own else whole
         first, last = self.index(windows), self.index(windows, 1.0)
         return (first == last) & (first % HELD_OUT_EVERY == FIRST_HELD)
+
+    def telling(self, windows: Windows) -> Array:
+        """Which windows tell the constants that held-out recordings have of their own, (W,)."""
+        return self._whole(windows) & self._every_other(windows, 0)
+
+    def _whole(self, windows: Windows) -> Array:
+        """Which windows are of recordings held out whole, shape (W,)."""
+        return np.isin(windows.source, self.held_sources)
+
+    def _every_other(self, windows: Windows, which: int) -> Array:
+        """Which windows lie wholly in the first, third, … block (0) or the others (1), (W,)."""
+        first, last = self.index(windows), self.index(windows, 1.0)
+        return (first == last) & ((first - self.offset[windows.source]) % 2 == which)
 
     def held_share(self, recordings: Sequence[Recording]) -> float:
         """Which part of the recordings, by time, is held out."""
@@ -70,13 +87,21 @@ class Blocks:
     def train(self, windows: Windows) -> Array:
         """Which windows share no time with held-out data, shape (W,)."""
         if self.held_sources:
-            return ~self.held(windows)
+            return ~self._whole(windows)
         first, last = self.index(windows), self.index(windows, 1.0)
         return (first % HELD_OUT_EVERY != FIRST_HELD) & (last % HELD_OUT_EVERY != FIRST_HELD)
 
 
-def make_blocks(recordings: Sequence[Recording], hold_out: Sequence[Recording]) -> Blocks:
-    """Blocks of 2 s, or an eighth of a recording shorter than 16 s."""
+def make_blocks(
+    recordings: Sequence[Recording], hold_out: Sequence[Recording], own: bool = False
+) -> Blocks:
+    """Blocks of 2 s, or an eighth of a recording shorter than 16 s.
+
+    Args:
+        recordings: to learn from.
+        hold_out: held out whole.
+        own: see `Blocks`.
+    """
     begin, length, offset, count = [], [], [], 0
     for recording in [*recordings, *hold_out]:
         first = min(e.t[0] for e in recording.episodes)
@@ -86,4 +111,4 @@ def make_blocks(recordings: Sequence[Recording], hold_out: Sequence[Recording]) 
         offset.append(count)
         count += int(np.floor(duration / length[-1])) + 2
     held = tuple(range(len(recordings), len(begin))) if hold_out else ()
-    return Blocks(np.array(begin), np.array(length), np.array(offset), held)
+    return Blocks(np.array(begin), np.array(length), np.array(offset), held, own)

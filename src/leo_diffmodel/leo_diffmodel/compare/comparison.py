@@ -12,12 +12,13 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.fineness import stepped
+from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.scheme import fast_enough
-from leo_diffmodel.compare.thin import thin
+from leo_diffmodel.compare.thin import periods, thin
 from leo_diffmodel.compare.torque import missing_torque, MissingTorque
 from leo_diffmodel.compare.where import Where, where
-from leo_diffmodel.compare.windows import sample_period, Windows
+from leo_diffmodel.compare.windows import Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
@@ -61,9 +62,11 @@ def compare(
         progress: told what comes next; `STAGES` times.
 
     Raises:
-        UserError: the recordings are too short for a single window, or a step out of reach.
+        UserError: the recordings are too short for a single window, or a step out of reach; or
+            they say constants of themselves that the robot does not have.
     """
     began = time.monotonic()
+    model = with_known(model, recordings)
     origin = provenance(recordings, model)
     recordings = _at_one_rate(recordings)
     step = errors.step_seconds(recordings, step)
@@ -135,8 +138,8 @@ def _errors(
 
 def _at_one_rate(recordings: Sequence[Recording]) -> Sequence[Recording]:
     """As they are, or thinned where one is sampled half as often again as another."""
-    periods = [sample_period([r]) for r in recordings]
-    return thin(recordings) if max(periods) > RATES_APART * min(periods) else recordings
+    steps = periods(recordings) or [0.0]
+    return thin(recordings) if max(steps) > RATES_APART * min(steps) else recordings
 
 
 def _windows(recordings: Sequence[Recording], model: Model, step: float) -> Windows:

@@ -10,6 +10,7 @@ import itertools
 import numpy as np
 
 from leo_diffmodel.compare.phases import phases
+from leo_diffmodel.compare.pushes import own
 from leo_diffmodel.compare.sizes import is_slide, length_unit, torque_unit
 from leo_diffmodel.compare.windows import Windows
 from leo_sim.model import Model
@@ -75,6 +76,7 @@ def carried(windows: Windows, model: Model) -> Array:
 
     Motor torque less that of gravity, as in the law of load-dependent friction.
     """
+    model = own(model, windows, instants=True)
     laws = model.laws
     q, dq = laws.true_state(windows.q[:, :-1], windows.dq[:, :-1])
     load = np.asarray(model.rigid.load(q))

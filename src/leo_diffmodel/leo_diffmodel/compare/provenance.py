@@ -21,7 +21,7 @@ PACKAGES = ('leo_sim', 'leo_diffmodel', 'numpy', 'scipy', 'pybullet')
 def provenance(recordings: Sequence[Recording], model: Model) -> dict:
     """Bags with their hashes, the model, versions, the command line and the date."""
     return {
-        'bags': [{'path': str(r.path), 'sha256': r.sha256} for r in recordings],
+        'bags': [_bag(r) for r in recordings],
         'robot': model.robot.name,
         'model_sha256': _digest(model),
         'effects_in_model': [p.effect.name for p in model.effects],
@@ -33,8 +33,16 @@ def provenance(recordings: Sequence[Recording], model: Model) -> dict:
     }
 
 
+def _bag(recording: Recording) -> dict:
+    """A bag, its hash, and the constants that it knows of itself."""
+    known = {'constants': dict(recording.constants)} if recording.constants else {}
+    return {'path': str(recording.path), 'sha256': recording.sha256, **known}
+
+
 def _digest(model: Model) -> str:
     """Hash of the physics: the tree, every constant, every effect with its values."""
     effects = [(p.effect.name, p.where, dict(p.parameters)) for p in model.effects]
-    text = json.dumps([model.robot.urdf, model.constants, effects], sort_keys=True, default=float)
+    parts = [model.robot.urdf, model.constants, effects]
+    parts += [model.by_recording] if model.by_recording else []
+    text = json.dumps(parts, sort_keys=True, default=float)
     return hashlib.sha256(text.encode()).hexdigest()

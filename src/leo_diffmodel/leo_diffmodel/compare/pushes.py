@@ -20,7 +20,7 @@ def predict(model: Model, windows: Windows, start: Array, push: Array | None = N
     """Sensed states from the start states (..., W, 2J); shape (..., W, K+1, 2J)."""
     joints = windows.q.shape[-1]
     q, dq = rollout(
-        model,
+        own(model, windows),
         start[..., :joints],
         start[..., joints:],
         windows.inputs,
@@ -32,6 +32,15 @@ def predict(model: Model, windows: Windows, start: Array, push: Array | None = N
         held=windows.held,
     )
     return np.concatenate([q, dq], axis=-1)
+
+
+def own(model: Model, windows: Windows, instants: bool = False) -> Model:
+    """The model with the constants of each window's own recording.
+
+    For states (..., W, J), or (W, K, J) of several instants in each window.
+    """
+    source = windows.source[:, None] if instants else windows.source
+    return model.of_recordings(windows.recordings, source)
 
 
 def respond(model: Model, windows: Windows, start: Array, pushes: Array) -> tuple[Array, Array]:

@@ -18,27 +18,51 @@ from leo_diffmodel.compare.windows import sample_period
 Array = np.ndarray
 SHORTEST = 0.005
 LONGEST = 0.01
+"""Of the common period [s]."""
+FEWEST = 10
+"""Samples of an episode that has a say in it: after cuts, a few may be left with a gap amid."""
 
 
 def thin(recordings: Sequence[Recording]) -> list[Recording]:
     """The recordings with every n-th state, as near as that comes to the period of the slowest.
 
-    The common period is held between 5 ms and 10 ms: rates up to 200 Hz stay as they are, beside
-    slower ones up to 100 Hz. States are left out and not averaged, so their noise stays white;
-    inputs become the mean over the longer steps.
+    Each episode has its own n: one bag may hold logs of several rates. The common period is held
+    between 5 ms and 10 ms: rates up to 200 Hz stay as they are, beside slower ones up to 100 Hz.
+    States are left out and not averaged, so their noise stays white; inputs become the mean over
+    the longer steps.
     """
-    periods = [sample_period([r]) for r in recordings]
-    target = min(max(max(periods, default=SHORTEST), SHORTEST), LONGEST)
-    strides = [max(1, round(target / p)) for p in periods]
-    return [_every(r, n) if n > 1 else r for r, n in zip(recordings, strides, strict=True)]
+    slowest = max(periods(recordings), default=SHORTEST)
+    return [_thinned(r, min(max(slowest, SHORTEST), LONGEST)) for r in recordings]
 
 
-def _every(recording: Recording, stride: int) -> Recording:
-    episodes = tuple(_shorter(e, stride) for e in recording.episodes if len(e.t) > stride)
+def periods(recordings: Sequence[Recording]) -> list[float]:
+    """Median time between states of each episode that is long enough to have one [s]."""
+    return [_period(e) for r in recordings for e in r.episodes if len(e.t) >= FEWEST]
+
+
+def every(recording: Recording, stride: int) -> Recording:
+    """The recording with every n-th state, and the mean inputs between them."""
+    return _kept(recording, [stride] * len(recording.episodes))
+
+
+def _thinned(recording: Recording, target: float) -> Recording:
+    return _kept(recording, [max(1, round(target / _period(e))) for e in recording.episodes])
+
+
+def _kept(recording: Recording, strides: Sequence[int]) -> Recording:
+    if max(strides) == 1:
+        return recording
+    both = zip(recording.episodes, strides, strict=True)
+    episodes = tuple(_shorter(e, n) for e, n in both if len(e.t) > n)
     if not episodes:
         return recording
     period = max(recording.command_period, sample_period([replace(recording, episodes=episodes)]))
     return replace(recording, episodes=episodes, command_period=period)
+
+
+def _period(episode: Episode) -> float:
+    """Median time between its states [s]."""
+    return float(np.median(np.diff(episode.t)))
 
 
 def _shorter(episode: Episode, stride: int) -> Episode:

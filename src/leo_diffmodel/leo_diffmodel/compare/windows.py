@@ -27,6 +27,7 @@ class Windows:
         source: index of the recording each window comes from, shape (W,).
         held: the base was fixed, shape (W,).
         history: the same five arrays for the H samples before, or None where H is 0.
+        recordings: names of the recordings, by which `source` counts.
     """
 
     q: Array
@@ -38,6 +39,7 @@ class Windows:
     source: Array
     held: Array
     history: tuple[Array, Array, Array, Array, Array] | None = None
+    recordings: tuple[str, ...] = ()
 
     @property
     def count(self) -> int:
@@ -56,10 +58,16 @@ class Windows:
 
     def take(self, index: Array) -> Windows:
         """The windows at `index` (integers or a mask)."""
-        names = [f.name for f in fields(self) if f.name != 'history']
-        picked = {name: getattr(self, name)[index] for name in names}
+        whole = ('history', 'recordings')
+        picked = {f.name: getattr(self, f.name)[index] for f in fields(self)
+                  if f.name not in whole}  # fmt: skip
         past = None if self.history is None else tuple(part[index] for part in self.history)
-        return Windows(**picked, history=past)
+        return Windows(**picked, history=past, recordings=self.recordings)
+
+    def of(self, recording: str) -> Array:
+        """Which windows come from the recording of that name, shape (W,)."""
+        names = np.array(self.recordings, dtype=object)
+        return np.asarray(names[self.source] == recording)
 
 
 def sample_period(recordings: Sequence[Recording]) -> float:
@@ -93,7 +101,7 @@ def cut(
     pieces = list(_pieces(recordings, count, skip, past))
     if not pieces:
         raise ValueError(f'no episode holds a window of {seconds:g} s')
-    return _stack(pieces, count, past, np.array([r.held for r in recordings]))
+    return _stack(pieces, count, past, recordings)
 
 
 def _pieces(
@@ -106,7 +114,8 @@ def _pieces(
 
 
 def _stack(
-    pieces: list[tuple[Episode, int, int]], count: int, past: int, fixed: Array
+    pieces: list[tuple[Episode, int, int]], count: int, past: int,
+    recordings: Sequence[Recording],
 ) -> Windows:
     def states(name: str) -> Array:
         return np.stack([getattr(e, name)[i : i + count + 1] for e, i, _ in pieces])
@@ -130,6 +139,7 @@ def _stack(
         dt=np.diff(times, axis=1),
         start=times[:, 0],
         source=source,
-        held=fixed[source],
+        held=np.array([r.held for r in recordings])[source],
         history=history,
+        recordings=tuple(r.name for r in recordings),
     )

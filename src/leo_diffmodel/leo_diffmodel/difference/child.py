@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fit as a process of its own: `python -m leo_diffmodel.difference.child --help`.
 
-Progress goes to stdout as one JSON object per line, the last one is the report; an error is one
-line on stderr and exit status 2.
+Progress goes to stdout as one JSON object per line; the last one is the report, or the error with
+exit status 2. What else is said goes to stderr.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from leo_diffmodel.difference.job import CONFIG_NAMES
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import add_effect_argument
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def main(argv: list[str]) -> int:
     try:
         report = _fit(options)
     except (UserError, OSError) as error:
-        print(error, file=sys.stderr)
+        print(json.dumps({'error': str(error)}), flush=True)
         return 2
     print(json.dumps({'report': report}), flush=True)
     return 0
@@ -67,9 +68,7 @@ def _fit(options: argparse.Namespace) -> dict[str, float]:
     start = options.start and from_bytes(options.start.read_bytes(), str(options.start))
     config = CONFIGS[options.config]
     fitted, report = fit(steps, model, config, start=start, base=base, on_epoch=_Progress())
-    temporary = options.output.with_name(options.output.name + '.tmp')
-    temporary.write_bytes(fitted.to_bytes())
-    temporary.replace(options.output)
+    write_whole(options.output, fitted.to_bytes())
     named = {'effects': len(model.effects)} if options.repair else {}
     return named | {name: value for name, value in asdict(report).items() if value is not None}
 

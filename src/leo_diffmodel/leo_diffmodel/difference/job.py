@@ -10,7 +10,7 @@ import os
 from pathlib import Path
 import subprocess
 import sys
-from typing import IO
+from typing import Any, IO
 
 from leo_msgs_py.errors import UserError
 
@@ -50,7 +50,7 @@ class Updates:
         self._options = [*own, *(['--repair'] if repair else [])]
         self._child: subprocess.Popen[bytes] | None = None
         self._output: IO[bytes] | None = None
-        self._partial = b''
+        self._partial, self._error = b'', ''
         self._log = folder / 'fit.log'
         self.progress = Progress()
 
@@ -84,7 +84,7 @@ class Updates:
         except OSError as error:
             raise UserError(f'cannot begin a fit in {self._folder}: {error.strerror}') from error
         assert self._child.stdout is not None
-        self._output, self._partial = self._child.stdout, b''
+        self._output, self._partial, self._error = self._child.stdout, b'', ''
         os.set_blocking(self._output.fileno(), False)
         self.progress = Progress('fitting')
 
@@ -99,7 +99,7 @@ class Updates:
         if status is None:
             return False
         if status:
-            self.progress = Progress('failed', error=self._last_error(status))
+            self.progress = Progress('failed', error=self._error or self._last_error(status))
         self._child = None
         return True
 
@@ -110,11 +110,13 @@ class Updates:
             self._child.wait()
             self._child = None
 
-    def _note(self, told: dict[str, dict[str, float]]) -> None:
+    def _note(self, told: dict[str, Any]) -> None:
         if 'report' in told:
             self.progress = Progress('fitted', told['report'])
+        elif 'error' in told:
+            self._error = told['error']
         else:
-            self.progress = Progress('fitting', told)  # type: ignore[arg-type]
+            self.progress = Progress('fitting', told)
 
     def _last_error(self, status: int) -> str:
         lines = self._log.read_text(errors='replace').splitlines()

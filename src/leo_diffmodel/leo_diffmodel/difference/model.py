@@ -19,6 +19,7 @@ from leo_diffmodel.difference.layout import Layout
 from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.difference.trust import Trust
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model, State
 from leo_sim.model.batch import rollout
 from leo_sim.model.model_file import load_model
@@ -136,7 +137,7 @@ class DifferenceModel:
         if not self.base:
             return given
         try:
-            path.write_text(self.base)
+            write_whole(path, self.base)
         except OSError as error:
             raise UserError(f'cannot write {path}: {error.strerror}') from error
         return load_model(path)

@@ -13,16 +13,20 @@ import time
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
+from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.explain.decide import verdict
 from leo_diffmodel.explain.decide.classes import Facts, pair_note
 from leo_diffmodel.explain.decide.context import Context
+from leo_diffmodel.explain.decide.doubts import beside as chosen_beside
 from leo_diffmodel.explain.decide.doubts import doubts, rivals, stability
 from leo_diffmodel.explain.decide.held import held_windows
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
-from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.estimate.rows import constant_rows
+from leo_diffmodel.explain.estimate.telling import completed
+from leo_diffmodel.explain.problem.candidates import candidates, own_constants
 from leo_diffmodel.explain.problem.cut import Cut
 from leo_diffmodel.explain.problem.pose import pose, Posed
 from leo_diffmodel.explain.select.search import Search, search
@@ -32,6 +36,7 @@ from leo_diffmodel.explain.tell.values import intervals
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
 from leo_diffmodel.explain.unknown.find import beside, find, Found
 from leo_diffmodel.explain.unknown.paths import with_past
+from leo_sim.description.robot import Constant
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -121,13 +126,15 @@ def explain(
             own, which may do what a hand does.
 
     Raises:
-        UserError: a step that cannot be scored.
+        UserError: a step that cannot be scored, or constants that recordings say of themselves
+            and the robot does not have.
     """
     began = time.monotonic()
+    model = with_known(model, [*recordings, *hold_out])
     asked = _Asked(model, provenance([*recordings, *hold_out], model), settings, began)
-    own = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
-    helper.prepare(not own)
-    as_given = keep or own  # what a user's own law does cannot be told from a hand
+    foreign = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
+    helper.prepare(not foreign)
+    as_given = keep or foreign  # what a user's own law does cannot be told from a hand
     cut = Cut(recordings, hold_out) if as_given else Cut.of(recordings, hold_out, model)
     if cut.share > settings.outside:
         return _without_search(asked, 'unknown', *cut.answer, [])
@@ -140,16 +147,24 @@ def explain(
     step = errors.step_seconds(recordings, step)
     everything = [*recordings, *hold_out]
     found = search(everything, model, posed, settings, extra, progress, began + within)
+    own = own_constants(model, hold_out)
+    found = _completed(found, own)
     progress('what no known effect explains')
     outside = find(everything, found) if found.complete else None
     found = beside(found, outside) if outside else found
     held = held_windows(everything, found, model)
     free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
     context = Context(found, model, Facts(model.robot, bool(free)), held, step, settings,
-                      tuple(r.path.name for r in everything))  # fmt: skip
+                      tuple(r.name for r in everything), own)  # fmt: skip
     context = context.undisturbed((outside and outside.attempt.fit) or found.final)
     unknown = _told(everything, outside, context) if outside else None
     return replace(_answer(context, asked, unknown, cut), used=tuple(everything))
+
+
+def _completed(found: Search, own: Sequence[Constant]) -> Search:
+    """The search with what held-out recordings tell of constants of their own."""
+    null, final = (completed(found.problem, f, own) for f in (found.null, found.final))
+    return replace(found, null=null, final=final)
 
 
 @dataclass(frozen=True)
@@ -217,8 +232,8 @@ def _answer(
     after = context.predict(found.final)
     named = rows.named(context)
     rest = verdict.rest_of(found.null, found.final, bool(found.problem.footing), asked.settings)
-    doubtful = doubts(context)
-    decision = verdict.decide(named, rest, unknown is not None, doubtful)
+    doubtful, more = doubts(context), chosen_beside(context)
+    decision = verdict.decide(named, rest, unknown is not None, doubtful, bool(more))
     words = unknown.words if unknown else None
     tables = rows.error_tables(context, after) | {
         'ladder': rows.ladder(context, after),
@@ -227,14 +242,14 @@ def _answer(
         'chi2_ratio': rest.ratio,
         'unexplained_share': rest.share,
     }
-    notes = [*doubtful, *cut.notes, *filter(None, [_note(context)])]
+    notes = [*doubtful, *cut.notes, *filter(None, [more, _note(context)])]
     return Explanation(
         verdict=decision,
         sentence=verdict.sentence(
             decision, named, _change(context, after), notes, words, rows.left(context, rest)
         ),
         effects=rows.effect_rows(context),
-        constants=rows.constant_rows(found),
+        constants=constant_rows(found.final),
         hypotheses=rows.hypothesis_rows(context),
         not_testable=rows.not_testable(found),
         next_run=_next_run(decision, context, unknown),

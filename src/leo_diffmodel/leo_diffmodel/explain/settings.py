@@ -24,13 +24,16 @@ class Settings:
             well be part of that.
         part: of what a set does to the prediction (mean square), that it must do beyond a smaller
             set: what does less is no answer to what is missing;
-        far_floors: unless it does so much, which anybody sees [noise floors, at the far end].
+        far_times: unless it does so many times what the set is itself off by at the far end (the
+            noise floor at least), which anybody sees.
         price: of a parameter, in logs of the effective number of samples (0.5: Schwarz 1978).
         margin_nats: sets nearer than this to the best are rivals of it [nats] (5: odds of 150).
         told_nats: what is further behind is not even told as a rival [nats].
         equal_nats: sets no further apart are one thing by two names, as fits end so far apart.
         width: best sets of a size that are extended by further effects.
         singles: effects fitted on top of a set, those that a linear scan finds best.
+        wholes: whole numbers of a parameter (periods of a ripple) from which it is fitted: beside
+            what else is missing, the best of a scan can be wrong.
         pairs: pairs of effects fitted on top of a set at once, found in the same way.
         most_effects: at most so many names beside each other.
         turns: draws of left-out folds in which the choice is made again.
@@ -50,6 +53,8 @@ class Settings:
         law_form: price of choosing its form [nats].
         law_agreement: of what it promises in data that was held out, that it must save there.
         law_tells: where it promises less than this there, it must only do no harm [nats].
+        law_periods: a law with so nearly a whole number of periods in a turn is a ripple, which
+            is known.
         many: so many effects or more must hold one above the noise floor to be sure: a robot is
             wrong in many smaller ways, of which one or two names are no account.
         least_floors: that it must change the prediction by, all others refitted [noise floors].
@@ -67,13 +72,14 @@ class Settings:
     least_errors: float = 2.0
     material: float = 0.2
     part: float = 0.01
-    far_floors: float = 2.0
+    far_times: float = 2.0
     price: float = 0.5
     margin_nats: float = 5.0
     told_nats: float = 15.0
     equal_nats: float = 0.5
     width: int = 2
     singles: int = 6
+    wholes: int = 3
     pairs: int = 2
     most_effects: int = 8
     turns: int = 60
@@ -92,6 +98,7 @@ class Settings:
     law_form: float = 3.0
     law_agreement: float = 0.1
     law_tells: float = 2.0
+    law_periods: float = 0.1
     many: int = 3
     least_floors: float = 1.0
     fewest_blocks: int = 3

@@ -38,7 +38,7 @@ def fit_in_turn(posed: Posed, share: float, candidates: Sequence[Candidate]) -> 
         candidates: in their order.
     """
     problem = posed.problem
-    found = fit(problem, Hypothesis(constants=uncertain(problem.base)))
+    found = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
     scales = scales_of(problem.base, problem.windows)
     for candidate in candidates:
         scan = GroundScanner(posed.problem, found, scales).scan(candidate)

@@ -12,6 +12,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.hidden import nowhere
 from leo_diffmodel.compare import errors, noise
+from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period
 from leo_diffmodel.explain.decide.classes import Facts
@@ -112,6 +113,7 @@ def propose(
     Raises:
         UserError: the bags are too short to plan from.
     """
+    model = with_known(model, recordings)
     try:
         short = noise.short_windows(recordings)
     except ValueError as error:

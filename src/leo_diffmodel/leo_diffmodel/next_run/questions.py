@@ -138,7 +138,7 @@ def fit_labels(
     problem: Problem, labels: Sequence[str], known: dict[str, Candidate]
 ) -> Fit:
     """Add effects one by one, each from where a scan points."""
-    found = fit(problem, Hypothesis(constants=uncertain(problem.base)))
+    found = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
     scales = scales_of(problem.base, problem.windows)
     for candidate in _of_labels(labels, known):
         scan = Scanner(problem, found, scales).scan(candidate)

@@ -26,6 +26,7 @@ import numpy as np
 
 from leo_diffmodel.next_run.proposed_run import Run
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.names import nearest
 from leo_sim.description.robot import Robot
 
@@ -98,10 +99,7 @@ def write_run(path: Path, run: Run, robot: Robot) -> Path:
         on = 'on' if k == run.count or run.enabled[k] else 'off'
         time = f'{k * robot.control_period:.6g}'
         lines.append(','.join([time, *(f'{u:.6g}' for u in row), on]))
-    part = path.with_name(f'.{path.name}.part')
-    part.write_text('\n'.join(lines) + '\n')
-    part.replace(path)
-    return path
+    return write_whole(path, '\n'.join(lines) + '\n')
 
 
 def is_run_file(path: Path) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-import os
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ import jinja2
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.report import palette, text
 from leo_diffmodel.report.section import Section
+from leo_msgs_py.whole_file import write_whole
 
 BOKEH_PARTS = ['bokeh']
 
@@ -79,7 +79,4 @@ def _templates() -> jinja2.Environment:
 
 def write(path: Path, html: str) -> None:
     """Write a page whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f'.{path.name}.part')
-    part.write_text(html, encoding='utf-8')
-    os.replace(part, path)
+    write_whole(path, html)

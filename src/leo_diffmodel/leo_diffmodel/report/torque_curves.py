@@ -56,7 +56,9 @@ def trace(recordings: Sequence[Recording], found: Search) -> Curves:
     A candidate's curve is the same estimator applied to the same windows, with the measured
     states replaced by the ones that the model with the candidate predicts.
     """
-    base, sigma = found.problem.base, found.problem.sigma
+    base, sigma, final = found.problem.base, found.problem.sigma, found.final
+    own = final.hypothesis.model(base, final.theta).by_recording  # no other fit has the held-out
+    base = base.changed(by_recording=own)
     model = found.null.hypothesis.model(base, found.null.theta)
     windows = _windows(recordings)
     measured = trusted(estimate(model, windows, sigma), model)

@@ -150,11 +150,12 @@ def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
 
     from leo_diffmodel.bags.recording import read_bag
     from leo_diffmodel.check.outside import cuts, moved_from_outside
+    from leo_diffmodel.compare.known import with_known
     from leo_sim.model.model_file import load_model
 
     model = load_model(options.model)
     recording = read_bag(options.bag, model.robot, options.topic_map)
-    return cuts(0, moved_from_outside([recording], model))
+    return cuts(0, moved_from_outside([recording], with_known(model, [recording])))
 
 
 def _apart(argv: list[str]) -> tuple[list[str], list[str]]:

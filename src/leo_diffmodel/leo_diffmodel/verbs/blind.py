@@ -45,7 +45,7 @@ WORDS = {'right': 'right', 'family': 'right family', 'exact': 'exactly these',
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo blind`; exit status 0."""
+    """Run `leo blind`; exit status 0, 1 where a case has no answer."""
     from leo_diffmodel.blind.run_cases import run
 
     arguments = _parser().parse_args(argv)
@@ -66,7 +66,7 @@ def main(argv: list[str]) -> int:
     if not arguments.json:
         again = '' if arguments.examination else AGAIN
         print(f'wrote {results}{again}')
-    return 0
+    return int(any(len(answers[kind]) < len(seeds) for kind, seeds in asked.items()))
 
 
 def _check_kinds(counts: dict[str, int], walker: Path | None, without: bool) -> None:

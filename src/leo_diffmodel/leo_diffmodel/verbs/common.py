@@ -27,6 +27,7 @@ from leo_diffmodel.bags.span import between, distinct
 from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects import Effect, get_effect, registered_effects
 from leo_sim.effects.consent import add_effect_argument, words
 from leo_sim.model import Model
@@ -167,11 +168,7 @@ def _span_words(arguments: argparse.Namespace) -> list[str]:
 
 def write_json(folder: Path, name: str, data: dict) -> Path:
     """Write a JSON file whole or not at all."""
-    folder.mkdir(parents=True, exist_ok=True)
-    target, part = folder / name, folder / f'.{name}.part'
-    part.write_text(json.dumps(data, indent=1, allow_nan=False) + '\n')
-    part.replace(target)
-    return target
+    return write_whole(folder / name, json.dumps(data, indent=1, allow_nan=False) + '\n')
 
 
 @contextmanager

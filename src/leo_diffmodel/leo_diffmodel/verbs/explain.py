@@ -20,6 +20,7 @@ from leo_diffmodel.verbs.explain_each import show_each, unique_names
 from leo_diffmodel.verbs.explain_text import told
 from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import effect_words, words
 from leo_sim.model import Model
 
@@ -118,6 +119,10 @@ def show(result: Explanation) -> None:
         for row in result.hypotheses[:SHOWN]:
             table.add_row(f'{row["name"]}:{row["where"]}', _values(row), _gains(row))
         console.print(table)
+    for path, row in result.constants.items():
+        if own := row.get('recordings'):
+            each = ', '.join(f'{v["value"]:.4g} {v["unit"]} in {name}' for name, v in own.items())
+            console.print(f'{path}: {each}', highlight=False)
     if result.next_run:
         console.print(f'what would settle it: {result.next_run}', highlight=False)
 
@@ -167,8 +172,7 @@ def _written(target: Path, result: Explanation) -> Explanation:
     """Write the effect file, and say in the result where it is."""
     if result.unknown is None or not result.unknown.text:
         return result
-    target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_text(result.unknown.text)
+    write_whole(target, result.unknown.text)
     return replace(result, unknown=replace(result.unknown, source=str(target.resolve())))
 
 

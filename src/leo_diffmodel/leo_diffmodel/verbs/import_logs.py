@@ -35,6 +35,8 @@ a column map:
     pivot:
       voltage: {expression: duty * supply}
       enabled: torque_on                 # 0 = motor free
+  constants:                             # of the robot, known of this log
+    links.weight.mass: {column: payload, unit: g}
 """
 
 
@@ -100,7 +102,14 @@ def _summary(info: BagInfo) -> dict[str, Any]:
         'bag': str(info.path), 'seconds': info.duration, 'joints': list(info.joints),
         'rate_hz': info.state_rate, 'episodes': len(info.episodes),
         'samples': sum(episode.samples for episode in info.episodes),
+        'constants': _constants(info),
     }
+
+
+def _constants(info: BagInfo) -> dict[str, float]:
+    """Return the constants of the robot that the log knew, by path."""
+    known: dict[str, float] = json.loads(info.metadata.get('constants', '{}'))
+    return known
 
 
 def _sentence(info: BagInfo, passive: bool) -> str:
@@ -109,5 +118,6 @@ def _sentence(info: BagInfo, passive: bool) -> str:
         f'wrote {info.path}: {len(info.episodes)} episode(s), {samples} samples of '
         f'{", ".join(info.joints)} at {info.state_rate:.0f} Hz'
         f'{", passive (no input)" if passive else ""}'
+        f'{"".join(f", {path} = {value:.6g}" for path, value in _constants(info).items())}'
     )
 

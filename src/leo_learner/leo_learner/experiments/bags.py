@@ -14,6 +14,7 @@ from leo_diffmodel.difference.fit import fit
 from leo_diffmodel.difference.network import CONFIGS
 from leo_diffmodel.difference.repaired import repaired
 from leo_learner.rollouts import Rollouts
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model
 
 
@@ -45,7 +46,7 @@ class Bags:
             model, base = repaired(recordings, ideal, path)
         steps = transitions(recordings, model)
         difference, report = fit(steps, model, self._config, base=base, seed=version)
-        self._report(version + 1).write_text(json.dumps(asdict(report)))
+        write_whole(self._report(version + 1), json.dumps(asdict(report)))
         return replace(difference, version=version + 1).to_bytes()
 
     def bag(self, version: int) -> Path:

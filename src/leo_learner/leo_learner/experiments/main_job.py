@@ -13,6 +13,7 @@ from rich.console import Console
 
 from leo_learner.experiments.processes import Processes
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.model.model_file import load_model, save_model
 
 ENOUGH = 1.5
@@ -93,7 +94,7 @@ class MainJob:
             if measuring:
                 self._finish_measured()
         self.found.seconds = time.monotonic() - began
-        (self._folder / 'demo.json').write_text(json.dumps(vars(self.found), indent=1))
+        write_whole(self._folder / 'demo.json', json.dumps(vars(self.found), indent=1))
         return self.found
 
     def _say(self, text: str) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from leo_learner.experiments.cases import found, read_results
 from leo_learner.experiments.catalogue import EXPERIMENTS
+from leo_msgs_py.whole_file import write_whole
 
 ABOUT = """\
 # LEO learns to walk: results
@@ -35,5 +36,4 @@ def write_page(path: Path, results: Path) -> None:
             f'{len(experiment.cases)} cases are in', experiment.kind.table(done, rows),
             *filter(None, [experiment.thesis]), f'![{experiment.title}]({figure.name})',
         ]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text('\n\n'.join(parts) + '\n')
+    write_whole(path, '\n\n'.join(parts) + '\n')

@@ -32,6 +32,7 @@ from leo_learner.learning import learn
 from leo_learner.policy import Policy
 from leo_learner.rollouts import Rollouts
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.description.robot import Robot
 from leo_sim.effects import place
 from leo_sim.effects.base import Placed
@@ -167,7 +168,7 @@ def _explained(
     if not path.exists():
         result = explain([_measured(recording, case.seed)], ideal)
         said = {'verdict': result.verdict, 'sentence': result.sentence}
-        path.with_suffix('.json').write_text(json.dumps(said))
+        write_whole(path.with_suffix('.json'), json.dumps(said))
         save_model(path, result.model)
     model = load_model(path)
     before, after = (_mse(recording, each, case.transitions) for each in (ideal, model))

@@ -4,7 +4,7 @@
 Autograd spends several times as long on its own book-keeping as the arithmetic of networks of
 this size takes. Here matrix products are numpy's (`layers`), what is between them is compiled
 (`elementwise`), and Adam passes once over all parameters (`flat`); torch sees the same memory.
-`tests/unit/test_ddpg_update.py` holds it against autograd, option by option.
+`tests/unit/leo_learner/test_ddpg_update.py` holds it against autograd, option by option.
 """
 
 from __future__ import annotations

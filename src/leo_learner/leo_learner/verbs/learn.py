@@ -14,6 +14,7 @@ from typing import Any, TYPE_CHECKING
 
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import add_effect_argument
 
 if TYPE_CHECKING:
@@ -201,8 +202,7 @@ def _training(run: Run, robot: Robot, env: Any, folder: Path) -> TrainingLoop:
 
 def _write_down(run: Run, folder: Path) -> None:
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / RUN).write_text(json.dumps(asdict(run), indent=1))
+        write_whole(folder / RUN, json.dumps(asdict(run), indent=1))
     except OSError as error:
         raise UserError(f'cannot write {folder} ({error.strerror}); give another -o') from error
 

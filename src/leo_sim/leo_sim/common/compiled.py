@@ -4,6 +4,9 @@
 numba's own check of every divisor for zero would take a quarter of the time of the contact
 kernel and change no bit.
 """
+from collections.abc import Callable
+from typing import Any
+
 from numba import njit
 
 from leo_sim.common import compiled_cache
@@ -19,3 +22,9 @@ compiled_in_place = njit(  # its own types do not know the option
 arrays are not counted, which took a quarter of the contact kernel's time; nor are arrays handed
 over field by field, which took two fifths. Arrays cannot be assigned to rows: loops do that.
 """
+
+
+def compiled_as(signature: Any) -> Callable[..., Any]:
+    """For functions that are handed over as values: all of one signature, compiled at once."""
+    decorator: Callable[..., Any] = njit(signature, cache=True, error_model='numpy')
+    return decorator

@@ -26,12 +26,23 @@ class Constant:
     Attributes:
         path: As `actuators.pivot.resistance`.
         uncertain: The range it is known to lie in; None for a number taken as exact.
+        per_recording: Each recording has a value of its own, as of a payload.
+        known: Names of the recordings whose own value is known, and not refitted.
+        recording: Of a value refitted for one recording: its name.
     """
 
     path: str
     value: float
     unit: str
     uncertain: tuple[float, float] | None = None
+    per_recording: bool = False
+    known: frozenset[str] = frozenset()
+    recording: str = ''
+
+    @property
+    def label(self) -> str:
+        """Its path, and the recording that it is of."""
+        return f'{self.path} of {self.recording}' if self.recording else self.path
 
 
 def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],

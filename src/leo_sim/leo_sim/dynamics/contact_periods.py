@@ -20,8 +20,8 @@ def advance_periods(motion: Motion, last: Array, tree: Tree, world: World, floor
     Args:
         motion: `contact_kernel.Motion`, before, and after.
         last: Rates one period before, (N, J), and after.
-        tree: `engines.planar.Tree`.
-        world: `engines.planar.World`.
+        tree: `planar.Tree`.
+        world: `planar.World`.
         floor: `ground.Floor`.
         forces: `contact_kernel.Forces`, the bias not yet taken off.
         play: `contact_kernel.Play`.

@@ -141,13 +141,13 @@ def _sweep(dq: Array, motor: Array, answers: Array, h: Array, level: Array, low:
     given = np.empty((3, dq.shape[1]))
     for n in range(dq.shape[0]):
         given[:] = 0.0
-        _swept(n, dq, motor, answers, h, level, low, high, gap, rotor, offset, q, before, given)
+        swept(n, dq, motor, answers, h, level, low, high, gap, rotor, offset, q, before, given)
 
 
 @compiled_in_place
-def _swept(n: int, dq: Array, motor: Array, answers: Array, h: Array, level: Array, low: Array,
-           high: Array, gap: Array, rotor: Array, offset: Array, q: Array, before: Array,
-           given: Array) -> Any:
+def swept(n: int, dq: Array, motor: Array, answers: Array, h: Array, level: Array, low: Array,
+          high: Array, gap: Array, rotor: Array, offset: Array, q: Array, before: Array,
+          given: Array) -> Any:
     """Change row n alone; given (3, J) are impulses of friction, stops and play, none at first.
 
     One friction that acts alone is right at once.

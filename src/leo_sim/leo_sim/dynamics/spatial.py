@@ -16,22 +16,25 @@ from leo_sim.kinematics.frames import turning_parts
 
 
 class Spatial(Stateless):
-    """The numbers of `leo_sim.dynamics.rigid.Rigid`, for several joints.
+    """The numbers of `leo_sim.dynamics.rigid.Rigid`, compiled.
+
+    Attributes:
+        tree: Geometry, for the compiled functions.
+        world: Inertial figures (S, L, FIGURES) and gravity (S,) for them.
+        leading: Axes of the states that these serve: (S, 1), (W,) or (S, W); () for one.
 
     Args:
         joints: Of the robot, parents first.
-        bodies: Inertial figures by link; floats, or arrays (S, 1) that scan S values.
-        gravity: m/s2; a float or an array (S, 1).
+        bodies: Inertial figures by link; floats, or arrays (S, 1) that scan S values, (W,) or
+            (S, W) of W windows that differ.
+        gravity: m/s2; the same.
     """
 
     def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Any):
-        self._tree = _tree(joints)
-        figures = _figures([bodies[joint.child] for joint in joints])
-        gravity = np.asarray(gravity, dtype=float).reshape(-1)
-        self._scans = max(len(figures), len(gravity))
-        figures = np.broadcast_to(figures, (self._scans, *figures.shape[1:]))
-        self._world = (np.ascontiguousarray(figures),
-                       np.broadcast_to(gravity, self._scans).copy())
+        self.tree = _tree(joints)
+        figures, gravity = _figures([bodies[joint.child] for joint in joints], gravity)
+        self.leading = gravity.shape if gravity.size > 1 else ()
+        self.world = figures.reshape(-1, len(joints), FIGURES), gravity.reshape(-1)
 
     def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
         """Joint-space inertia (..., J, J) and bias torques (..., J); see `Rigid`."""
@@ -58,20 +61,27 @@ class Spatial(Stateless):
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
         given = rows(diagonal, shape, size), rows(driving, shape, size), rows(held, shape, size)
         inverse, rates = np.empty((math.prod(shape), size, size)), np.empty(states[1].shape)
-        kick(self._tree, *self._world, *states, *given, rows(h, shape, 1), inverse, rates)
+        kick(self.tree, *self.world, self.each(shape), *states, *given, rows(h, shape, 1),
+             inverse, rates)
         return rates.reshape(*shape, size), Factor.of(inverse.reshape(*shape, size, size))
+
+    def each(self, shape: tuple[int, ...]) -> int:
+        """How many states in a row, of those with such leading axes, have the same figures."""
+        inner = 0
+        while inner < len(self.leading) and self.leading[-1 - inner] == 1:
+            inner += 1
+        return math.prod(shape[len(shape) - inner:] if self.leading else shape)
 
     def _leading(self, q: Array, dq: Array) -> tuple[int, ...]:
         """Leading axes of what is computed for such states."""
-        return common(np.shape(q)[:-1], np.shape(dq)[:-1],
-                      (self._scans, 1) if self._scans > 1 else ())
+        return common(np.shape(q)[:-1], np.shape(dq)[:-1], self.leading)
 
     def _filled(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Any) -> Any:
         """The bias torques; fills the inertia too unless it has no rows."""
         size = np.shape(q)[-1]
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
         bias = np.empty(states[0].shape)
-        dynamics(self._tree, *self._world, *states, mass, bias)
+        dynamics(self.tree, *self.world, self.each(shape), *states, mass, bias)
         return bias.reshape(*shape, size)
 
 
@@ -88,8 +98,9 @@ def _tree(joints: Sequence[Joint]) -> Tree:
         np.array([j.axis for j in joints], dtype=float))
 
 
-def _figures(bodies: Sequence[Body]) -> Any:
-    """Mass, CoM, inertia (xx yy zz xy xz yz) and force of each link, (S or 1, L, 13)."""
-    parts = np.broadcast_arrays(*(np.asarray(x, dtype=float).reshape(-1) for b in bodies
-                                  for x in (b.mass, *b.com, *b.inertia, *b.force)))
-    return np.ascontiguousarray(np.stack(parts, axis=-1).reshape(-1, len(bodies), FIGURES))
+def _figures(bodies: Sequence[Body], gravity: Any) -> tuple[Any, Any]:
+    """Mass, CoM, inertia (xx yy zz xy xz yz) and force of each link, (..., L * 13); gravity."""
+    figures = (x for b in bodies for x in (b.mass, *b.com, *b.inertia, *b.force))
+    *parts, down = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in figures),
+                                       np.asarray(gravity, dtype=float))
+    return np.stack(parts, axis=-1), down.copy()

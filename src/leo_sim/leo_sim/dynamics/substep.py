@@ -32,7 +32,7 @@ class Dynamics(Protocol):
 
     def kicked(self, q: Array, dq: Array, diagonal: Any, driving: Any, held: Any, h: Any
                ) -> tuple[Any, Factor]:
-        """Rates (..., J) after h s without impulses, and the inertia; see `engines.free`."""
+        """Rates (..., J) after h s without impulses, and the inertia; see `free_motion.Free`."""
 
     def load(self, q: Array) -> Any:
         """Torque of gravity and external forces, (..., J)."""

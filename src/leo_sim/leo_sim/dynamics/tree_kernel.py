@@ -64,7 +64,8 @@ class Room(NamedTuple):
 
 
 @compiled_without_gil
-def _room(links: int) -> Any:
+def room_for(links: int) -> Any:
+    """Room to work in for a tree of so many links."""
     return Room(np.empty((links, FRAME)), np.zeros((links, SCREW)), np.empty((links, WEIGHT)),
                 np.empty((links, WEIGHT)), np.empty((links, SCREW)), np.empty((links, SCREW)),
                 np.empty((links, SCREW)))
@@ -76,7 +77,7 @@ def _cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> 
 
 
 @compiled_in_place
-def _placed(tree: Tree, figures: Array, n: int, q: Array, room: Room) -> Any:
+def placed(tree: Tree, figures: Array, n: int, q: Array, room: Room) -> Any:
     """Fill frame, screw and weight at the angles of state n."""
     frame, screw = room.frame, room.screw
     for i in range(tree.kind.shape[0]):
@@ -162,7 +163,7 @@ def _momentum(weight: Array, i: int, wx: float, wy: float, wz: float, vx: float,
 
 
 @compiled_in_place
-def _inertia(tree: Tree, room: Room, mass: Array) -> Any:
+def inertia(tree: Tree, room: Room, mass: Array) -> Any:
     """Fill mass (J, J) by composite rigid bodies."""
     screw, whole = room.screw, room.whole
     for j in range(mass.shape[0]):
@@ -237,8 +238,8 @@ def _moving(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room:
 
 
 @compiled_in_place
-def _bias(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: Room, bias: Array
-          ) -> Any:
+def bias_torques(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: Room,
+                 bias: Array) -> Any:
     """Fill row n of bias at the rates of state n, by recursive Newton-Euler."""
     screw, force = room.screw, room.force
     _moving(tree, figures, gravity, n, dq, room)
@@ -255,40 +256,44 @@ def _bias(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: R
 
 
 @compiled_without_gil
-def dynamics(tree: Tree, figures: Array, gravity: Array, q: Array, dq: Array, mass: Array,
-             bias: Array) -> None:
+def dynamics(tree: Tree, figures: Array, gravity: Array, each: int, q: Array, dq: Array,
+             mass: Array, bias: Array) -> None:
     """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows.
 
-    Figures (S, L, FIGURES) and gravity (S,) each serve N / S states in a row.
+    Figures (S, L, FIGURES) and gravity (S,) serve `each` states in a row, one after the other and
+    then from the first again.
     """
-    room, each = _room(tree.kind.shape[0]), q.shape[0] // figures.shape[0]
+    room = room_for(tree.kind.shape[0])
     for n in range(q.shape[0]):
-        own, down = figures[n // each], gravity[n // each]
-        _placed(tree, own, n, q, room)
-        _bias(tree, own, down, n, dq, room, bias)
+        s = (n // each) % figures.shape[0]
+        own, down = figures[s], gravity[s]
+        placed(tree, own, n, q, room)
+        bias_torques(tree, own, down, n, dq, room, bias)
         if mass.shape[0] > 0:
-            _inertia(tree, room, mass[n])
+            inertia(tree, room, mass[n])
 
 
 @compiled_without_gil
-def kick(tree: Tree, figures: Array, gravity: Array, q: Array, dq: Array, diagonal: Array,
-         driving: Array, held: Array, h: Array, inverse: Array, rates: Array) -> None:
+def kick(tree: Tree, figures: Array, gravity: Array, each: int, q: Array, dq: Array,
+         diagonal: Array, driving: Array, held: Array, h: Array, inverse: Array, rates: Array
+         ) -> None:
     """Fill the inverse of the inertia with the diagonal, (N, J, J), and rates, (N, J).
 
-    See `engines.free`; fields are (N, J) or (1, J), h is (N, 1) or (1, 1), s.
+    See `dynamics` and `free_motion.Free`; fields are (N, J) or (1, J), h is (N, 1) or (1, 1), s.
     """
-    size, each = q.shape[1], q.shape[0] // figures.shape[0]
-    room = _room(tree.kind.shape[0])
+    size = q.shape[1]
+    room = room_for(tree.kind.shape[0])
     bias, mean = np.empty_like(dq), np.empty_like(dq)
     for n in range(q.shape[0]):
-        own, down, answer = figures[n // each], gravity[n // each], inverse[n]
+        s = (n // each) % figures.shape[0]
+        own, down, answer = figures[s], gravity[s], inverse[n]
         step = h[at(h, n), 0]
-        _placed(tree, own, n, q, room)
-        _inertia(tree, room, answer)
+        placed(tree, own, n, q, room)
+        inertia(tree, room, answer)
         for j in range(size):
             answer[j, j] += diagonal[at(diagonal, n), j]
         inverted(size, 0, answer)
-        _bias(tree, own, down, n, dq, room, bias)
+        bias_torques(tree, own, down, n, dq, room, bias)
         kicked(n, answer, held, bias, dq, 0.5 * step, mean)
-        _bias(tree, own, down, n, mean, room, bias)
+        bias_torques(tree, own, down, n, mean, room, bias)
         kicked(n, answer, driving, bias, dq, step, rates)

@@ -2,7 +2,7 @@
 """What an effect is: a law with named parameters, placed at joints or links of a robot."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple, TYPE_CHECKING
 
@@ -104,6 +104,10 @@ class Effect:
         uses_load: The torque hook looks at `load`, which costs time to compute.
         remembers: The torque hook takes `memory` as a last argument; `remember` moves it on.
         timed: Its memory starts as the time s since the run began, not as None.
+        law: A torque law without memory as a function of numbers: up to three parameters in
+            their order (further ones are 0), q, dq, torque of the motor, load; a static method
+            that numba can compile. It then runs for whole windows at once. `torque` need not
+            be written.
         source: The user's file it was read from; '' for an effect of the catalogue.
         rank: Laws of one hook run in ascending rank.
     """
@@ -124,6 +128,7 @@ class Effect:
     uses_load: ClassVar[bool] = False
     remembers: ClassVar[bool] = False
     timed: ClassVar[bool] = False
+    law: ClassVar[Callable[..., Any] | None] = None
     rank: ClassVar[int] = 100
     source: str = ''
 
@@ -148,7 +153,10 @@ class Effect:
             motor: Torques of the motors.
             load: Torque of gravity and external forces at the joints, N m, positive along +q.
         """
-        raise NotImplementedError
+        if self.law is None:
+            raise NotImplementedError
+        values = [p[parameter.name] for parameter in self.parameters]
+        return self.law(*values, *[0.0] * (3 - len(values)), q, dq, motor.torque, load)
 
     def remember(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> Any:
         """What the torque hook of an effect that `remembers` knows after dt s at the rates dq.

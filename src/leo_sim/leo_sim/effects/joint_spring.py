@@ -2,8 +2,7 @@
 """A linear spring at the joint: -k (q - rest)."""
 from typing import Any
 
-from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.effects.motor import Motor
+from leo_sim.effects.base import Effect, Parameter
 
 
 class JointSpring(Effect):
@@ -22,6 +21,7 @@ class JointSpring(Effect):
     confused_with = 'link_mass and external_force in small swings about the hanging pose.'
     reveal = 'Large angles, several turns if the robot can.'
 
-    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
-        """Torque at the joints, N m."""
-        return -p['k'] * (q - p['rest'])
+    @staticmethod
+    def law(k: Any, rest: Any, _a: Any, q: Any, dq: Any, motor: Any, load: Any) -> Any:
+        """Torque at the joint, N m."""
+        return -k * (q - rest)

@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.effects.motor import Motor
+from leo_sim.effects.base import Effect, Parameter
 
 
 class LoadDependentFriction(Effect):
@@ -24,6 +23,7 @@ class LoadDependentFriction(Effect):
     dry = True
     uses_load = True
 
-    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
-        """Torque at the joints, N m."""
-        return -np.copysign(p['mu'] * np.abs(motor.torque - load), dq)
+    @staticmethod
+    def law(mu: Any, _a: Any, _b: Any, q: Any, dq: Any, motor: Any, load: Any) -> Any:
+        """Torque at the joint, N m."""
+        return -np.copysign(mu * np.abs(motor - load), dq)

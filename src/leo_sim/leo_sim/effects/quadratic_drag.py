@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.effects.motor import Motor
+from leo_sim.effects.base import Effect, Parameter
 
 
 class QuadraticDrag(Effect):
@@ -20,6 +19,7 @@ class QuadraticDrag(Effect):
     confused_with = 'viscous_friction and back_emf_scale when the speed range is narrow.'
     reveal = 'Free swings from large and from small angles.'
 
-    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
-        """Torque at the joints, N m."""
-        return -p['d'] * dq * np.abs(dq)
+    @staticmethod
+    def law(d: Any, _a: Any, _b: Any, q: Any, dq: Any, motor: Any, load: Any) -> Any:
+        """Torque at the joint, N m."""
+        return -d * dq * np.abs(dq)

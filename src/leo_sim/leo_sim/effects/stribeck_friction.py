@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.effects.motor import Motor
+from leo_sim.effects.base import Effect, Parameter
 
 
 class StribeckFriction(Effect):
@@ -26,8 +25,8 @@ class StribeckFriction(Effect):
     reveal = 'Very slow reversals, so that many samples lie below and around v_s.'
     dry = True
 
-    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
-        """Torque at the joints, N m."""
-        narrow = np.maximum(p['v_s'], 1e-9)
-        level = p['c'] + (p['c_static'] - p['c']) * np.exp(-(dq / narrow) ** 2)
+    @staticmethod
+    def law(c: Any, c_static: Any, v_s: Any, q: Any, dq: Any, motor: Any, load: Any) -> Any:
+        """Torque at the joint, N m."""
+        level = c + (c_static - c) * np.exp(-(dq / np.maximum(v_s, 1e-9)) ** 2)
         return -np.copysign(level, dq)

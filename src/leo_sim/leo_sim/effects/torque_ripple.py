@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.effects.motor import Motor
+from leo_sim.effects.base import Effect, Parameter
 
 
 class TorqueRipple(Effect):
@@ -24,6 +23,7 @@ class TorqueRipple(Effect):
     confused_with = 'link_mass and external_force for n = 1; encoder_scale.'
     reveal = 'Slow motion over full turns, both ways.'
 
-    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
-        """Torque at the joints, N m."""
-        return p['a'] * np.sin(p['n'] * q + p['phase'])
+    @staticmethod
+    def law(a: Any, n: Any, phase: Any, q: Any, dq: Any, motor: Any, load: Any) -> Any:
+        """Torque at the joint, N m."""
+        return a * np.sin(n * q + phase)

@@ -27,8 +27,7 @@ def read_effect(path: Path) -> Effect:
     if lacking:
         raise UserError(f'{path}: {kind.__name__} lacks {", ".join(lacking)}; '
                         'see leo_sim.effects.Effect')
-    law = getattr(kind, kind.hook, None)
-    if kind.hook not in HOOKS or law in (None, getattr(Effect, kind.hook, None)):
+    if kind.hook not in HOOKS or not _has_law(kind):
         raise UserError(f'{path}: {kind.__name__} needs a hook of {", ".join(HOOKS)}, and the '
                         f'method of that name; its hook is {kind.hook!r}')
     _check_parameters(path, kind)
@@ -36,6 +35,13 @@ def read_effect(path: Path) -> Effect:
     effect.source = str(path.resolve())
     setattr(effect, kind.hook, guarded(path, 'effect', getattr(effect, kind.hook)))
     return effect
+
+
+def _has_law(kind: type[Effect]) -> bool:
+    """Whether it has the method of its hook; for a torque, perhaps as a function of numbers."""
+    method = getattr(kind, kind.hook, None)
+    written = method not in (None, getattr(Effect, kind.hook, None))
+    return written or (kind.hook == 'torque' and kind.law is not None)
 
 
 def _check_parameters(path: Path, kind: type[Effect]) -> None:

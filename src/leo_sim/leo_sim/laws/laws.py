@@ -5,6 +5,7 @@ Arrays have the joints (or actuators) as last axis and any leading axes; scanned
 constants are arrays (S, 1, 1).
 """
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,6 +50,7 @@ class Laws:
         ground: The floor; None where nothing touches one.
         gap: Backlash rad, (..., J); None without backlash.
         stops: Joint limits rad (low, high), (J,); None where all are infinite.
+        bent: Torque laws that are not steady.
         dynamic: The command at the motors changes while the input is held (delay, lag).
         steady: While the input is held, torques change with the rates alone, linearly.
         sensors: What the encoders read.
@@ -65,6 +67,7 @@ class Laws:
 
     def __init__(self, robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any],
                  of_readings: bool = False):
+        self._made = robot, effects, values, of_readings
         self.joints, self.input = robot.joint_names, robot.input
         self.actuated = index_of(robot.actuated, len(self.joints))
         self._all_actuated = robot.actuated == tuple(range(len(self.joints)))
@@ -80,7 +83,8 @@ class Laws:
                         if not (u.effect.motor_side or u.effect.dry)]
         self._dry = [u for u in by_hook['torque'] if u.effect.dry]
         self.dynamic = any(u.effect.dynamic for u in (*self._commands, *self._late))
-        self.steady = not self.dynamic and all(u.effect.steady for u in by_hook['torque'])
+        self.bent = [u for u in by_hook['torque'] if not u.effect.steady]
+        self.steady = not (self.dynamic or self.bent)
         self._remembering = [u for u in by_hook['torque'] if u.effect.remembers]
         self.needs_load = any(u.effect.uses_load for u in by_hook['torque'])
         self.gravity = _squeezed(values['gravity'])
@@ -91,6 +95,13 @@ class Laws:
         self.ground: Any = _ground(effects, values) if robot.contacts else None
         self.sensors = Sensors(sensors, self._offset)
         self.remembers = bool(self._remembering) or self.sensors.dynamic
+
+    @cached_property
+    def straight(self) -> 'Laws':
+        """These laws less the bent ones."""
+        robot, effects, values, of_readings = self._made
+        kept = [p for p in effects if p.effect.hook != 'torque' or p.effect.steady]
+        return Laws(robot, kept, values, of_readings) if self.bent else self
 
     def command(self, u: Any, enabled: Any, memory: Memory, h: Any) -> tuple[Any, Any, Memory]:
         """What reaches the motors over the next h s of a held input, and the new memory.

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leo_sim.common.broadcasting import paired
+from leo_sim.dynamics import whole_windows
 from leo_sim.dynamics.substep import DRIVE, rested, slowing, substeps
 from leo_sim.laws.laws import HELD, Memory, TIME
 from leo_sim.model.model import Model
@@ -86,6 +87,10 @@ def _rolled(model: Model, q0: Any, dq0: Any, inputs: Any, periods: Any, enabled:
         memory, past = warmed(model, history, laws.true_state(q0, dq0)[1], memory)
     q, dq, settled = laws.sensors.true_state(q0, dq0, past)
     memory = {**memory, **settled}
+    if whole_windows.possible(laws, q, inputs):
+        given = whole_windows.Held(inputs, periods, enabled, push, memory)
+        states = whole_windows.run(laws, model.spatial, q, dq, given, model.integration_step)
+        return _samples_last(laws.sense(*states, memory))
     measured = [laws.sense(q, dq, memory)]
     for k in range(inputs.shape[-2]):
         h, count = _substep(periods[:, k], model.integration_step)
@@ -177,6 +182,11 @@ def _on(enabled: Any, k: int) -> Any:
         return None
     on = np.asarray(enabled, dtype=bool)[..., k, :]
     return None if on.all() else on
+
+
+def _samples_last(states: tuple[Any, Any]) -> tuple[Any, Any]:
+    """Angles and rates (K + 1, ..., W, J) as (..., W, K + 1, J)."""
+    return np.moveaxis(states[0], 0, -2), np.moveaxis(states[1], 0, -2)
 
 
 def _stacked(samples: list[Any]) -> Any:

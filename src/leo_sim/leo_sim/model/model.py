@@ -15,10 +15,12 @@ from leo_sim.common.names import nearest
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.dynamics.ground import Spheres
 from leo_sim.dynamics.single import Single
+from leo_sim.dynamics.spatial import Spatial
 from leo_sim.dynamics.substep import integrate, substeps
 from leo_sim.effects.base import Placed
 from leo_sim.kinematics.gait import Gait
 from leo_sim.laws.laws import HELD, Laws, TIME
+from leo_sim.model.by_recording import checked_by_recording, chosen
 from leo_sim.model.start_pose import start_pose
 from leo_sim.model.state_check import check_possible, check_sizes, outside
 
@@ -50,7 +52,7 @@ class Model:
         robot: A robot, its name or its folder.
         effects: Effects placed on it.
         constants: Other values for constants of the robot, by path; arrays (S, 1, 1) scan S
-            values in `leo_sim.model.batch.rollout`.
+            values in `leo_sim.model.batch.rollout`, (W, 1) or (S, W, 1) differ between windows.
         engine: 'pybullet', 'rigid' (the same numbers without PyBullet), 'rk4', or 'mujoco'
             (another simulator, to be installed; see `leo_sim.references.mujoco`).
         integration_step: Longest substep s; that of the scheme, for MuJoCo at least 0.5 ms,
@@ -62,9 +64,12 @@ class Model:
         difference_model: File of a learned difference model that goes with this model.
         limits: Ranges in which explain looks for parameters of effects, by
             `effect.parameter` or `effect:where.parameter`, where they are not the robot's own.
+        by_recording: Constants that differ between recordings (a payload, a gain): their values
+            by path and by the name of the recording. They hold in windows of these recordings
+            (`of_recordings`); everywhere else it is the value in `constants`.
 
     Raises:
-        UserError: Unknown engine or constant.
+        UserError: Unknown engine or constant, or constants of recordings of a robot with ground.
     """
 
     def __init__(self, robot: Robot | str, effects: Sequence[Placed] = (),
@@ -73,7 +78,8 @@ class Model:
                  history: Sequence[Mapping[str, Any]] = (),
                  difference_model: Path | None = None, scheme: str = 'reference',
                  held: bool = False,
-                 limits: Mapping[str, tuple[float, float]] | None = None):
+                 limits: Mapping[str, tuple[float, float]] | None = None,
+                 by_recording: Mapping[str, Mapping[str, Any]] | None = None):
         self.robot = load_robot(robot) if isinstance(robot, str) else robot
         self.effects = tuple(effects)
         self.constants = _all_constants(self.robot, constants or {})
@@ -94,6 +100,7 @@ class Model:
         self._shapes = joints, joints, (len(self.robot.actuators),)
         self.history, self.difference_model = tuple(history), difference_model
         self.limits = dict(limits or {})
+        self.by_recording = checked_by_recording(self.robot, by_recording or {})
         self.laws = Laws(self.robot, self.effects, self.constants)
 
     def changed(self, **changes: Any) -> Model:
@@ -101,10 +108,25 @@ class Model:
         kept = {'robot': self.robot, 'effects': self.effects, 'constants': self.constants,
                 'engine': self.engine, 'integration_step': self.integration_step,
                 'history': self.history, 'difference_model': self.difference_model,
-                'scheme': self.scheme, 'held': self.held, 'limits': self.limits}
+                'scheme': self.scheme, 'held': self.held, 'limits': self.limits,
+                'by_recording': self.by_recording}
         if 'scheme' in changes:
             del kept['integration_step']
         return Model(**{**kept, **changes})
+
+    def of_recordings(self, names: Sequence[str], source: Any = 0) -> Model:
+        """The model with the constants that recordings have of their own.
+
+        Args:
+            names: Of the recordings.
+            source: Which of them each window comes from, (W,), to step states (..., W, J); or
+                (W, 1), for states (..., W, K, J); or a number for one recording.
+        """
+        if not self.by_recording:
+            return self
+        own = {path: chosen(values, self.constants[path], names, source)
+               for path, values in self.by_recording.items()}
+        return self.changed(constants={**self.constants, **own}, by_recording={})
 
     def start(self, pose: str = 'nominal', rng: np.random.Generator | None = None,
               elapsed: float = 0.0) -> State:
@@ -195,8 +217,15 @@ class Model:
         if self.robot.contacts:
             from leo_sim.dynamics.planar import Planar
             return Planar(*tree)
-        from leo_sim.dynamics.spatial import Spatial
         return Spatial(*tree)
+
+    @cached_property
+    def spatial(self) -> Spatial:
+        """The tree's dynamics, compiled, however few its joints."""
+        rigid = self.rigid
+        if isinstance(rigid, Spatial):
+            return rigid
+        return Spatial(self.robot.joints, self.laws.bodies, self.laws.gravity)
 
     @cached_property
     def _dynamics(self) -> Any:

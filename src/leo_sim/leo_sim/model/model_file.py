@@ -28,6 +28,18 @@ class ParameterFile(Schema):
     ci95: tuple[Finite, Finite] | None = None
 
 
+class ConstantFile(Quantity):
+    """A constant; it may have a value of its own in each recording.
+
+    Attributes:
+        per_recording: Each recording's value is refitted by itself, within `uncertain`.
+        recordings: Values by the name of the recording: known, or where `per_recording` starts.
+    """
+
+    per_recording: bool = False
+    recordings: dict[str, Finite] = Field(default_factory=dict)
+
+
 class EffectFile(Schema):
     """An effect and where it acts."""
 
@@ -40,7 +52,7 @@ class ModelFile(Schema):
     """model.yaml (docs/reference/contracts.md 5)."""
 
     robot: str
-    constants: dict[str, Quantity] = Field(default_factory=dict)
+    constants: dict[str, ConstantFile] = Field(default_factory=dict)
     effects: tuple[EffectFile, ...] = ()
     limits: dict[str, LimitFile] = Field(default_factory=dict)
     difference_model: str | None = None
@@ -77,6 +89,7 @@ def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
     difference = file.difference_model
     return Model(robot, _placed_all(path, robot, file.effects), engine=engine,
                  history=file.history, limits=_limits(path, robot, file.limits),
+                 by_recording={name: c.recordings for name, c in file.constants.items()},
                  difference_model=None if difference is None else path.parent / difference)
 
 
@@ -175,17 +188,31 @@ def _check(robot: Robot, placed: Placed, entry: EffectFile) -> None:
     check_bounds(robot, placed)
 
 
-def _constants(path: Path, robot: Robot, given: Mapping[str, Quantity]) -> dict[str, Constant]:
+def _constants(path: Path, robot: Robot, given: Mapping[str, ConstantFile]
+               ) -> dict[str, Constant]:
     result = {}
     for name, quantity in given.items():
         known = robot.constants.get(name)
         if known is None:
             raise UserError(f'{path}: constants: {robot.name} has no {name!r}'
                             f'{nearest(name, robot.constants)}')
-        uncertain = quantity.uncertain or known.uncertain
-        quantity = quantity.model_copy(update={'uncertain': uncertain})
-        result[name] = checked(f'{path}: constants', name, quantity, known.unit)
+        result[name] = _constant(path, name, quantity, known)
     return result
+
+
+def _constant(path: Path, name: str, given: ConstantFile, known: Constant) -> Constant:
+    where, uncertain = f'{path}: constants', given.uncertain or known.uncertain
+    if given.per_recording and uncertain is None:
+        raise UserError(f'{where}: {name}: per_recording refits it, so say in which range: '
+                        'uncertain: [low, high]; known values go under recordings alone')
+    for recording, value in given.recordings.items():
+        own = Quantity(value=value, unit=given.unit,
+                       uncertain=uncertain if given.per_recording else None)
+        checked(f'{where}: recordings: {recording}', name, own, known.unit)
+    whole = Quantity(value=given.value, unit=given.unit, uncertain=uncertain)
+    sure = frozenset() if given.per_recording else frozenset(given.recordings)
+    return replace(checked(where, name, whole, known.unit),
+                   per_recording=given.per_recording, known=sure)
 
 
 def _limits(path: Path, robot: Robot, given: Mapping[str, LimitFile]) -> Limits:
@@ -206,13 +233,21 @@ def _changed_constants(model: Model) -> dict[str, Any]:
     original = load_robot(model.robot.folder).constants
     changed: dict[str, Any] = {}
     for name, constant in model.robot.constants.items():
-        value = float(model.constants[name])
-        if (value, constant.uncertain) == (original[name].value, original[name].uncertain):
-            continue
-        changed[name] = {'value': value, 'unit': constant.unit}
+        entry: dict[str, Any] = {'value': float(model.constants[name]), 'unit': constant.unit}
         if constant.uncertain is not None:
-            changed[name]['uncertain'] = list(constant.uncertain)
+            entry['uncertain'] = list(constant.uncertain)
+        if constant.per_recording:
+            entry['per_recording'] = True
+        if own := model.by_recording.get(name):
+            entry['recordings'] = {recording: float(value) for recording, value in own.items()}
+        if entry != _as_in_files(original[name]):
+            changed[name] = entry
     return changed
+
+
+def _as_in_files(constant: Constant) -> dict[str, Any]:
+    entry: dict[str, Any] = {'value': constant.value, 'unit': constant.unit}
+    return entry if constant.uncertain is None else entry | {'uncertain': [*constant.uncertain]}
 
 
 def _beside(path: Path, ref: str) -> str:

@@ -9,6 +9,7 @@ import re
 import tempfile
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.whole_file import write_whole
 
 MODULUS = 2**32
 
@@ -37,11 +38,9 @@ class EpisodeNumber:
         return int(text) if text.strip().isdigit() else -1
 
     def _keep(self) -> None:
-        partial = self._path.with_name(f'{self._path.name}.{os.getpid()}')
         try:
             self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            partial.write_text(f'{self.value}\n')
-            partial.replace(self._path)
+            write_whole(self._path, f'{self.value}\n')
         except OSError as error:
             raise UserError(
                 f'cannot keep the episode number in {self._path}: {error.strerror}; '

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import os
 from pathlib import Path
 import textwrap
 import zlib
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.whole_file import write_whole
 
 FIRST_LINE = 'leo sealed 1 (open with: leo reveal FILE)'
 
@@ -23,11 +23,8 @@ def seal(path: Path, text: str) -> None:
     """Write `text` sealed to `path`, replacing a file there in one step."""
     packed = base64.b64encode(zlib.compress(text.encode())).decode()
     lines = [FIRST_LINE, _digest(text), *textwrap.wrap(packed, 76)]
-    partial = path.with_name(f'.{path.name}.{os.getpid()}')
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_text('\n'.join(lines) + '\n')
-        partial.replace(path)
+        write_whole(path, '\n'.join(lines) + '\n')
     except OSError as error:
         raise UserError(f'cannot write the sealed file {path}: {error.strerror}') from error
 

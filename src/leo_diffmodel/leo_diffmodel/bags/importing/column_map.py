@@ -14,13 +14,17 @@
       pivot:
         voltage: {expression: duty * supply}
         enabled: torque_on                 # 0 = motor free
+    constants:                             # of the robot, what the log knows of them
+      links.weight.mass: {column: payload, unit: g}
+
+Numbers that a log has beside its rows, as a head does, are columns with one value in all rows.
 
 A value is sign * scale * (column in SI) + offset, the offset in SI.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal
 
 import numpy as np
@@ -64,18 +68,22 @@ class ColumnSpec(BaseModel):
             raise ValueError('give either column or expression')
         return self
 
-    def values(self, columns: Mapping[str, Column], quantity: str, log: str) -> Column:
+    def values(
+        self, columns: Mapping[str, Column], quantity: str, log: str, unit: str | None = None,
+    ) -> Column:
         """Return the values in SI, shape (T,).
 
         Args:
             columns: of the log, each of shape (T,).
-            quantity: key of `QUANTITIES`.
+            quantity: key of `QUANTITIES`, or what else it is.
             log: opens the error line.
+            unit: that a bag has it in, where it is none of `QUANTITIES`.
 
         Raises:
             UserError: no such column, or a unit of something else.
         """
-        factor = self.sign * self.scale * unit_factor(self.unit, quantity, log)
+        targets = QUANTITIES[quantity] if unit is None else (unit,)
+        factor = self.sign * self.scale * unit_factor(self.unit, quantity, log, targets)
         with np.errstate(over='ignore', invalid='ignore'):
             return factor * self._raw(columns, quantity, log) + self.offset
 
@@ -142,6 +150,7 @@ class ColumnMap(BaseModel):
     time: Time
     joints: dict[str, JointColumns] = Field(min_length=1)
     inputs: dict[str, dict[Interface, Spec]] = {}
+    constants: dict[str, Spec] = {}
 
     @model_validator(mode='after')
     def _inputs_drive_joints(self) -> ColumnMap:
@@ -152,14 +161,19 @@ class ColumnMap(BaseModel):
                 raise ValueError(f'the input of {joint!r} needs voltage or effort')
         return self
 
+    @model_validator(mode='after')
+    def _constants_of_a_robot(self) -> ColumnMap:
+        if self.constants and self.robot is None:
+            raise ValueError('constants need the robot that has them; add robot: NAME')
+        return self
 
-def unit_factor(unit: str | None, quantity: str, where: str) -> float:
-    """Return what brings a column in `unit` to the unit of a bag, 1 where none is given.
+
+def unit_factor(unit: str | None, quantity: str, where: str, targets: Sequence[str]) -> float:
+    """Return what brings a column in `unit` to the first fitting target, 1 where none is given.
 
     Raises:
         UserError: the unit is not known, or one of something else.
     """
-    targets = QUANTITIES[quantity]
     if unit is None or unit in targets:
         return 1.0
     try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from importlib.resources import files
+import json
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,8 @@ from leo_msgs_py.errors import UserError
 
 from ..arrays import LONGEST, Run, write_runs
 from ..yaml_config import nearest, read_config
-from .column_map import ColumnMap, ColumnSpec, unit_factor
+from .column_map import ColumnMap, ColumnSpec, QUANTITIES, unit_factor
+from .constants import known_constants
 from .expression import Column, evaluate
 from .tables import read_tables, Table
 
@@ -32,17 +34,21 @@ def import_logs(
         bag: the folder to make.
 
     Raises:
-        UserError: wrong map or log, time going backwards, or the folder exists.
+        UserError: wrong map or log, time going backwards, a constant that the robot does not
+            have or that changes, or the folder exists.
     """
     where = str(column_map) if not isinstance(column_map, ColumnMap) else 'column map'
     mapping = load_map(column_map)
     paths = [Path(log) for log in logs]
-    runs = [run for log in paths for run in read_runs(log, mapping)]
+    tables = [(log, table) for log in paths for table in _tables(log, mapping)]
+    runs = [_run(log, table, mapping) for log, table in tables]
     if not runs:
         raise UserError('no logs to import; name at least one file')
     metadata = {'imported_from': ', '.join(log.name for log in paths), 'column_map': where}
     if mapping.robot:
         metadata['robot'] = mapping.robot
+    if mapping.constants:
+        metadata['constants'] = json.dumps(known_constants(tables, mapping))
     return write_runs(Path(bag), runs, metadata)
 
 
@@ -75,8 +81,12 @@ def read_runs(log: Path, mapping: ColumnMap) -> list[Run]:
     Raises:
         UserError: columns missing (listing those there are), units wrong, time going backwards.
     """
-    return [_run(log, _computed(log, table, mapping), mapping)
-            for table in read_tables(log, mapping)]
+    return [_run(log, table, mapping) for table in _tables(log, mapping)]
+
+
+def _tables(log: Path, mapping: ColumnMap) -> list[Table]:
+    """Return the tables of a log with the computed columns."""
+    return [_computed(log, table, mapping) for table in read_tables(log, mapping)]
 
 
 def _computed(log: Path, table: Table, mapping: ColumnMap) -> Table:
@@ -135,7 +145,8 @@ def _time(log: Path, table: Table, mapping: ColumnMap) -> tuple[Column, Rows]:
         t: Column = np.arange(length, dtype=float) * mapping.time.period
     else:
         spec = ColumnSpec(column=mapping.time.column)
-        t = spec.values(table, 'time', str(log)) * unit_factor(mapping.time.unit, 'time', str(log))
+        factor = unit_factor(mapping.time.unit, 'time', str(log), QUANTITIES['time'])
+        t = spec.values(table, 'time', str(log)) * factor
     rows: Rows = np.flatnonzero(np.isfinite(t))
     if rows.size and not np.ptp(t[rows]) <= LONGEST:
         raise UserError(f'{log}: time runs from {t[rows].min():.6g} to {t[rows].max():.6g} s; '

@@ -103,13 +103,33 @@ def _read_json(log: Path, column_map: ColumnMap) -> list[Table]:
         raise UserError(f'{log} is not JSON: {error}') from None
     if column_map.fields:
         return _fields(log, content, column_map)
-    records = _follow(content, column_map.records or '', log)
+    records, beside = _follow(content, column_map.records or '', log), _beside(content, column_map)
     if isinstance(records, dict):
         return [_same_length(log, {key: _array(log, key, v) for key, v in records.items()})]
     if not isinstance(records, list) or not records or not _are_mappings(records):
         raise UserError(f'{log}: no list of records at {column_map.records or "the top"!r}')
     names = [name for name, value in records[0].items() if not isinstance(value, list | dict)]
-    return [{name: np.array([_value(record.get(name)) for record in records]) for name in names}]
+    rows = {name: np.array([_value(record.get(name)) for record in records]) for name in names}
+    return [_filled(beside, len(records)) | rows]
+
+
+def _beside(content: Any, column_map: ColumnMap) -> dict[str, float]:
+    """Return the numbers that a log has beside its records, at each level on the way there."""
+    found: dict[str, float] = {}
+    for part in _PATH.findall(column_map.records or ''):
+        if isinstance(content, dict):
+            found |= {name: _value(v) for name, v in content.items() if _is_number(v)}
+        content = content[int(part[1:-1]) if part.startswith('[') else part]
+    return found
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.number)
+
+
+def _filled(numbers: dict[str, float], count: int) -> Table:
+    """Return numbers as columns, the same in every row."""
+    return {name: np.full(count, value, dtype=float) for name, value in numbers.items()}
 
 
 def _are_mappings(records: Sequence[Any]) -> bool:
@@ -119,7 +139,7 @@ def _are_mappings(records: Sequence[Any]) -> bool:
 def _value(value: Any) -> float:
     """Return a number of a record, NaN for what is missing, null or none."""
     try:
-        return float(value) if isinstance(value, int | float) else math.nan
+        return float(value) if _is_number(value) else math.nan
     except OverflowError:
         return math.nan
 
@@ -149,14 +169,22 @@ def _fields(log: Path, content: Any, column_map: ColumnMap) -> list[Table]:
         ))
         for name, paths in column_map.fields.items()
     }
-    counts = {name: len(values) for name, values in found.items()}
+    counts = {name: len(v) for name, v in found.items() if len(v) != 1 or not _is_number(v[0])}
     if len(set(counts.values())) != 1:
         raise UserError(f'{log}: fields differ in their number of episodes: {counts}')
     episodes = range(next(iter(counts.values())))
-    return [
-        _same_length(log, {name: _array(log, name, values[k]) for name, values in found.items()})
-        for k in episodes
-    ]
+    return [_episode(log, {n: v[k] if n in counts else v[0] for n, v in found.items()})
+            for k in episodes]
+
+
+def _episode(log: Path, content: dict[str, Any]) -> Table:
+    """Return the columns of one episode; a single number is the same in all rows."""
+    numbers = {name: _value(value) for name, value in content.items() if _is_number(value)}
+    arrays = {n: _array(log, n, v) for n, v in content.items() if n not in numbers}
+    if not arrays:
+        raise UserError(f'{log}: fields lead to single numbers, not to columns')
+    table = _same_length(log, arrays)
+    return _filled(numbers, len(next(iter(table.values())))) | table
 
 
 def _expand(content: Any, path: str, log: Path) -> list[Any]:

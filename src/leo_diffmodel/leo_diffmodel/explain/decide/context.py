@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,11 +19,15 @@ from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.estimate.telling import completed
 from leo_diffmodel.explain.select.evidence import score, Scored
 from leo_diffmodel.explain.select.search import Search
+from leo_diffmodel.explain.select.sets import widens
 from leo_diffmodel.explain.settings import SETTINGS, Settings
+from leo_sim.description.robot import Constant
 from leo_sim.model import Model
 
+Array = np.ndarray
 Values = tuple[tuple[str, ...], bytes]
 
 
@@ -38,6 +43,7 @@ class Context:
         step: one control period [s].
         settings: the gates.
         bags: names of the recordings, in the order of the windows' `source`.
+        own: constants that held-out recordings have of their own.
     """
 
     found: Search
@@ -47,6 +53,7 @@ class Context:
     step: float
     settings: Settings = SETTINGS
     bags: tuple[str, ...] = ()
+    own: tuple[Constant, ...] = ()
     _made: dict[Values, Prediction] = field(default_factory=dict, init=False, repr=False)
 
     def predict(self, fitted: Fit) -> Prediction:
@@ -69,8 +76,12 @@ class Context:
         return score(Estimate(chosen.at.posed, fitted))
 
     def share(self, candidate: Candidate) -> float:
-        """Share of the turns that choose an effect, or the same thing by another name."""
-        return self.found.share(lambda c: self.alike(c, candidate))
+        """Share of the turns that choose an effect, by any name or as part of a wider law."""
+        return float(np.mean([self.holds(names, candidate) for names in self.found.turns]))
+
+    def holds(self, names: Iterable[Candidate], candidate: Candidate) -> bool:
+        """Whether a set has an effect, the same thing by another name, or a wider law of it."""
+        return any(self.alike(c, candidate) or widens(c, candidate) for c in names)
 
     def alike(self, a: Candidate, b: Candidate) -> bool:
         """Whether two effects are one, or the same thing in the data."""
@@ -111,7 +122,12 @@ class Context:
         less = [self._model(self.without(c).fit) for c in final.hypothesis.candidates]
         return [errors.change_at_end(made, predict(m, windows, start)) for m in less]
 
+    def loss(self, scored: Scored) -> Array:
+        """Loss of each window, held-out recordings with what they tell of themselves, (W,)."""
+        return completed(scored.at.problem, scored.fit, self.own).loss
+
     def _model(self, fitted: Fit) -> Model:
+        fitted = completed(self.found.problem, fitted, self.own)
         return fitted.hypothesis.model(self.base, fitted.theta)
 
 

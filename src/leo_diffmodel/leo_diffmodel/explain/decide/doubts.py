@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections import Counter
 
+import numpy as np
+
 from leo_diffmodel.explain.decide.classes import same_thing
 from leo_diffmodel.explain.decide.context import Context
 from leo_diffmodel.explain.decide.disagree import disagreements
@@ -75,13 +77,12 @@ def doubts(context: Context) -> list[str]:
     first = final.hypothesis.size - len(final.hypothesis.constants)
     low, high = final.hypothesis.low, final.hypothesis.high
     told = [
-        f'{c.path} runs onto its limit {final.theta[first + i]:.3g} {c.unit}'.rstrip()
+        f'{c.label} runs onto its limit {final.theta[first + i]:.3g} {c.unit}'.rstrip()
         for i, c in enumerate(final.hypothesis.constants)
         if not low[first + i] < final.theta[first + i] < high[first + i]
     ]
-    best = stability(context)[0]
-    if best['share'] < context.settings.stable:
-        told.append(f'this set is chosen in {best["share"]:.0%} of the held-out turns')
+    if (share := kept(context)) < context.settings.stable:
+        told.append(f'this set is chosen in {share:.0%} of the held-out turns')
     if _many_small(context):
         told.append('none of them is above the noise floor: many small differences look like that')
     told += disagreements(context)
@@ -123,14 +124,32 @@ def _comparable(context: Context, other: Scored) -> bool:
             and supported(found.sets, other, found.weight, found.threshold))  # fmt: skip
 
 
+def kept(context: Context) -> float:
+    """Share of the held-out turns whose set has all chosen effects, and perhaps more."""
+    chosen = context.found.chosen.names
+    return float(np.mean([all(context.holds(names, c) for c in chosen)
+                          for names in context.found.turns]))  # fmt: skip
+
+
+def beside(context: Context) -> str:
+    """What too many of the turns choose beside the chosen effects for it to be all; else ''."""
+    rows, chosen = stability(context), context.found.chosen.names
+    if not chosen or rows[0]['share'] >= context.settings.stable:
+        return ''
+    more = Counter(c.label for names in context.found.turns if len(names) > len(chosen)
+                   for c in names if not context.holds(chosen, c) and not any(
+                       widens(c, d) for d in chosen))  # fmt: skip
+    told = [f'{label} in {n / len(context.found.turns):.0%}'
+            for label, n in more.most_common(MOST_INSTEAD)]  # fmt: skip
+    return f'beside them the held-out turns choose {", ".join(told)}' if told else ''
+
+
 def stability(context: Context) -> list[dict]:
     """In what share of the held-out turns which set is chosen, the chosen one first."""
     found, chosen = context.found, context.found.chosen.names
 
     def alike(names: frozenset[Candidate]) -> bool:
-        return len(names) == len(chosen) and all(
-            any(context.alike(a, b) for b in chosen) for a in names
-        )
+        return len(names) == len(chosen) and all(context.holds(names, c) for c in chosen)
 
     counts = Counter('' if alike(n) else ' + '.join(sorted(c.label for c in n)) or 'nothing'
                      for n in found.turns)  # fmt: skip

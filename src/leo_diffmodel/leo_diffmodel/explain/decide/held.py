@@ -30,7 +30,7 @@ def held_windows(recordings: Sequence[Recording], found: Search, model: Model) -
 
     On the ground, the longest of which there are enough, or else the shortest.
     """
-    held = found.problem.windows.take(~found.problem.train)
+    held = found.problem.windows.take(found.problem.judged)
     enough = ENOUGH_ON_GROUND if model.robot.contacts else 1
     shortest = LONGER * float(held.dt[0].sum())
     chosen = held

@@ -129,7 +129,8 @@ def rest_of(
     return Rest(ratio, share_left(before, ratio), correlation, settings)
 
 
-def decide(named: Sequence[Named], rest: Rest, unknown: bool, doubts: Sequence[str] = ()) -> str:
+def decide(named: Sequence[Named], rest: Rest, unknown: bool, doubts: Sequence[str] = (),
+           more: bool = False) -> str:
     """fine, named, partly, ambiguous or unknown.
 
     Args:
@@ -137,6 +138,7 @@ def decide(named: Sequence[Named], rest: Rest, unknown: bool, doubts: Sequence[s
         rest: what they leave.
         unknown: one law that is no known effect explains more, or somebody moved the robot.
         doubts: what keeps the whole answer from being sure.
+        more: other effects are chosen beside these too often for these to be all.
     """
     if unknown or (rest.matters and not any(n.sure for n in named)):
         return 'unknown'
@@ -144,7 +146,7 @@ def decide(named: Sequence[Named], rest: Rest, unknown: bool, doubts: Sequence[s
         return 'fine'
     if doubts or not all(n.sure for n in named):
         return 'ambiguous'
-    return 'partly' if rest.matters else 'named'
+    return 'partly' if rest.matters or more else 'named'
 
 
 def sentence(

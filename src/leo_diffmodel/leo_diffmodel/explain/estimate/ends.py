@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a hypothesis predicts far ahead."""
+"""What a hypothesis is off by far ahead."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class FarAhead:
     _floor: Array | None = None
 
     def ends(self, at: Estimate) -> Array:
-        """States at the ends of the longest windows there are, from their measured start, (V, 2J).
+        """Errors at the ends of the longest windows there are, from their measured start, (V, 2J).
 
         In noise floors, which are found once.
         """
@@ -28,7 +28,7 @@ class FarAhead:
         problem = at.posed.longer or at.problem
         windows, model = problem.windows, at.fit.hypothesis.model(problem.base, at.fit.theta)
         states = shooting.predict(model, windows, windows.measured[:, 0])[:, -1]
-        return np.asarray(states / self._floor)
+        return np.asarray((states - windows.measured[:, -1]) / self._floor)
 
 
 def _end_floor(posed: Posed) -> Array:

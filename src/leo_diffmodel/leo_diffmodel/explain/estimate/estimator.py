@@ -85,4 +85,4 @@ class Estimator(Protocol):
         """The chosen hypothesis brought to its best."""
 
     def ends(self, at: Estimate) -> Array:
-        """States predicted far ahead, in noise floors there, (V, 2J)."""
+        """Errors of the states predicted far ahead, in noise floors there, (V, 2J)."""

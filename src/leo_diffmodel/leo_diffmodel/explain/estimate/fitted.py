@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +30,8 @@ class Problem:
         fold: what is left out together when a prediction is judged, shape (W,).
         scale: times `sigma` by which residuals are weighed, shape (R, 2J): what a channel of a
             recording is off by with the best hypothesis, so that none shouts the others down.
+        telling: windows of held-out recordings that tell what constants these have of their own,
+            and are not judged, shape (W,); None where there are none.
     """
 
     base: Model
@@ -39,6 +42,18 @@ class Problem:
     block: Array | None = None
     fold: Array | None = None
     scale: Array | None = None
+    telling: Array | None = None
+
+    @property
+    def judged(self) -> Array:
+        """Which windows no fit may see, shape (W,)."""
+        return ~self.train if self.telling is None else ~(self.train | self.telling)
+
+    @property
+    def trained(self) -> tuple[str, ...]:
+        """Names of the recordings that a fit may see."""
+        sources = np.unique(self.windows.source[self.train])
+        return tuple(self.windows.recordings[s] for s in sources)
 
     @property
     def weight(self) -> Array:
@@ -58,9 +73,11 @@ class Problem:
     def take(self, index: Array) -> Problem:
         """The problem on some of its windows."""
         footing = self.footing and self.footing.take(index)
-        block, fold = (x if x is None else x[index] for x in (self.block, self.fold))
+        block, fold, telling = (
+            x if x is None else x[index] for x in (self.block, self.fold, self.telling)
+        )
         return replace(self, windows=self.windows.take(index), train=self.train[index],
-                       footing=footing, block=block, fold=fold)  # fmt: skip
+                       footing=footing, block=block, fold=fold, telling=telling)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -90,6 +107,18 @@ class Fit:
         """The fit as it is on some of its windows."""
         return replace(self, start=self.start[index], loss=self.loss[index],
                        residual=self.residual[index], columns=self.columns[index])  # fmt: skip
+
+    def reordered(self, order: Sequence[int]) -> Fit:
+        """The fit with its effects in another order."""
+        full = self.hypothesis
+        first = [full.offset(i) for i in order]
+        counts = [len(full.candidates[i].parameters) for i in order]
+        own = [np.arange(f, f + n) for f, n in zip(first, counts, strict=True)]
+        index = np.concatenate([*own, np.arange(sum(counts), full.size)]).astype(int)
+        candidates = tuple(full.candidates[i] for i in order)
+        return replace(self, hypothesis=replace(full, candidates=candidates),
+                       theta=self.theta[index], covariance=self.covariance[np.ix_(index, index)],
+                       columns=self.columns[..., index])  # fmt: skip
 
     def ci95(self, index: int) -> tuple[float, float]:
         """95 % confidence interval of parameter `index`, within its bounds."""

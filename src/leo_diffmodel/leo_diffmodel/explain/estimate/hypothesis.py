@@ -38,7 +38,8 @@ class Candidate:
 class Hypothesis:
     """Candidates and uncertain constants, their values in one parameter vector.
 
-    The vector holds each candidate's parameters in the order declared, then the constants.
+    The vector holds each candidate's parameters in the order declared, then the constants. Of a
+    constant that differs between recordings there is one for each of them.
     """
 
     candidates: tuple[Candidate, ...] = ()
@@ -70,6 +71,27 @@ class Hypothesis:
         """Which parameters are whole numbers: a scan chooses them, and no fit moves them."""
         return np.array([p.whole for p in self._parameters()] + [False for _ in self.constants],
                         dtype=bool)  # fmt: skip
+
+    @property
+    def recordings(self) -> tuple[str, ...]:
+        """The recording whose own each parameter is; '' for one that all share."""
+        shared = [''] * (self.size - len(self.constants))
+        return (*shared, *(c.recording for c in self.constants))
+
+    @property
+    def own(self) -> Array:
+        """Which parameters are a recording's own, shape (P,)."""
+        return np.array([bool(name) for name in self.recordings], dtype=bool)
+
+    @property
+    def together(self) -> list[list[int]]:
+        """Parameters but whole ones, those side by side that no two of are seen by one window."""
+        first, recordings = self.size - len(self.constants), self.recordings
+        rows: dict[str | int, list[int]] = {}
+        for i in map(int, np.flatnonzero(~self.whole)):
+            key = self.constants[i - first].path if recordings[i] else i
+            rows.setdefault(key, []).append(i)
+        return list(rows.values())
 
     def free(self, theta: Array) -> Array:
         """Which parameters a small step may move either way: on none of their bounds."""
@@ -140,11 +162,14 @@ class Hypothesis:
     def model(self, base: Model, theta: Array) -> Model:
         """`base` with these effects and constants; `theta` (S, P) makes S models at once."""
         first = self.size - len(self.constants)
-        tuned = {c.path: _lead(theta[..., first + i]) for i, c in enumerate(self.constants)}
+        shared, own = dict(base.constants), {p: dict(v) for p, v in base.by_recording.items()}
+        for i, c in enumerate(self.constants, first):
+            values = own.setdefault(c.path, {}) if c.recording else shared
+            values[c.recording or c.path] = _lead(theta[..., i])
         return base.changed(
             effects=(*base.effects, *self.placed(base, theta)),
-            constants={**base.constants, **tuned},
-        )
+            constants=shared, by_recording=own,
+        )  # fmt: skip
 
     def _placed(self, base: Model, theta: Array, index: int) -> Placed:
         candidate, first = self.candidates[index], self.offset(index)

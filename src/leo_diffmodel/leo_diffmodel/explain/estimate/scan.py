@@ -80,6 +80,8 @@ class Scan:
         points: the parameters tried, shape (S, P).
         nats: 0.5 |signature|^2 of each, shape (S,).
         first: where in `theta` the candidate's own parameters begin.
+        others: where else a fit may begin, best first: the best points of other whole numbers,
+            which no fit moves (periods of a ripple in a turn), (N, P of the candidate).
     """
 
     candidate: Candidate
@@ -90,6 +92,7 @@ class Scan:
     points: Array
     nats: Array
     first: int = 0
+    others: tuple[Array, ...] = ()
 
     @property
     def own(self) -> Array:
@@ -143,9 +146,10 @@ class Scanner:
         full = np.concatenate([self._null.theta[: self._split], theta, self._tail])
         unit = change / np.sqrt(length2)[:, None]
         nats = 0.5 * length2
-        return Scan(
-            candidate, full, float(gains[best]), unit, float(nats.max()), grid, nats, self._split
-        )
+        others = [stretched(candidate, grid[i], float(stretch[i]))
+                  for i in _other_wholes(candidate, grid, gains)]  # fmt: skip
+        return Scan(candidate, full, float(gains[best]), unit, float(nats.max()), grid, nats,
+                    self._split, tuple(others))  # fmt: skip
 
     @property
     def _split(self) -> int:
@@ -176,13 +180,12 @@ class Scanner:
         for ray, size, *shape in itertools.product(rays, sizes, *shapes):
             rest = iter(shape)
             moves = dict(zip(amplitude, ray, strict=True))
-            point = [
+            points.append([
                 p.neutral + moves[i] * size if i in moves else next(rest)
                 for i, p in enumerate(parameters)
-            ]
-            if _possible(parameters, point):
-                points.append(point)
-        return np.array(points)
+            ])
+        possible = [p for p in points if _possible(parameters, p)]
+        return np.array(possible or [_inside(parameters, p) for p in points])
 
     def _sizes(self, candidate: Candidate) -> Array:
         """Amplitudes of one sign; the clip and the dead band are sized by the input itself."""
@@ -221,6 +224,17 @@ class Scanner:
         return flat - (flat @ self._nuisance) @ self._nuisance.T
 
 
+def _other_wholes(candidate: Candidate, grid: Array, gains: Array) -> list[int]:
+    """The best points of the grid at all whole numbers of a parameter but the best, best first."""
+    whole = [i for i, p in enumerate(candidate.parameters) if p.whole]
+    if not whole:
+        return []
+    found: dict[tuple[float, ...], int] = {}
+    for point in np.argsort(gains)[::-1]:
+        found.setdefault(tuple(grid[point, whole]), int(point))
+    return list(found.values())[1:]
+
+
 def stretched(candidate: Candidate, point: Array, by: float) -> Array:
     """A point with the amplitudes of an effect times a factor, within its bounds."""
     parameters = candidate.parameters
@@ -237,6 +251,11 @@ def _possible(parameters: Sequence[Parameter], point: Sequence[float]) -> bool:
         p.low <= values[p.name] <= p.high and values[p.name] >= values.get(p.above, -np.inf)
         for p in parameters
     )
+
+
+def _inside(parameters: Sequence[Parameter], point: Sequence[float]) -> list[float]:
+    """The point nearest to this one within the bounds."""
+    return [min(max(v, p.low), p.high) for p, v in zip(parameters, point, strict=True)]
 
 
 def _is_linear(candidate: Candidate) -> bool:

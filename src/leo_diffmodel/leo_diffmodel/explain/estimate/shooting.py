@@ -72,15 +72,15 @@ def linearise(
         by_start: sensitivity of the sensed states to them where it is known, shape
             (W, K+1, 2J, 2J); None finds it.
     """
-    moved = [int(i) for i in np.flatnonzero(~hypothesis.whole)]
+    moved = hypothesis.together
     states, size = start.shape[-1] if by_start is None else 0, len(moved)
     nudge, step = 0.5 * sigma.min(axis=0), difference_steps(hypothesis, theta)
     starts = np.broadcast_to(start, (1 + states + size, *start.shape)).copy()
     thetas = np.broadcast_to(theta, (1 + states + size, len(theta))).copy()
     for i in range(states):
         starts[1 + i, :, i] += nudge[i]
-    for row, i in enumerate(moved, 1 + states):
-        thetas[row, i] += step[i]
+    for row, some in enumerate(moved, 1 + states):
+        thetas[row, some] += step[some]
     model = hypothesis.model(base, thetas) if len(theta) else base
     e = whiten(windows, predict(model, windows, starts), sigma)
     if by_start is None:
@@ -89,9 +89,16 @@ def linearise(
         noise = per_window(sigma, windows)[..., None]
         starting = -(by_start / noise).reshape(*e[0].shape, start.shape[-1])
     by_theta = np.zeros((*e[0].shape, len(theta)))
-    for row, i in enumerate(moved, 1 + states):
-        by_theta[..., i] = (e[row] - e[0]) / step[i]
+    for row, some in enumerate(moved, 1 + states):
+        for i in some:
+            seen = _seen(windows, hypothesis.recordings[i])
+            by_theta[seen, :, i] = (e[row, seen] - e[0, seen]) / step[i]
     return Linear(e[0], starting, by_theta)
+
+
+def _seen(windows: Windows, recording: str) -> Array | slice:
+    """Windows that see the parameter of a recording, or one that all share ('')."""
+    return windows.of(recording) if recording else slice(None)
 
 
 def difference_steps(hypothesis: Hypothesis, theta: Array) -> Array:

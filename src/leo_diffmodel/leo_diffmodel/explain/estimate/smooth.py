@@ -46,6 +46,7 @@ class Smooth(FarAhead):
     short: Sequence[Windows]
     settings: Settings
     most_nats: float = np.inf
+
     def first(self, hypothesis: Hypothesis, pool: Sequence[Candidate] = ()) -> Estimate:
         """The model as given, in weights read from what the leading effects leave.
 
@@ -85,7 +86,9 @@ class Smooth(FarAhead):
         scans.sort(key=lambda s: -s.gain)
         limit = threshold(scans, self.settings)
         worth = [s for s in scans[:singles] if s.gain > WORTH * limit] or scans[:1]
-        points: list[Point] = [((s.candidate,), s.own) for s in worth]
+        wholes = self.settings.wholes
+        points: list[Point] = [((s.candidate,), v) for s in worth
+                               for v in (s.own, *s.others)[:wholes]]  # fmt: skip
         points += best_pairs(scans, scanner.residual, pairs, limit)
         fits = helper.spread(partial(_looked_at, problem, null), points,
                              lambda p: told(' + '.join(c.label for c in p[0])))  # fmt: skip

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_sim.description.robot import Constant
 from leo_sim.effects import Effect, EFFECTS, Parameter
@@ -30,13 +31,34 @@ def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, .
     )
 
 
-def uncertain(model: Model) -> tuple[Constant, ...]:
-    """The constants that are refitted with every hypothesis."""
-    return tuple(
-        replace(c, value=float(model.constants[path]))
-        for path, c in model.robot.constants.items()
-        if c.uncertain
-    )
+def uncertain(model: Model, recordings: Sequence[str] = ('',)) -> tuple[Constant, ...]:
+    """The constants that are refitted with every hypothesis, but those known in all recordings.
+
+    Args:
+        model: the model.
+        recordings: names of the recordings; of a constant `per_recording` there is one for each
+            whose own value is not known.
+    """
+    found = []
+    for constant in model.robot.constants.values():
+        open_in = [name for name in recordings if name not in constant.known]
+        if constant.uncertain and constant.per_recording:
+            found += [_in(model, constant, name) for name in open_in]
+        elif constant.uncertain and open_in:
+            found.append(replace(constant, value=float(model.constants[constant.path])))
+    return tuple(found)
+
+
+def own_constants(model: Model, recordings: Sequence[Recording]) -> tuple[Constant, ...]:
+    """The uncertain constants that these recordings have of their own, one for each."""
+    return tuple(c for c in uncertain(model, [r.name for r in recordings]) if c.recording)
+
+
+def _in(model: Model, constant: Constant, recording: str) -> Constant:
+    """A constant as one recording's own."""
+    values, path = model.by_recording.get(constant.path, {}), constant.path
+    value = float(values.get(recording, model.constants[path]))
+    return replace(constant, value=value, recording=recording)
 
 
 def _places(effect: Effect, model: Model) -> list[str]:

@@ -111,5 +111,10 @@ def _inertial(unit: str, candidate: Candidate, model: Model) -> tuple[float, flo
     if candidate.effect.hook != 'body':
         return -most, most
     path = f'links.{candidate.where}.' + ('mass' if unit == 'kg' else 'inertia')
-    own = float(model.constants[path]) if path in model.constants else most
+    own = _least(model, path) if path in model.constants else most
     return (-LIGHTER * own if unit == 'kg' else -most), most
+
+
+def _least(model: Model, path: str) -> float:
+    """The smallest value of a constant in any recording."""
+    return min(map(float, (model.constants[path], *model.by_recording.get(path, {}).values())))

@@ -16,6 +16,7 @@ from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.footing import refined, settled
+from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.fineness import stepped
 from leo_sim.model import Model
 
@@ -62,7 +63,7 @@ def pose(recordings: Sequence[Recording], hold_out: Sequence[Recording], model: 
     if model.robot.contacts:
         model = fast_enough(model, cut(everything, errors.step_seconds(everything)))
     sigma = noise.estimate(model, noise.short_windows(everything))
-    blocks = make_blocks(recordings, hold_out)
+    blocks = make_blocks(recordings, hold_out, bool(own_constants(model, hold_out)))
     seconds = max(SEARCH_SECONDS, LEAST_SAMPLES * sample_period(everything))
     if model.robot.contacts:
         seconds = max(GROUND_SECONDS, GROUND_SAMPLES * sample_period(everything))
@@ -119,12 +120,14 @@ def quieter(posed: Posed, sigma: Array) -> Posed:
 
 
 def _problem(model: Model, windows: Windows, sigma: Array, blocks: Blocks) -> Problem:
-    whole = np.flatnonzero(blocks.train(windows) | blocks.held(windows))
+    used = blocks.train(windows) | blocks.held(windows)
+    whole = np.flatnonzero(used | blocks.telling(windows) if blocks.own else used)
     if len(whole) > MOST_WINDOWS:
         whole = whole[np.linspace(0, len(whole) - 1, MOST_WINDOWS).astype(int)]
     windows = windows.take(whole)
     return Problem(model, windows, sigma, blocks.train(windows),
-                   block=blocks.index(windows), fold=blocks.folds(windows))  # fmt: skip
+                   block=blocks.index(windows), fold=blocks.folds(windows),
+                   telling=blocks.telling(windows) if blocks.own else None)  # fmt: skip
 
 
 def _fits(recordings: Sequence[Recording], seconds: float) -> bool:

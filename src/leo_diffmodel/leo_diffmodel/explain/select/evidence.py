@@ -23,6 +23,8 @@ from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray
 RIDGE = 1e-9
+NORMAL = 0.455
+"""Median of the square of a standard normal variable."""
 FARTHEST = 3.0
 """Standard deviations that leaving a fold out may move the parameters: the step is linear."""
 
@@ -36,8 +38,8 @@ class Scored:
         left: loss of each training window, predicted from the other folds [nats], shape (W,).
         fold: what was left out with each of them, shape (W,).
         behind: nats that count by which longer windows put it behind the best of its rivals.
-        ends: states it predicts for the ends of long windows from their measured start, in noise
-            floors there, shape (V, 2J); None where that does not matter.
+        ends: errors of the states it predicts for the ends of long windows from their measured
+            start, in noise floors there, shape (V, 2J); None where that does not matter.
     """
 
     at: Estimate
@@ -142,14 +144,16 @@ class Weight:
     def tells_apart(self, smaller: Scored, larger: Scored) -> bool:
         """Whether a set predicts another thing than a smaller one.
 
-        By a part of all that it does, or by noise floors: mean square over the ends of long
-        windows, predicted from their measured start, at the joint where it is most.
+        By a part of all that it does, or by some times what it is itself off by (the noise floor
+        at least): mean square over the ends of long windows, predicted from their measured start,
+        at the joint where it is most.
         """
         null = self.null and self.null.ends
         if null is None or smaller.ends is None or larger.ends is None:
             return True
         added, done = (_at_joints(larger.ends - e) for e in (smaller.ends, null))
-        least = np.minimum(self.settings.part * (done + 1.0), self.settings.far_floors**2)
+        left = self.settings.far_times**2 * np.maximum(_typical(larger.ends), 1.0)
+        least = np.minimum(self.settings.part * (done + 1.0), left)
         return bool((added >= least).any())
 
     def surely_ahead(self, a: Scored, b: Scored) -> bool:
@@ -202,6 +206,12 @@ def _at_joints(change: Array) -> Array:
     return np.asarray(square.reshape(2, -1).mean(axis=0))
 
 
+def _typical(errors: Array) -> Array:
+    """Mean square at each joint, (J,), of errors (V, 2J) that are normal but for a few windows."""
+    square = np.median(errors**2, axis=0) / NORMAL
+    return np.asarray(square.reshape(2, -1).mean(axis=0))
+
+
 def _promised(smaller: Scored, larger: Scored) -> Array:
     """Half the squared change of the prediction in each window, shape (W,)."""
     train = np.flatnonzero(larger.at.problem.train)
@@ -216,24 +226,40 @@ def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[in
     grams = np.einsum('wnp,wnq->wpq', columns * weight, columns, optimize=True)
     slopes = np.einsum('wnp,wn->wp', columns * weight, residual)
     free = fitted.hypothesis.free(fitted.theta) & (np.diagonal(grams.sum(axis=0)) > 0)
-    bound = FARTHEST * np.sqrt(np.diagonal(fitted.covariance))[free]
+    bound = FARTHEST * np.sqrt(np.diagonal(fitted.covariance))
     moves = {}
     for number in np.unique(fold):
         other, move = fold != number, np.zeros(len(fitted.theta))
-        if free.any() and other.any():
-            step = _step(grams[other].sum(axis=0), slopes, other, free)
-            move[free] = np.clip(step, -bound, bound)
+        gram = grams[other].sum(axis=0)
+        alone = free & fitted.hypothesis.own & (np.diagonal(gram) == 0)
+        told = free & ~alone
+        if told.any() and other.any():
+            step = _step(gram, slopes, other, told)
+            move[told] = np.clip(step, -bound[told], bound[told])
+        if alone.any():
+            move[alone] = _followed(grams[~other].sum(axis=0), move, alone)
         moves[int(number)] = move
     return moves
 
 
 def _step(gram: Array, slopes: Array, other: Array, free: Array) -> Array:
     """The change of the free parameters; a slope the joint fit left at its end is not followed."""
-    part = gram[np.ix_(free, free)]
-    scale = np.sqrt(np.maximum(np.diagonal(part), 1e-300))
-    damped = part / np.outer(scale, scale) + RIDGE * np.eye(len(scale))
     inside = slopes[~other].sum(axis=0) - slopes.mean(axis=0) * (~other).sum()
-    return np.asarray(np.linalg.solve(damped, inside[free] / scale) / scale)
+    return _solved(gram[np.ix_(free, free)], inside[free])
+
+
+def _followed(gram: Array, move: Array, alone: Array) -> Array:
+    """How a recording's own constants, which no other fold tells, answer to a move of the others.
+
+    They are to their recording what its start state is to a window: found anew in the fold.
+    """
+    return -_solved(gram[np.ix_(alone, alone)], gram[alone] @ move)
+
+
+def _solved(gram: Array, slope: Array) -> Array:
+    scale = np.sqrt(np.maximum(np.diagonal(gram), 1e-300))
+    damped = gram / np.outer(scale, scale) + RIDGE * np.eye(len(scale))
+    return np.asarray(np.linalg.solve(damped, slope / scale) / scale)
 
 
 def weigh(sets: Sequence[Scored], settings: Settings, most: float = np.inf) -> Weight:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,10 +11,10 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.explain.estimate.contact import Contact
-from leo_diffmodel.explain.estimate.estimator import Estimator, Progress
+from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress
 from leo_diffmodel.explain.estimate.fit import read_at
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.estimate.scan import scales_of, Scan
 from leo_diffmodel.explain.estimate.smooth import Smooth
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
@@ -67,10 +67,6 @@ class Search:
         """A hypothesis by its effects, if it was fitted."""
         return next((s for s in self.sets if s.names == names), None)
 
-    def share(self, alike: Callable[[Candidate], bool]) -> float:
-        """Share of the turns whose choice holds such an effect."""
-        return float(np.mean([any(alike(c) for c in names) for names in self.turns]))
-
 
 def estimator(
     posed: Posed, model: Model, recordings: Sequence[Recording], settings: Settings
@@ -105,12 +101,13 @@ def search(
     fits = estimator(posed, model, recordings, settings)
     pool = [limited(c, model) for c in candidates(model, extra)]
     found = Sets(fits, pool, settings, told, until)
-    best = choice.search(found, fits.first(Hypothesis(constants=uncertain(model)), pool))
+    constants = uncertain(model, posed.problem.trained)
+    best = choice.search(found, fits.first(Hypothesis(constants=constants), pool))
     best = choice.canonical(found, choice.contested(found, best))
     turns = tuple(s.names for s in choice.turns(found))
     empty = found.known[frozenset()]
     told('the last fit')
-    final = fits.finished(best.at)
+    final = _largest_first(fits, fits.finished(best.at))
     plain = replace(final.problem, scale=None)
     return Search(
         null=read_at(plain, empty.fit),
@@ -124,3 +121,12 @@ def search(
         turns=turns,
         complete=not found.late,
     )
+
+
+def _largest_first(fits: Estimator, at: Estimate) -> Estimate:
+    """The hypothesis with its effects in order of what each does to the prediction far ahead."""
+    full, whole = at.fit.hypothesis, fits.ends(at)
+    parts = [full.without(i) for i in range(len(full.candidates))]
+    less = [replace(at.fit, hypothesis=p, theta=p.carried(full, at.fit.theta)) for p in parts]
+    sizes = [float(((whole - fits.ends(at._replace(fit=fit))) ** 2).mean()) for fit in less]
+    return at._replace(fit=at.fit.reordered(np.argsort(sizes)[::-1].tolist()))

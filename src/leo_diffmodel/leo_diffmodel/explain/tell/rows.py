@@ -16,10 +16,11 @@ from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
+from leo_diffmodel.explain.estimate.rows import parameter_rows
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.search import Search
-from leo_diffmodel.explain.tell.values import in_words, parameter_rows
+from leo_diffmodel.explain.tell.values import in_words
 
 
 def effect_rows(context: Context) -> list[dict]:
@@ -29,7 +30,7 @@ def effect_rows(context: Context) -> list[dict]:
     rows = []
     for index, candidate in enumerate(final.hypothesis.candidates):
         without = context.without(candidate)
-        row = _row(candidate, final, index, without, found.chosen)
+        row = _row(context, candidate, final, index, without, found.chosen)
         row |= {'error_before': context.headline(without.fit), 'error_after': after}
         row['inclusion_probability'] = context.share(candidate)
         row['confusable_with'] = rivals(context, candidate)
@@ -46,7 +47,7 @@ def hypothesis_rows(context: Context) -> list[dict]:
     singles = [s for s in found.sets if len(s.names) == 1]
     for single in singles:
         (candidate,) = single.names
-        row = _row(candidate, single.fit, 0, empty, single)
+        row = _row(context, candidate, single.fit, 0, empty, single)
         row |= {'error_before': before, 'error_after': context.headline(single.fit)}
         row['inclusion_probability'] = context.share(candidate)
         row['confusable_with'] = rivals(context, candidate)
@@ -114,20 +115,6 @@ def _up_to(found: Search, count: int) -> Fit:
     return fit(found.problem, part, theta, full.start)
 
 
-def constant_rows(found: Search) -> dict[str, dict]:
-    """The uncertain constants as refitted together with the supported effects."""
-    final = found.final
-    first = final.hypothesis.size - len(final.hypothesis.constants)
-    return {
-        c.path: {
-            'value': float(final.theta[first + i]),
-            'unit': c.unit,
-            'ci95': list(final.ci95(first + i)),
-        }
-        for i, c in enumerate(final.hypothesis.constants)
-    }
-
-
 def not_testable(found: Search) -> list[dict]:
     """Effects that even at their largest amplitude would not rise above the threshold."""
     return [
@@ -142,16 +129,19 @@ def not_testable(found: Search) -> list[dict]:
     ]
 
 
-def _row(candidate: Candidate, fitted: Fit, index: int, without: Scored, scored: Scored) -> dict:
-    train = scored.at.problem.train
-    saved = without.fit.loss - scored.fit.loss
+def _row(
+    context: Context, candidate: Candidate, fitted: Fit, index: int, without: Scored,
+    scored: Scored,
+) -> dict:
+    problem = scored.at.problem
+    saved = context.loss(without) - context.loss(scored)
     return {
         'name': candidate.effect.name,
         'where': candidate.where,
         **({'source': candidate.effect.source} if candidate.effect.source else {}),
         'parameters': parameter_rows(fitted, index),
-        'gain_train': float(saved[train].sum()),
-        'gain_held_out': float(saved[~train].sum()),
+        'gain_train': float(saved[problem.train].sum()),
+        'gain_held_out': float(saved[problem.judged].sum()),
     }
 
 

@@ -1,26 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters with units and intervals, as rows and as words."""
+"""Parameters with units and intervals, as words."""
 
 from __future__ import annotations
 
 import math
 
 from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.rows import parameter_rows
 
 MOST_DECIMALS = 8
-
-
-def parameter_rows(fitted: Fit, index: int) -> dict:
-    """Value, unit and 95 % interval of each parameter of candidate `index`, by name."""
-    first = fitted.hypothesis.offset(index)
-    return {
-        p.name: {
-            'value': float(fitted.theta[first + i]),
-            'unit': p.unit,
-            'ci95': list(fitted.ci95(first + i)),
-        }
-        for i, p in enumerate(fitted.hypothesis.candidates[index].parameters)
-    }
 
 
 def intervals(fitted: Fit, index: int) -> dict[str, tuple[float, float]]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.rows import constant_rows, parameter_rows
 from leo_diffmodel.explain.unknown.curves import carry
 from leo_diffmodel.explain.unknown.find import Found
 from leo_diffmodel.explain.unknown.influence import Influence, influence
@@ -124,26 +125,16 @@ def tell(recordings: Sequence[Recording], found: Found) -> Unknown:
 
 def _fitted(full: Fit) -> tuple[list[dict], dict[str, dict]]:
     """The effects and constants of a fit with their values, as explain.json has them."""
-    hypothesis = full.hypothesis
-
-    def row(index: int, unit: str) -> dict:
-        value, interval = float(full.theta[index]), list(full.ci95(index))
-        return {'value': value, 'unit': unit, 'ci95': interval}
-
     effects = [
         {
             'name': c.effect.name,
             'where': c.where,
             **({'source': c.effect.source} if c.effect.source else {}),
-            'parameters': {
-                p.name: row(hypothesis.offset(i) + n, p.unit) for n, p in enumerate(c.parameters)
-            },
+            'parameters': parameter_rows(full, i),
         }
-        for i, c in enumerate(hypothesis.candidates)
+        for i, c in enumerate(full.hypothesis.candidates)
     ]
-    first = hypothesis.size - len(hypothesis.constants)
-    constants = {c.path: row(first + i, c.unit) for i, c in enumerate(hypothesis.constants)}
-    return effects, constants
+    return effects, constant_rows(full)
 
 
 def _parameters(law: Law, fitted: Fit | None) -> dict[str, dict]:

@@ -132,19 +132,20 @@ def _fitted(problem: Problem, base: Fit, law: Law, joint: str) -> Attempt:
     first = hypothesis.offset(len(hypothesis.candidates) - 1)
     theta = np.concatenate([base.theta[:first], law.values, base.theta[first:]])
     full = fit(problem, hypothesis, theta, base.start)
-    return with_fit(Attempt(base, law, None, text, 0.0, 0.0, per_torque), full, problem.train)
+    return with_fit(Attempt(base, law, None, text, 0.0, 0.0, per_torque), full, problem)
 
 
-def with_fit(tried: Attempt, full: Fit, train: Array | None = None) -> Attempt:
+def with_fit(tried: Attempt, full: Fit, problem: Problem | None = None) -> Attempt:
     """This law with the values of another joint fit, in which it is the last effect.
 
     Args:
         tried: the law.
         full: the fit.
-        train: training windows (W,), to count anew what it gains.
+        problem: what it was fitted to, to count anew what it gains.
     """
-    if train is not None:
-        trained, held = (gain(tried.base, full, chosen) for chosen in (train, ~train))
+    if problem is not None:
+        windows = problem.train, problem.judged
+        trained, held = (gain(tried.base, full, chosen) for chosen in windows)
         tried = replace(tried, gain_train=trained, gain_held_out=held)
     last = full.hypothesis.candidates[-1]
     first = full.hypothesis.offset(len(full.hypothesis.candidates) - 1)

@@ -84,6 +84,8 @@ def _beyond(
         return None
     tried = _settled(found.posed, attempt(recordings, found.final, left, blocks, best[0]))
     spread = min(tried.dispersion, dispersion(found.final))
+    if tried.law.known(gates.law_periods):  # and the search did not want it
+        return None
     if not (_counts(best[0], named, spread, gates) and _holds(problem, tried, gates)):
         return None
     kept, tried = _needed(problem, tried, gates)
@@ -120,10 +122,12 @@ def find_alone(recordings: Sequence[Recording], found: Search) -> Found | None:
         return None
     left, best = _curves(recordings, problem, found.null, blocks)
     alone = partial(attempt, recordings, found.null, left, blocks)
-    whole = found.weight.settings.law_whole
+    gates = found.weight.settings
     for tried in helper.spread(alone, _distinct(best)[:TRIED]):
         tried = _settled(found.posed, tried)
-        if tried.fit and unexplained(tried.fit) < whole and _beats(tried, found):
+        if tried.law.known(gates.law_periods) or not tried.fit:
+            continue
+        if unexplained(tried.fit) < gates.law_whole and _beats(tried, found):
             return Found(tried, (), found.null, left, blocks)
     return None
 
@@ -152,7 +156,7 @@ def _settled(posed: Posed, tried: Attempt) -> Attempt:
         return tried
     if tried.fit is None or unexplained(tried.fit) > NEARLY:
         return tried
-    return with_fit(tried, converged(posed, tried.fit).fit, posed.problem.train)
+    return with_fit(tried, converged(posed, tried.fit).fit, posed.problem)
 
 
 def _curves(
@@ -174,7 +178,7 @@ def _holds(problem: Problem, tried: Attempt, gates: Settings) -> bool:
     if tried.fit is None:
         return tried.gain_held_out > gates.law_agreement * float(tried.law.curve.score.expected)
     moved = ((tried.base.residual - tried.fit.residual) ** 2).sum(axis=-1)
-    held, trained = float(moved[~problem.train].sum()), float(moved[problem.train].sum())
+    held, trained = float(moved[problem.judged].sum()), float(moved[problem.train].sum())
     expected = tried.gain_train * held / max(trained, 1e-12)
     if expected < gates.law_tells:
         return tried.gain_held_out > -gates.law_tells

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.compare.pushes import respond, tame
+from leo_diffmodel.compare.pushes import own, respond, tame
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.fit import calm
@@ -36,7 +36,7 @@ class Influence:
         stretch: which stretch each interval of a window belongs to, shape (K,).
         q: predicted angles in the middle of each stretch [rad], shape (W, G, J).
         dq: predicted rates there [rad/s], shape (W, G, J).
-        model: the fitted model.
+        model: the fitted model, for states (W, G, J).
         problem: the data.
     """
 
@@ -111,7 +111,7 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
         stretch=stretch,
         q=middle[..., :joints],
         dq=middle[..., joints:],
-        model=model,
+        model=own(model, windows, instants=True),
         problem=problem,
     )
     return _averaged(made)

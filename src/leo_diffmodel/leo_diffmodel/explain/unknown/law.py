@@ -53,6 +53,19 @@ class Law:
         ]
         return replace(self, parameters=(*self.parameters[:count], *shapes), values=values)
 
+    def known(self, periods: float) -> bool:
+        """Whether the catalogue has it: viscous friction or a spring, or a ripple, and a bias.
+
+        Args:
+            periods: how far a ripple's number of them in a turn may be from a whole one.
+        """
+        if self.curve.carrier != 'torque' or self.curve.variable.name not in ('angle', 'rate'):
+            return False
+        value = dict(zip((p.name for p in self.parameters), self.values.tolist(), strict=True))
+        if set(value) == {'c0', 'c1'}:
+            return value['c1'] <= 0
+        return self.family.polar and abs(value['n'] - round(value['n'])) < periods
+
     @property
     def words(self) -> str:
         """The formula for people, with the name of the variable."""

@@ -48,9 +48,15 @@ def section(
         'more': rows[shown:],
         'threshold': threshold,
         'told': told,
-        'constants': [{'path': p, 'value': estimates({p: c})[0]} for p, c in constants.items()],
+        'constants': [line for path, row in constants.items() for line in _refitted(path, row)],
     }
     return Section('hypotheses.html', values)
+
+
+def _refitted(path: str, row: Row) -> list[str]:
+    """A constant with its interval, a line for each recording that has a value of its own."""
+    own = {f'{path} of {name}': each for name, each in row.get('recordings', {}).items()}
+    return estimates(own or {path: row})
 
 
 def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.report.section import Section
-from leo_diffmodel.report.text import quantity
+from leo_diffmodel.report.text import number, quantity
 
 
 def section(
@@ -54,4 +54,5 @@ def _bag(recording: Recording, sha256: str) -> dict[str, Any]:
         'samples': sum(len(e.t) for e in recording.episodes),
         'hertz': 1.0 / float(np.median(steps)),
         'warnings': list(recording.warnings),
+        'constants': [f'{path} = {number(v)}' for path, v in recording.constants.items()],
     }

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One state after the other through its window: compiled for `whole_windows`."""
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from leo_sim.common.broadcasting import Array, Indices
+from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
+from leo_sim.dynamics.impulses import at, kicked, swept
+from leo_sim.dynamics.inertia_inverse import inverted
+from leo_sim.dynamics.substep import PROBE
+from leo_sim.dynamics.tree_kernel import bias_torques, inertia, placed, Room, room_for, Tree
+
+
+class Driving(NamedTuple):
+    """What drives N states over K sample periods.
+
+    Attributes:
+        torque: Of motors and joints at rates of 0, gravity left out, N m, (K, N, J).
+        falling: How it falls with the rates, N m s/rad, (K, N, J).
+        motor, motor_falling: What of the two is the motors'; (K, N, J) where a law asks.
+        level: Of dry friction, N m, (N or 1, J).
+        rotor: Inertia of the motor sides, kg m2, (N or 1, J).
+        low, high: Stops, rad, (1, J).
+        h: Substep, s, (K, N).
+        parts: Substeps in a period, (K,).
+    """
+
+    torque: Array
+    falling: Array
+    motor: Array
+    motor_falling: Array
+    level: Array
+    rotor: Array
+    low: Array
+    high: Array
+    h: Array
+    parts: Indices
+
+
+class Bent(NamedTuple):
+    """Laws that are asked in every substep, B of them.
+
+    Attributes:
+        values: Their parameters, 0 where there is none, (B, N, 3).
+        acts: 1 at the joints where they act, (B, J).
+        dry: 1 where the law is one of dry friction, (B,).
+        loaded: Whether one looks at the load, 1 or 0.
+    """
+
+    values: Array
+    acts: Indices
+    dry: Indices
+    loaded: int
+
+
+class Work(NamedTuple):
+    """Room for one state: (1, J) but for the inverse of its inertia, (1, J, J)."""
+
+    q: Array
+    dq: Array
+    free: Array
+    mean: Array
+    pull: Array
+    held: Array
+    bias: Array
+    load: Array
+    falling: Array
+    level: Array
+    motor: Array
+    none: Array
+    one: Array
+    h: Array
+    inverse: Array
+    given: Array
+
+
+@compiled_without_gil
+def run(tree: Tree, figures: Array, gravity: Array, each: int, driving: Driving, laws: Any,
+        bent: Bent, q: Array, dq: Array) -> None:
+    """Fill angles and rates (K + 1, N, J) after the first sample.
+
+    Args:
+        tree: Geometry.
+        figures: Of the links, see `Spatial`.
+        gravity: m/s2, one for each of the figures.
+        each: How many states in a row have the same figures; see `tree_kernel.dynamics`.
+        driving: What drives the states, but for the laws.
+        laws: Functions of three parameters, angle, rate, torque of the motor and load.
+        bent: Their parameters and places.
+        q: Angles, the first ones given.
+        dq: Rates, the first ones given.
+    """
+    states, size = q.shape[1:]
+    room, work = room_for(tree.kind.shape[0]), _work(size)
+    for n in range(states):
+        s = (n // each) % figures.shape[0]
+        own, down = figures[s], gravity[s]
+        for j in range(size):
+            work.q[0, j], work.dq[0, j] = q[0, n, j], dq[0, n, j]
+        for k in range(driving.parts.shape[0]):
+            work.h[0, 0] = step = driving.h[k, n]
+            if bent.loaded:
+                _loaded(tree, own, down, room, work)
+            _slowed(driving, laws, bent, n, k, work)
+            for j in range(size):
+                work.q[0, j] += 0.5 * step * work.dq[0, j]
+            for _ in range(driving.parts[k]):
+                placed(tree, own, 0, work.q, room)
+                if bent.loaded:
+                    bias_torques(tree, own, down, 0, work.none, room, work.load)
+                _pulled(driving, laws, bent, n, k, work)
+                _kick(tree, own, down, driving, n, room, work)
+            for j in range(size):
+                work.q[0, j] -= 0.5 * step * work.dq[0, j]
+                q[k + 1, n, j], dq[k + 1, n, j] = work.q[0, j], work.dq[0, j]
+
+
+@compiled_in_place
+def _loaded(tree: Tree, figures: Array, gravity: float, room: Room, work: Work) -> Any:
+    """Fill the bias of a joint at rest, which is the load with the other sign."""
+    placed(tree, figures, 0, work.q, room)
+    bias_torques(tree, figures, gravity, 0, work.none, room, work.load)
+
+
+@compiled_in_place
+def _slowed(driving: Driving, laws: Any, bent: Bent, n: int, k: int, work: Work) -> Any:
+    """Fill how the smooth torques fall with the rates, once per sample period."""
+    for j in range(work.q.shape[1]):
+        q, dq, load = work.q[0, j], work.dq[0, j], -work.load[0, j]
+        work.falling[0, j] = driving.falling[k, n, j]
+        for b in range(bent.dry.shape[0]):
+            if bent.acts[b, j] and not bent.dry[b]:
+                a, e, f = bent.values[b, n, 0], bent.values[b, n, 1], bent.values[b, n, 2]
+                here = laws[b](a, e, f, q, dq, 0.0, load)
+                there = laws[b](a, e, f, q, dq + PROBE, 0.0, load)
+                work.falling[0, j] += (here - there) / PROBE
+
+
+@compiled_in_place
+def _pulled(driving: Driving, laws: Any, bent: Bent, n: int, k: int, work: Work) -> Any:
+    """Fill the driving torques, with dry friction and without, and its level."""
+    row = at(driving.level, n)
+    for j in range(work.q.shape[1]):
+        q, dq, load = work.q[0, j], work.dq[0, j], -work.load[0, j]
+        pull = driving.torque[k, n, j] - driving.falling[k, n, j] * dq
+        level, motor = driving.level[row, j], 0.0
+        if bent.loaded:
+            motor = driving.motor[k, n, j] - driving.motor_falling[k, n, j] * dq
+        for b in range(bent.dry.shape[0]):
+            if bent.acts[b, j]:
+                torque = laws[b](bent.values[b, n, 0], bent.values[b, n, 1], bent.values[b, n, 2],
+                                 q, dq, motor, load)
+                if bent.dry[b]:
+                    level += abs(torque)
+                else:
+                    pull += torque
+        work.pull[0, j], work.level[0, j] = pull, level
+        work.held[0, j] = pull - np.sign(dq) * level
+
+
+@compiled_in_place
+def _kick(tree: Tree, figures: Array, gravity: float, driving: Driving, n: int, room: Room,
+          work: Work) -> Any:
+    """Kick the rates of a state whose links are placed, and drift its angles by one substep."""
+    size, step, answer = work.q.shape[1], work.h[0, 0], work.inverse[0]
+    rotor = at(driving.rotor, n)
+    inertia(tree, room, answer)
+    for j in range(size):
+        answer[j, j] += driving.rotor[rotor, j] + 0.5 * step * work.falling[0, j]
+    inverted(size, 0, answer)
+    bias_torques(tree, figures, gravity, 0, work.dq, room, work.bias)
+    if size > 1:
+        kicked(0, answer, work.held, work.bias, work.dq, 0.5 * step, work.mean)
+        bias_torques(tree, figures, gravity, 0, work.mean, room, work.bias)
+    kicked(0, answer, work.pull, work.bias, work.dq, step, work.free)
+    for kind in range(3):
+        for j in range(size):
+            work.given[kind, j] = 0.0
+    swept(0, work.free, work.motor, work.inverse, work.h, work.level, driving.low, driving.high,
+          work.none, work.one, work.none, work.q, work.dq, work.given)
+    for j in range(size):
+        work.dq[0, j] = work.free[0, j]
+        work.q[0, j] += step * work.free[0, j]
+
+
+@compiled_without_gil
+def _work(size: int) -> Any:
+    return Work(np.empty((1, size)), np.empty((1, size)), np.empty((1, size)),
+                np.empty((1, size)), np.empty((1, size)), np.empty((1, size)),
+                np.empty((1, size)), np.zeros((1, size)), np.empty((1, size)),
+                np.empty((1, size)), np.zeros((1, size)), np.zeros((1, size)),
+                np.ones((1, size)), np.empty((1, 1)), np.empty((1, size, size)),
+                np.empty((3, size)))

@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The search: what it may see, what counts as evidence, several effects, refitted constants."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.searched import FIRST, searched
+from tests.simulate import PENDULUM, record, TORQUE
+
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.estimate.imitation import imitations
+from leo_diffmodel.explain.estimate.loss import dispersion
+from leo_diffmodel.explain.estimate.scan import scales_of, Scanner
+from leo_diffmodel.explain.explanation import explain
+from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.problem.limits import limited
+from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.select import search as selection
+from leo_diffmodel.explain.select.search import Search
+from leo_diffmodel.explain.settings import SETTINGS
+from leo_sim.description.robot import load_robot
+from leo_sim.effects import place
+from leo_sim.model import Model
+from leo_sim.model.model_file import load_model
+
+SEEDS = range(20, 25)
+FEW = ('coulomb_friction', 'viscous_friction', 'stribeck_friction', 'command_delay', 'bias_torque')
+
+
+def candidate(model, name):
+    return next(c for c in candidates(model) if c.effect.name == name)
+
+
+def names(found: Search) -> set[str]:
+    return {c.effect.name for c in found.chosen.names}
+
+
+@pytest.fixture(scope='module')
+def clean() -> list[Search]:
+    """Single effects on bags without any."""
+    robots = (PENDULUM, TORQUE)
+    return [searched([record(robots[s % 2], seconds=8, seed=s)], Model(robots[s % 2]), FIRST)
+            for s in SEEDS]  # fmt: skip
+
+
+def test_noise_alone_stays_below_the_threshold(clean):
+    for found in clean:
+        assert names(found) == set() and not any(found.turns)
+        empty = found.known(frozenset())
+        saved = [found.weight.compare(empty, s).nats for s in found.sets if s.names]
+        assert saved and max(saved) < found.threshold
+        assert 8.0 <= found.threshold < 40.0
+
+
+def test_what_is_left_of_clean_data_is_white(clean):
+    left = [dispersion(found.null) for found in clean]
+    assert 1.0 <= np.median(left) < 1.15 and max(left) < 1.5
+
+
+def test_a_scan_has_points_where_the_robot_hardly_moves():
+    """Below every plausible rate at which friction falls to its dynamic level."""
+    model = Model(TORQUE)
+    problem = pose([record(TORQUE, seconds=8)], [], model).problem
+    null = fit(problem, Hypothesis())
+    slow = replace(scales_of(model, problem.windows), rate=1e-3)
+    scan = Scanner(problem, null, slow).scan(limited(candidate(model, 'stribeck_friction'), model))
+    assert len(scan.points) and np.isfinite(scan.gain)
+
+
+def test_a_ripple_is_tried_at_several_numbers_of_periods():
+    model = Model(TORQUE)
+    problem = pose([record(TORQUE, seconds=8)], [], model).problem
+    scanner = Scanner(problem, fit(problem, Hypothesis()), scales_of(model, problem.windows))
+    scan = scanner.scan(candidate(model, 'torque_ripple'))
+    periods = [scan.own[1], *(values[1] for values in scan.others)]
+    assert len(set(periods)) == len(periods) > SETTINGS.wholes > 1
+    assert not scanner.scan(candidate(model, 'coulomb_friction')).others
+
+
+def test_the_largest_effect_comes_first():
+    effects = (place(TORQUE, 'coulomb_friction', 'pivot', c=0.1),
+               place(TORQUE, 'voltage_scale', 'pivot', k=0.7))  # fmt: skip
+    found = searched([record(TORQUE, *effects, seconds=10)], Model(TORQUE))
+    first, second = found.final.hypothesis.candidates
+    assert first.effect.name in ('voltage_scale', 'torque_scale')
+    assert second.effect.name == 'coulomb_friction'
+    assert found.final.theta == pytest.approx([0.7, 0.1], rel=0.1)
+    assert found.final.ci95(1)[0] < 0.1 < found.final.ci95(1)[1]
+
+
+def test_held_out_data_never_move_a_fit():
+    friction = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
+    problem = pose([record(TORQUE, friction)], [], Model(TORQUE)).problem
+    hypothesis = Hypothesis((candidate(Model(TORQUE), 'coulomb_friction'),))
+    held = ~problem.train
+    assert 4 < held.sum() < problem.train.sum()
+    q = problem.windows.q.copy()
+    q[held] += np.random.default_rng(0).normal(0, 0.3, q[held].shape)
+    changed = replace(problem, windows=replace(problem.windows, q=q))
+    start = fit(problem, Hypothesis()).start
+    thetas = [fit(p, hypothesis, np.array([0.14]), start).theta for p in (problem, changed)]
+    np.testing.assert_allclose(*thetas, rtol=1e-9)
+    np.testing.assert_allclose(thetas[0], 0.2, rtol=0.05)
+
+
+@pytest.fixture(scope='module', params=[1, pytest.param(2, marks=pytest.mark.slow)])
+def both(request) -> list:
+    """Three bags with two effects."""
+    effects = [place(TORQUE, 'coulomb_friction', 'pivot', c=0.2),
+               place(TORQUE, 'command_delay', 'pivot', delay=0.02)]  # fmt: skip
+    return [record(TORQUE, *effects, seconds=5, seed=10 * request.param + s) for s in range(3)]
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """A search among few effects, in the order given."""
+
+    def ordered(order):
+        pool = [candidate(Model(TORQUE), n) for n in order]
+        monkeypatch.setattr(selection, 'candidates', lambda *_: pool)
+
+    ordered(FEW)
+    return ordered
+
+
+def test_neither_the_order_nor_the_rate_of_the_data_changes_the_names(both, few):
+    right = {'coulomb_friction', 'command_delay'}
+    found = searched(both, Model(TORQUE))
+    assert names(found) == right
+    back = searched(both[::-1], Model(TORQUE))
+    assert names(back) == right
+    few(FEW[::-1])
+    assert names(searched(both, Model(TORQUE))) == right
+    halved = [replace(r, episodes=tuple(every(e, 2) for e in r.episodes)) for r in both]
+    assert len(halved[0].episodes[0].t) == 250
+    assert names(searched(halved, Model(TORQUE))) == right
+
+
+def every(episode, stride):
+    """Every other state, the input the mean over the longer steps."""
+    count = len(episode.t) // stride * stride
+    kept = {n: getattr(episode, n)[:count:stride] for n in ('t', 'q', 'dq', 'enabled')}
+    inputs = episode.inputs[:count].reshape(-1, stride, episode.inputs.shape[1]).mean(axis=1)
+    return replace(episode, inputs=inputs, **kept)
+
+
+@pytest.mark.parametrize(('truth', 'right'), [
+    ({'stribeck_friction': {'c': 0.1, 'c_static': 0.25, 'v_s': 1.0}}, {'stribeck_friction'}),
+    ({'coulomb_friction': {'c': 0.1}, 'viscous_friction': {'b': 0.05}},
+     {'coulomb_friction', 'viscous_friction'}),
+    ({'coulomb_friction': {'c': 0.2}}, {'coulomb_friction'}),
+], ids=['stribeck', 'two', 'coulomb'])  # fmt: skip
+def test_friction_is_told_by_the_fewest_laws_that_do_it(truth, right, few):
+    effects = [place(TORQUE, name, 'pivot', **values) for name, values in truth.items()]
+    found = searched([record(TORQUE, *effects, seconds=10)], Model(TORQUE))
+    assert names(found) == right
+
+
+def test_one_effect_is_preferred_to_two_that_do_what_it_does(monkeypatch):
+    data = record(PENDULUM, place(PENDULUM, 'back_emf_scale', 'pivot', k=1.3), seconds=10)
+    model = Model(PENDULUM)
+    pool = [candidate(model, n) for n in ('voltage_scale', 'torque_scale', 'back_emf_scale')]
+    monkeypatch.setattr(selection, 'candidates', lambda *_: pool)
+    found = searched([data], model)
+    assert names(found) == {'back_emf_scale'}
+    assert found.final.theta == pytest.approx([1.3], rel=0.05)
+
+
+def test_what_comes_near_to_a_torque_that_was_found():
+    data, model = record(TORQUE, place(TORQUE, 'bias_torque', 'pivot', t=0.2)), Model(TORQUE)
+    problem = pose([data], [], model).problem
+    null = fit(problem, Hypothesis())
+    scanner = Scanner(problem, null, scales_of(model, problem.windows))
+    scans = [scanner.scan(c) for c in candidates(model)]
+    fitted = fit(problem, Hypothesis((candidate(model, 'bias_torque'),)))
+    (near,) = imitations(problem, fitted, scans)
+    assert near.candidate.effect.name == 'joint_spring'
+    k, rest = near.theta
+    angles = problem.windows.q
+    np.testing.assert_allclose(-k * (angles - rest), fitted.theta[0], rtol=0.3)
+    scaled = Hypothesis((candidate(model, 'torque_scale'),))
+    assert imitations(problem, fit(problem, scaled), scans) == []
+
+
+def test_what_a_parameter_at_its_bound_cannot_do_another_that_does_the_same_makes_up_for():
+    robot = load_robot('servo_pendulum')
+    model = Model(robot)
+    low = robot.constants['sensors.pivot.offset'].uncertain[0]
+    data = [record(robot, place(robot, 'encoder_offset', 'pivot', o=2 * low))]
+    problem = pose(data, [], model).problem
+    null = fit(problem, Hypothesis(constants=uncertain(model)))
+    hypothesis = null.hypothesis.with_candidate(candidate(model, 'encoder_offset'))
+    for own in (0.0, 1.0):
+        found = fit(problem, hypothesis, np.r_[own, null.theta], null.start)
+        assert found.theta[0] + found.theta[-1] == pytest.approx(2 * low, abs=2e-3)
+
+
+def test_two_effects_are_both_named_with_their_sizes():
+    truth = [
+        place(TORQUE, 'coulomb_friction', 'pivot', c=0.2),
+        place(TORQUE, 'command_delay', 'pivot', delay=0.02),
+    ]
+    answer = explain([record(TORQUE, *truth, seconds=15)], Model(TORQUE))
+    found = {e['name']: e['parameters'] for e in answer.effects}
+    assert answer.verdict == 'named' and set(found) == {'coulomb_friction', 'command_delay'}
+    assert found['coulomb_friction']['c']['value'] == pytest.approx(0.2, rel=0.05)
+    assert found['command_delay']['delay']['value'] == pytest.approx(0.02, rel=0.05)
+    rows = answer.errors['ladder']
+    assert [len(rows), rows[0]['model'], rows[-1]['model']] == [4, 'as given', 'noise floor']
+    assert rows[0]['rmse'][0] > rows[1]['rmse'][0] > rows[2]['rmse'][0]
+
+
+@pytest.mark.parametrize('seed', [*(pytest.param(n, marks=pytest.mark.slow) for n in (1, 4)), 2])
+def test_a_constant_at_its_bound_hides_no_effect(seed):
+    robot = load_robot('servo_pendulum')
+    low = robot.constants['sensors.pivot.offset'].uncertain[0]
+    effects = [place(robot, 'encoder_offset', 'pivot', o=2 * low),
+               place(robot, 'actuator_lag', 'pivot', tau=0.01)]
+    answer = explain([record(robot, *effects, seconds=15, seed=seed)], Model(robot))
+    assert {e['name'] for e in answer.effects} == {'encoder_offset', 'actuator_lag'}
+
+
+def test_uncertain_constants_are_refitted_before_anything_is_named(tmp_path):
+    path = 'actuators.pivot.torque_constant'
+    model = tmp_path / 'rough.yaml'
+    model.write_text(
+        'robot: pendulum\nconstants:\n'
+        f'  {path}: {{value: 0.045, unit: N m/A, uncertain: [0.03, 0.08]}}\n'
+    )
+    data = [record(PENDULUM, seconds=15, seed=3)]
+    answer = explain(data, load_model(model))
+    assert answer.verdict == 'fine' and answer.effects == []
+    found = answer.constants[path]
+    assert found['value'] == pytest.approx(0.0536, rel=0.01) and found['unit'] == 'N m/A'
+    assert found['ci95'][0] < 0.0536 < found['ci95'][1]
+    assert answer.model.constants[path] == found['value']
+    sure = load_model('pendulum').changed(constants={path: 0.045})
+    assert explain(data, sure).verdict != 'fine'
+
+
+def test_whole_bags_can_be_held_out():
+    effect = place(TORQUE, 'viscous_friction', 'pivot', b=0.1)
+    data = [record(TORQUE, effect, seconds=8, seed=s) for s in (1, 2)]
+    answer = explain(data[:1], Model(TORQUE), hold_out=data[1:])
+    assert answer.verdict == 'named'
+    (row,) = answer.effects
+    assert row['name'] == 'viscous_friction' and row['gain_held_out'] > 20
+    assert row['parameters']['b']['value'] == pytest.approx(0.1, rel=0.05)
+    assert [b['path'] for b in answer.provenance['bags']] == ['simulated_1', 'simulated_2']
+    other = record(TORQUE, effect, seconds=8, seed=7)
+    again = searched(data[:1], Model(TORQUE), hold_out=[other])
+    assert names(again) == {'viscous_friction'}
+    assert again.final.theta == pytest.approx([row['parameters']['b']['value']], rel=1e-3)

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The set that is chosen: the smallest that no larger one beats, whatever the order."""
+
+from dataclasses import replace
+from itertools import permutations
+
+import numpy as np
+import pytest
+from tests.linear import POOL, posed, Regression, scored, wide
+
+from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.select import sets as choice
+from leo_diffmodel.explain.select.evidence import weigh, Weight
+from leo_diffmodel.explain.select.sets import chosen, compatible, Sets
+from leo_diffmodel.explain.settings import SETTINGS
+from leo_sim.model import Model
+
+PLAIN = Weight(spread=1.0, samples=1000.0, most=np.inf, settings=SETTINGS)
+FOLD = np.repeat(np.arange(10), 4)
+LIMIT = 12.0
+NAMES = ('armature', 'bias_torque', 'coulomb_friction', 'torque_scale', 'viscous_friction')
+BETWEEN = {c.label: c for c in candidates(Model('double_pendulum'))}
+
+
+def left(**by_names: float) -> list:
+    """Sets with what each leaves in all windows together: a_b=3 is that of a and b."""
+    long = {'a': 'armature', 'b': 'bias_torque', 'c': 'coulomb_friction', 'none': None}
+    return [scored([long[n] for n in names.split('_') if long[n]],
+                   np.full(len(FOLD), total / len(FOLD)), FOLD)
+            for names, total in by_names.items()]  # fmt: skip
+
+
+def names(best) -> set:
+    return {c.effect.name for c in best.names}
+
+
+@pytest.mark.parametrize(('sets', 'right'), [
+    (left(none=800, a=790), set()),
+    (left(none=800, a=700), {'armature'}),
+    (left(none=800, a=400, b=500, a_b=395), {'armature'}),
+    (left(none=800, a=400, b=500, a_b=340), {'armature', 'bias_torque'}),
+    (left(none=800, a=799, b=799, a_b=400), {'armature', 'bias_torque'}),
+    (left(none=800, a_b=400), set()),
+], ids=['nothing', 'one', 'a trifle more', 'both', 'only together', 'parts unknown'])  # fmt: skip
+def test_the_smallest_set_is_chosen_that_no_larger_one_beats(sets, right):
+    for order in permutations(sets):
+        assert names(chosen(order, PLAIN, LIMIT)) == right
+
+
+def regression(truth: dict, seed: int = 0, alike: float = 0.0, **options):
+    """Sets of five effects, each a random column; two of them alike and of opposite sign."""
+    rng = np.random.default_rng(seed)
+    columns = {n: rng.standard_normal((40, 20)) for n in NAMES}
+    shared = columns['armature']
+    columns['bias_torque'] = -shared + alike * columns['bias_torque']
+    data = rng.standard_normal((40, 20)) + sum(v * columns[n] for n, v in truth.items())
+    return Regression(data, columns, posed(FOLD), LIMIT, **options)
+
+
+def found(estimator: Regression, pool: tuple = NAMES) -> tuple[set, list]:
+    sets = Sets(estimator, [wide(POOL[n]) for n in pool], SETTINGS, lambda _: None)
+    best = choice.search(sets, estimator.first(Hypothesis()))
+    best = choice.canonical(sets, choice.contested(sets, best))
+    return names(best), [frozenset(names(s)) for s in choice.turns(sets)]
+
+
+@pytest.mark.parametrize('truth', [
+    {}, {'armature': 0.5}, {'coulomb_friction': 0.3, 'viscous_friction': -0.3},
+    {'armature': 0.4, 'coulomb_friction': 0.3, 'viscous_friction': -0.3},
+], ids=len)  # fmt: skip
+@pytest.mark.parametrize('pairs', [True, False])
+def test_what_is_missing_is_found_and_chosen_in_nearly_all_turns(truth, pairs):
+    best, turns = found(regression(truth, alike=1.0, pairs=pairs))
+    assert best == set(truth)
+    assert len(turns) == SETTINGS.turns
+    assert turns.count(frozenset(truth)) >= SETTINGS.stable * len(turns)
+
+
+def test_two_that_hide_each_other_are_found_together():
+    truth = {'armature': 2.0, 'bias_torque': 2.0}
+    estimator = regression(truth, alike=0.2)
+    first = estimator.extended(estimator.first(Hypothesis()), [wide(POOL[n]) for n in NAMES], None)
+    singles = [e for e in first.larger if len(e.names) == 1]
+    assert min(e.fit.loss.sum() for e in singles) > 0.95 * first.base.fit.loss.sum()
+    assert found(estimator)[0] == set(truth)
+
+
+@pytest.mark.parametrize('seed', range(2))
+def test_the_order_of_the_candidates_does_not_matter(seed):
+    truth = {'armature': 0.15, 'coulomb_friction': 0.3, 'viscous_friction': -0.2}
+    estimator = regression(truth, seed, alike=0.5)
+    answers = [found(estimator, tuple(np.random.default_rng(s).permutation(NAMES)))
+               for s in range(3)]  # fmt: skip
+    assert all(best == answers[0][0] for best, _ in answers)
+    assert {frozenset(t) for _, t in answers[1:]} == {frozenset(answers[0][1])}
+
+
+def test_the_order_of_the_recordings_does_not_matter():
+    truth = {'armature': 0.4, 'coulomb_friction': 0.3}
+    forward = regression(truth, 5, alike=0.5)
+    back = Regression(forward.data[::-1], {n: c[::-1] for n, c in forward.columns.items()},
+                      posed(FOLD), LIMIT)  # fmt: skip
+    assert found(forward)[0] == found(back)[0] == set(truth)
+
+
+def test_an_effect_stands_beside_no_other_that_holds_it_at_its_place():
+    pivot = {n.split(':')[0]: c for n, c in BETWEEN.items() if n.endswith(':all')}
+    stribeck, coulomb = pivot['stribeck_friction'], pivot['coulomb_friction']
+    assert not compatible([stribeck], coulomb) and not compatible([coulomb], stribeck)
+    assert compatible([stribeck], pivot['viscous_friction']) and compatible([], coulomb)
+    own = [c for n, c in BETWEEN.items() if n.startswith('coulomb_friction:') and c != coulomb]
+    assert len(own) == 2 and compatible([own[0]], own[1])
+    assert not compatible([coulomb], own[0]) and not compatible([own[0]], coulomb)
+
+
+def test_of_two_fits_of_one_set_the_better_is_kept():
+    estimator = regression({'armature': 0.5}, alike=1.0)
+    sets = Sets(estimator, [], SETTINGS, lambda _: None)
+    hypothesis = Hypothesis((wide(POOL['armature']),))
+    good = estimator.refitted(estimator.first(Hypothesis()), hypothesis)
+    worse = good._replace(fit=good.fit.__class__(**{**vars(good.fit), 'loss': good.fit.loss + 1}))
+    for order in ((good, worse), (worse, good)):
+        sets.known.clear()
+        sets.add(order)
+        (kept,) = sets.known.values()
+        assert kept.at is good
+
+
+def test_a_search_whose_time_is_over_gives_the_best_of_the_first_effects():
+    estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0, pairs=False)
+    late = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None, until=0.0)
+    best = choice.search(late, estimator.first(Hypothesis()))
+    assert late.late and [*late.extensions] == [frozenset()] and names(best) == {'armature'}
+
+
+def test_a_turn_leaves_out_a_tenth_of_the_folds_and_asks_for_so_much_less():
+    estimator = regression({}, alike=1.0)
+    sets = Sets(estimator, [], SETTINGS, lambda _: None)
+    sets.add([estimator.first(Hypothesis())])
+    weight = weigh(list(sets.known.values()), SETTINGS)
+    assert weight.spread == pytest.approx(1.0, abs=0.3)
+    assert len(choice.turns(sets)) == SETTINGS.turns
+
+
+@pytest.mark.parametrize(('whole', 'beyond', 'off', 'right'), [
+    (10.0, 0.5, 0.0, {'coulomb_friction'}),
+    (10.0, 1.5, 0.0, {'armature', 'bias_torque'}),
+    (1000.0, 3.0, 0.0, {'armature', 'bias_torque'}),
+    (1000.0, 3.0, 2.0, {'coulomb_friction'}),
+], ids=['alike far ahead', 'a seventh of it all', 'little of it all, but seen',
+        'less than what is left'])  # fmt: skip
+def test_two_effects_that_predict_what_one_does_are_no_better_answer(whole, beyond, off, right):
+    """Errors far ahead in noise floors; the two save more than the one, no part of them."""
+    sets = left(none=8000, a=3000, b=3000, c=500, a_b=350)
+    errors = {'': off - whole, 'coulomb_friction': off - beyond, 'armature_bias_torque': off}
+    told = [replace(s, ends=np.full((5, 2), errors.get('_'.join(sorted(names(s))), -1e4)))
+            for s in sets]  # fmt: skip
+    assert names(chosen(told, replace(PLAIN, null=told[0]), LIMIT)) == right

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Laws that are no known effect: the variable is found, and known effects keep their names."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.searched import searched
+from tests.simulate import PENDULUM, record, TORQUE
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.blind import kinds, outside
+from leo_diffmodel.explain.select.search import Search
+from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.explain.unknown import attempt
+from leo_diffmodel.explain.unknown.answer import tell, Unknown
+from leo_diffmodel.explain.unknown.find import find
+from leo_diffmodel.explain.unknown.influence import influence
+from leo_diffmodel.explain.unknown.law import Law
+from leo_sim.description.robot import Robot
+from leo_sim.effects import get_effect, Parameter, place
+from leo_sim.model import Model
+
+SECONDS = 15
+LAWS = {
+    'periodic_torque': {'a': 0.3, 'f': 1.3, 'phase': 0.5},
+    'sector_friction': {'c': 0.5, 'centre': 0.4, 'width': 0.3},
+    'cable': {'k': 0.6, 'slack': 0.2, 'side': 1.0},
+    'hysteresis': {'c': 0.25, 'reach': 0.5},
+    'winding_drift': {'rise': 0.4, 'tau': 6.0},
+}
+VARIABLES = {**outside.VARIABLES, 'hysteresis': 'path', 'winding_drift': 'time'}
+
+
+def unknown(robot: Robot, *effects, **run) -> Unknown | None:
+    """What a search finds beyond the known effects."""
+    data = [record(robot, *effects, seconds=SECONDS, **run)]
+    return beyond(data, searched(data, Model(robot)))
+
+
+def beyond(data: list[Recording], known: Search) -> Unknown | None:
+    """What is found beyond the known effects that a search has chosen."""
+    found = find(data, known)
+    return found and tell(data, found)
+
+
+def hidden(robot: Robot, kind: str, **parameters):
+    """A law of `outside` at the only joint."""
+    file = kinds.__file__.replace('__init__', kind)
+    return place(robot, get_effect(file), 'pivot', **parameters)
+
+
+@cache
+def search_of(kind: str) -> tuple[list[Recording], Search]:
+    """A recording with one of LAWS in it, or with none, and the search among known effects."""
+    effects = [hidden(TORQUE, kind, **LAWS[kind])] if kind else []
+    data = [record(TORQUE, *effects, seconds=SECONDS)]
+    return data, searched(data, Model(TORQUE))
+
+
+@cache
+def answer_to(kind: str) -> Unknown | None:
+    """What is found of one of LAWS."""
+    return beyond(*search_of(kind))
+
+
+SLOW = ('sector_friction', 'winding_drift')
+"""Of the angle, as a cable is, and of time, as a periodic torque is."""
+
+
+@pytest.mark.parametrize(
+    'kind', [pytest.param(k, marks=[pytest.mark.slow] * (k in SLOW)) for k in outside.KINDS]
+)
+def test_the_variable_of_every_kind_is_found(kind):
+    answer = answer_to(kind)
+    assert answer is not None and answer.joint == 'pivot'
+    assert answer.variable == VARIABLES[kind]
+    assert answer.r2_held_out > 0.8
+
+
+def test_the_law_of_a_cable_is_told_with_its_values():
+    answer = answer_to('cable')
+    assert answer is not None and answer.formula.startswith('k max(0, q - x0) with k = -0.')
+    assert answer.parameters['k']['value'] == pytest.approx(-0.6, rel=0.1)
+    assert answer.parameters['x0']['value'] == pytest.approx(0.2, abs=0.1)
+
+
+def test_the_curve_has_the_true_torque_within_its_intervals():
+    answer = answer_to('periodic_torque')
+    assert answer is not None
+    x, y, half = (np.array(answer.curve[k]) for k in ('x', 'y', 'ci95'))
+    truth = 0.3 * np.sin(2 * np.pi * 1.3 * x + 0.5)
+    assert len(x) >= 10 and np.mean(np.abs(y - truth) < 2 * half) > 0.8
+
+
+def test_a_sine_in_time_is_never_read_at_knots(monkeypatch):
+    monkeypatch.setattr(attempt, 'LINEAR_SHARE', 10.0)  # no readable law promises that much
+    answer = beyond(*search_of('periodic_torque'))
+    assert answer is not None and 'table' not in answer.formula
+    assert answer.parameters['f']['value'] == pytest.approx(1.3, rel=0.02)
+
+
+@pytest.mark.parametrize(('variable', 'named', 'known'), [
+    ('rate', {'c0': 0.1, 'c1': -0.2}, True),
+    ('rate', {'c0': 0.1, 'c1': 0.2}, False),
+    ('angle', {'c0': 0.1, 'c1': -0.2}, True),
+    ('angle', {'c0': 0.1, 'c1': -0.2, 'c2': 0.3}, False),
+    ('angle', {'c': 0.1, 'a': 0.2, 'n': 3.02, 'phase': 0.1}, True),
+    ('angle', {'c': 0.1, 'a': 0.2, 'n': 2.5, 'phase': 0.1}, False),
+    ('time', {'c0': 0.1, 'c1': -0.2}, False),
+])
+def test_a_law_of_the_catalogue_is_known(variable, named, known):
+    """A negative viscous friction or spring is none of its laws, nor half a period a turn."""
+    curve = SimpleNamespace(carrier='torque', variable=SimpleNamespace(name=variable))
+    law = Law(curve, SimpleNamespace(polar='phase' in named),
+              tuple(Parameter(n, '') for n in named), np.array(list(named.values())), 0.0)
+    assert law.known(SETTINGS.law_periods) is known
+
+
+def test_what_the_catalogue_has_is_not_unknown():
+    friction = place(TORQUE, 'viscous_friction', 'pivot', b=0.1)
+    assert unknown(TORQUE, friction, place(TORQUE, 'bias_torque', 'pivot', t=0.05)) is None
+
+
+@pytest.mark.parametrize('rate', [1e6, np.nan])
+def test_a_prediction_beyond_all_measured_rates_runs_away(rate):
+    _, found = search_of('')
+    left = influence(found.problem, found.final)
+    assert not left.runs_away
+    assert replace(left, dq=np.where(left.dq == left.dq.max(), rate, left.dq)).runs_away
+
+
+def _square(t: np.ndarray) -> np.ndarray:
+    return 0.3 * np.sign(np.sin(2 * np.pi * 0.9 * t))
+
+
+def _beat(t: np.ndarray) -> np.ndarray:
+    return 0.3 * np.sin(2 * np.pi * 0.7 * t) ** 3
+
+
+@pytest.mark.parametrize('law', [
+    pytest.param(_square, id='_square'), pytest.param(_beat, id='_beat', marks=pytest.mark.slow)
+])
+def test_a_rhythm_of_another_shape_is_a_matter_of_time(law: Callable):
+    push = law(0.01 * np.arange(100 * SECONDS))[:, None]
+    answer = unknown(TORQUE, push=push)
+    assert answer is not None and answer.variable == 'time'
+    assert answer.r2_held_out > 0.5
+
+
+@pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
+@pytest.mark.parametrize('seed', [5, *(pytest.param(n, marks=pytest.mark.slow) for n in (6, 7))])
+def test_noise_alone_has_no_law(robot, seed):
+    assert unknown(robot, seed=seed) is None
+
+
+@pytest.mark.parametrize(
+    ('robot', 'effect', 'parameters'),
+    [
+        (TORQUE, 'coulomb_friction', {'c': 0.15}),
+        pytest.param(TORQUE, 'joint_spring', {'k': 0.5, 'rest': 0.3}, marks=pytest.mark.slow),
+        (TORQUE, 'command_delay', {'delay': 0.015}),
+        (TORQUE, 'torque_ripple', {'a': 0.3, 'n': 3.0, 'phase': 1.0}),
+        (PENDULUM, 'voltage_deadband', {'v': 0.4}),
+        pytest.param(PENDULUM, 'viscous_friction', {'b': 1e-5}, marks=pytest.mark.slow),
+    ],
+)
+def test_a_known_effect_keeps_its_name(robot, effect, parameters):
+    assert unknown(robot, place(robot, effect, 'pivot', **parameters)) is None

@@ -1,0 +1,376 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page from hand-made results: six verdicts, escapes, no network, whole or not at all."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.damage import room_for
+from tests.page import read
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.compare.comparison import Comparison
+from leo_diffmodel.compare.errors import Prediction
+from leo_diffmodel.compare.torque import MissingTorque
+from leo_diffmodel.compare.where import where
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.explanation import Explanation
+from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.report.compared import write_comparison
+from leo_diffmodel.report.explained import write_explanation
+from leo_diffmodel.report.sections import budget, horizon, hypotheses, stability, untested
+from leo_diffmodel.report.sections import missing as missing_section
+from leo_diffmodel.report.sections import verdict as verdict_section
+from leo_diffmodel.report.sections import where as where_section
+from leo_diffmodel.report.sections.gates import descriptions
+from leo_sim.description.robot import load_robot
+from leo_sim.model import Model
+
+STATES = [{'name': 'pivot', 'unit': 'rad'}, {'name': 'pivot rate', 'unit': 'rad/s'}]
+PROVENANCE = {
+    'bags': [{'path': 'bags/<run> & "1"', 'sha256': 'f00d'}],
+    'robot': 'pendulum',
+    'model_sha256': 'beef',
+    'effects_in_model': [],
+    'command': "leo explain 'bags/<run>' --model pendulum",
+    'date': '2026-11-20T12:00:00+00:00',
+    'python': '3.11.7',
+    'versions': {'leo_sim': '0.1.0'},
+    'seed': 0,
+}
+NOT_TESTABLE = [
+    {'name': 'torque_ripple', 'where': 'pivot', 'why': 'its trace is 1.0 nats, 12.7 are needed'},
+]
+
+
+@pytest.fixture(scope='module')
+def model() -> Model:
+    return Model(load_robot('pendulum'))
+
+
+@pytest.fixture(scope='module')
+def recording() -> Recording:
+    t, flat = np.arange(200) * 0.01, np.zeros((200, 1))
+    episode = Episode(t, flat, flat, flat, np.ones((200, 1), bool))
+    return Recording(
+        Path('bags/<run> & "1"'), 'f00d', ('pivot',), ('pivot',), 'voltage', 0.01, (episode,), {}
+    )
+
+
+@pytest.fixture(scope='module')
+def missing() -> MissingTorque:
+    rng = np.random.default_rng(0)
+    q, dq, u = rng.uniform(-1, 1, (3, 120, 1)) * np.array([1.0, 8.0, 3.0])[:, None, None]
+    held = [np.repeat(x[:, None], n, axis=1) for x, n in ((q, 6), (dq, 6), (u, 5))]
+    windows = Windows(
+        *held, np.ones((120, 5, 1), bool), np.full((120, 5), 0.01),
+        np.arange(120) * 0.06, np.zeros(120, int), np.zeros(120, bool),
+    )  # fmt: skip
+    torque = -1e-4 * dq + 1e-5 * rng.standard_normal((120, 1))
+    return MissingTorque(np.arange(120) * 0.06, torque, np.full((120, 1), 1e-5), q, dq, u, windows)
+
+
+def explanation(verdict: str, model: Model, sentence: str = 'Sentence <1> & 2.') -> Explanation:
+    """An answer without a search behind it."""
+    return Explanation(
+        verdict=verdict,
+        sentence=sentence,
+        effects=[],
+        constants={},
+        hypotheses=[],
+        not_testable=NOT_TESTABLE,
+        next_run='Let it swing with the motors free.',
+        errors={},
+        seconds=0.1,
+        provenance=PROVENANCE,
+        model=model,
+    )
+
+
+def comparison(missing: MissingTorque, model: Model, factor: float) -> Comparison:
+    """Errors `factor` times the noise floor, at one step and further ahead."""
+    seen = missing.windows.measured
+    prediction = Prediction(missing.windows, seen + 0.01, np.full_like(seen, 1e-4))
+    floor = [[0.002, 0.05], [0.003, 0.06]]
+    seconds = (0.03, 0.6)
+
+    def table(k: float) -> list[dict]:
+        return [
+            {'steps': n, 'seconds': s, 'rmse': [k * e for e in f]}
+            for n, s, f in zip((1, 20), seconds, floor, strict=True)
+        ]
+
+    one = {'rmse': [factor * e for e in floor[0]]}
+    data = {
+        'states': STATES,
+        'step_seconds': 0.03,
+        'one_step': one,
+        'horizon': table(factor),
+        'noise_floor': {'one_step': {'rmse': floor[0]}, 'horizon': table(1.0)},
+        'budget': {'explained': 0.7, 'unexplained': 0.2, 'noise': 0.1},
+        'seconds': 0.4,
+        'provenance': PROVENANCE,
+    }
+    return Comparison(data, missing, where(missing, model), prediction)
+
+
+VERDICTS = ['fine', 'named', 'partly', 'ambiguous', 'unknown', 'untestable']
+
+
+@pytest.mark.parametrize('verdict', VERDICTS)
+def test_every_verdict_makes_a_page(verdict, model, recording, tmp_path):
+    path = tmp_path / 'report.html'
+    write_explanation(path, explanation(verdict, model), [recording])
+    links, text = read(path)
+    assert links.urls == [] and links.scripts == 0
+    assert verdict in text and 'Sentence <1> & 2.' in text
+    assert 'Let it swing with the motors free.' in text
+    assert 'torque_ripple' in text and '12.7 are needed' in text
+    assert 'What this data could not test' in text
+    for origin in ('f00d', 'beef', PROVENANCE['date'], 'runtime0.10 s', 'leo_sim 0.1.0'):
+        assert origin in text, origin
+
+
+def test_the_page_of_recordings_that_were_moved_from_outside(model, recording, tmp_path):
+    sentence = 'Moved from outside in 60% of the moving time: 1.0 to 2.0 s (pivot: a push).'
+    answer = replace(explanation('unknown', model, sentence), not_testable=[],
+                     settings=SETTINGS.to_json())  # fmt: skip
+    path = tmp_path / 'report.html'
+    write_explanation(path, answer, [recording, replace(recording, path=Path('bags/other'))])
+    _, text = read(path)
+    assert 'not the robot’s own' in text and '--keep' in text
+    assert 'least_nats' in text and 'whatever the draws of noise say' in text
+    assert 'Every effect of the catalogue' not in text
+
+
+def test_every_gate_says_what_it_decides():
+    assert descriptions().keys() == SETTINGS.to_json().keys()
+    assert all(descriptions().values())
+
+
+def test_an_answer_is_a_bar_beside_the_other_sets():
+    rows = [{'effects': [f'armature:{n}'] if n else [], 'share': 0.1} for n in range(10)]
+    values = stability.section(rows, [], SETTINGS.to_json()).values
+    assert [s['mine'] for s in values['sets']] == [True] + 6 * [False]
+    assert values['sets'][0]['name'] == 'nothing is missing'
+    assert values['sets'][-1] == {'name': '4 other sets', 'share': '40 %', 'mine': False,
+                                  'width': pytest.approx(40.0)}  # fmt: skip
+
+
+def test_what_came_from_outside_is_escaped(model, recording, tmp_path):
+    path = tmp_path / 'report.html'
+    hostile = '<script>alert(1)</script> coulomb_friction:pivot'
+    write_explanation(path, explanation('named', model, hostile), [recording])
+    links, text = read(path)
+    assert links.scripts == 0 and hostile in text
+    assert '<run>' not in path.read_text() and 'bags/<run> & "1"' in text
+
+
+def test_the_comparison_is_a_sentence_of_numbers(model, recording, missing, tmp_path):
+    path = tmp_path / 'report.html'
+    write_comparison(path, comparison(missing, model, 4.0), [recording], model)
+    links, text = read(path)
+    assert links.urls == [] and links.scripts > 0
+    text = text.replace('\u00a0', ' ')
+    assert '4.0 × noise' in text and '4.0 times what noise alone explains' in text
+    assert '0.00800 rad (pivot)' in text and '0.200 rad/s (pivot rate)' in text
+    assert 'explained by the model 70 %' in text and 'noise 10 %' in text
+    for unit in ('[rad]', '[rad/s]', '[V]', '[s]', 'N m', 'Hz'):
+        assert unit in text, unit
+
+
+@pytest.mark.parametrize(
+    'axis', ['rms error of pivot [rad]', 'pivot speed [rad/s]', 'pivot angle [rad]',
+             'pivot voltage [V]', 'missing torque [mN m]', 'prediction horizon [s]'],
+)  # fmt: skip
+def test_axes_carry_their_unit(axis, model, recording, missing, tmp_path):
+    path = tmp_path / 'report.html'
+    write_comparison(path, comparison(missing, model, 4.0), [recording], model)
+    assert f'"{axis}"' in path.read_text()
+
+
+def test_a_model_at_the_noise_floor_is_said_to_be(model, recording, missing, tmp_path):
+    path = tmp_path / 'report.html'
+    quiet = replace(missing, torque=0.1 * missing.spread)
+    write_comparison(path, comparison(quiet, model, 1.0), [recording], model)
+    _, text = read(path)
+    assert 'which is what noise alone explains' in text
+    assert 'No place stands out' in text
+
+
+def test_a_page_that_fails_leaves_the_last_one(model, recording, tmp_path):
+    path = tmp_path / 'report.html'
+    path.write_text('the last one')
+    with room_for(1000), pytest.raises(OSError, match='File too large'):
+        write_explanation(path, explanation('fine', model), [recording])
+    assert path.read_text() == 'the last one'
+
+
+def test_budget_shares_add_up():
+    errors = {
+        'states': STATES,
+        'statistic': 'rmse',
+        'ladder': [
+            {'model': 'as given', 'rmse': [0.10, 1.0], 'seconds': 0.5},
+            {'model': '+ a:pivot', 'rmse': [0.05, 0.6], 'seconds': 0.5},
+            {'model': '+ b:pivot', 'rmse': [0.02, 0.3], 'seconds': 0.5},
+            {'model': 'noise floor', 'rmse': [0.01, 0.1], 'seconds': 0.5},
+        ],
+    }
+    parts = {p['name']: p['share'] for p in budget.explained(errors).values['parts']}
+    assert sum(parts.values()) == pytest.approx(1.0)
+    assert parts['a:pivot'] == pytest.approx(1 - (0.25 + 0.36) / 2)
+    assert parts['noise'] == pytest.approx(0.01)
+
+
+def test_medians_are_told_where_they_are_what_counts():
+    row = {'rmse': [5.0, 5.0], 'seconds': 0.3}
+    errors = {
+        'states': STATES,
+        'statistic': 'median',
+        'ladder': [
+            {'model': 'as given', 'median': [0.10, 0.0], **row},
+            {'model': '+ a:pivot', 'median': [0.05, 0.0], **row},
+            {'model': 'noise floor', 'median': [0.01, 0.1], **row},
+        ],
+    }
+    values = budget.explained(errors).values
+    assert values['word'] == 'median' and values['ladder'][0]['error'][0].startswith('0.1')
+    (line,) = verdict_section._figures(errors)
+    assert '0.3 s ahead the median held-out error is 50 % smaller' in line
+
+
+def test_every_state_has_its_floor():
+    errors = {
+        'states': STATES,
+        'statistic': 'rmse',
+        'horizon': [
+            {'seconds': s, 'before': [0.1, 1.0], 'after': [0.01, 0.1], 'noise_floor': [0.01, 0.1]}
+            for s in (0.03, 0.3)
+        ],
+    }
+    section = horizon.held_out(errors, repaired=True)
+    assert len(section.figures) == len(STATES)
+    assert [name for name, _ in section.values['legend']] == [
+        'as given',
+        'repaired',
+        'noise floor',
+    ]
+
+
+def hypothesis(name: str, train: float, held: float | None, near: tuple = ()) -> dict:
+    return {
+        'name': name,
+        'where': 'pivot',
+        'parameters': {'c': {'value': 0.1, 'unit': 'N m', 'ci95': [0.09, 0.11]}},
+        'gain_train': train,
+        'gain_held_out': held,
+        'error_before': 0.4,
+        'error_after': 0.1,
+        'inclusion_probability': 0.97,
+        'confusable_with': list(near),
+    }
+
+
+def test_every_hypothesis_has_a_status_in_words():
+    same = {'name': 'b', 'where': 'pivot', 'separable_nats': 0.1, 'same_thing': 'both brake'}
+    close = {'name': 'c', 'where': 'pivot', 'separable_nats': 2.0, 'same_thing': None}
+    named = hypothesis('a', 90.0, 30.0, (same, close))
+    others = [
+        hypothesis('b', 89.9, 30.0),
+        hypothesis('c', 88.0, 30.0),
+        hypothesis('d', 50.0, 10.0),
+        hypothesis('e', 40.0, -3.0),
+        hypothesis('f', 3.0, 1.0),
+        hypothesis('g', 11.0, None),
+        hypothesis('h', 99.0, None),
+    ]
+    section = hypotheses.section([named], [named, *others], {}, 12.0, 'rms, 0.5 s ahead')
+    assert [r['name'] for r in section.values['more']] == ['f', 'g', 'h']
+    rows = [*section.values['rows'], *section.values['more']]
+    status = {r['name']: (r['kind'], r['status']) for r in rows}
+    assert status['a'] == ('supported', 'supported, but not told apart from its rivals')
+    assert status['b'] == ('same', 'the same thing in this data: both brake')
+    assert status['c'] == ('rival', 'cannot be ruled out: 2.00 nats behind')
+    assert status['d'] == ('out', '60.0 nats behind')
+    assert status['e'] == ('out', 'does not hold on held-out data')
+    assert status['f'] == ('out', 'gains no more than noise would')
+    assert status['g'] == ('out', 'ruled out by the first scan')
+    assert status['h'] == ('out', 'fell behind before it was fitted to the end')
+    assert next(r for r in rows if r['name'] == 'h')['width'] == 0
+    assert [r['near'] for r in rows if r['kind'] == 'out'] == [[]] * 5
+
+
+def test_an_angle_of_many_turns_is_folded_into_one(model, missing):
+    q = np.linspace(0, 300, len(missing.q))[:, None]
+    turning = replace(missing, q=q)
+    plot = missing_section.section(turning, model.robot).figures[1]
+    assert plot.xaxis.axis_label == 'pivot angle within a turn [rad]'
+    drawn = np.concatenate(
+        [r.data_source.data['x'] for r in plot.renderers if len(r.data_source.data['x']) > 2]
+    )
+    assert np.abs(drawn).max() <= np.pi
+
+
+def test_advice_already_in_the_sentence_is_not_repeated(model):
+    told = replace(
+        explanation('untestable', model), sentence='Too still: swing it.', next_run='swing it'
+    )
+    assert verdict_section.answer(told).values['next_run'] is None
+
+
+def test_what_could_not_be_tested_is_told_once_for_each_reason():
+    rows = [
+        {'name': n, 'where': w, 'why': y}
+        for n, w, y in (('a', 'x', 'no swing'), ('b', 'x', 'no swing'), ('a', 'y', 'no swing'),
+                        ('c', 'x', 'too slow'))
+    ]  # fmt: skip
+    first, second = untested.section(rows).values['rows']
+    assert first == {
+        'why': 'no swing',
+        'effects': [{'name': 'a', 'where': ['x', 'y']}, {'name': 'b', 'where': ['x']}],
+    }
+    assert second['effects'] == [{'name': 'c', 'where': ['x']}]
+
+
+def test_the_heat_map_has_a_strip_for_each_variable(missing, model, recording):
+    values = where_section.section(where(missing, model), model, [recording]).values
+    [joint] = values['joints']
+    assert joint['name'] == 'pivot' and joint['share'] == '100 %'
+    assert [s['name'] for s in joint['strips']] == ['speed', 'direction', 'load', 'angle', 'input',
+                                                    'time']  # fmt: skip
+    fast = joint['strips'][0]['cells']
+    assert [c['shade'] for c in fast] == sorted(c['shade'] for c in fast)
+    assert all('of the error in' in c['tip'] and 'of stall' in c['tip'] for c in fast)
+    assert values['worst'][0]['variable'] == 'speed' and 'rad/s' in values['worst'][0]['range']
+    assert values['worst'][0]['windows'].count(' s') == 3
+
+
+def test_errors_within_chance_of_the_floor_are_noise():
+    errors = {
+        'states': STATES,
+        'statistic': 'rmse',
+        'ladder': [
+            {'model': 'as given', 'rmse': [0.011, 0.11], 'seconds': 0.5},
+            {'model': 'noise floor', 'rmse': [0.01, 0.1], 'seconds': 0.5},
+        ],
+    }
+    parts = {p['name']: p['share'] for p in budget.explained(errors).values['parts']}
+    assert parts == {'unexplained': 0.0, 'noise': pytest.approx(1.0)}
+
+
+def test_training_errors_are_lines_beside_the_held_out_ones():
+    rows = [
+        {'steps': n, 'seconds': 0.03 * n, 'before': [0.1, 1.0], 'after': [0.01, 0.1],
+         'noise_floor': [0.01, 0.1]}
+        for n in (1, 10)
+    ]  # fmt: skip
+    errors = {'states': STATES, 'statistic': 'rmse', 'horizon': rows}
+    seen = [{'steps': 1, 'before': [0.1, 1.0], 'after': [0.002, 0.02]}]
+    values = horizon.held_out(errors, True, seen).values
+    assert [name for name, _ in values['legend']] == [
+        'as given, held out', 'repaired, held out', 'as given, training', 'repaired, training',
+        'noise floor',
+    ]  # fmt: skip
+    assert not values['floor_too_high']

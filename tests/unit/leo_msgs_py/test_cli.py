@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The `leo` dispatcher: verbs, mistakes, exit status."""
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+from xml.etree import ElementTree
+
+import pytest
+from tests.places import ROOT
+import yaml
+
+from leo_msgs_py import cli
+from leo_msgs_py.errors import UserError
+
+LONG = 'x' * 300
+VERBS = ('node', 'param', 'run', 'service', 'status', 'topic')
+
+
+def refuse(argv):
+    raise UserError('the bag x\n  is empty; record one')
+
+
+def interrupt(argv):
+    raise KeyboardInterrupt
+
+
+def interrupt_an_import(argv):
+    try:
+        raise KeyboardInterrupt
+    except KeyboardInterrupt as error:
+        raise ImportError('initialization failed') from error
+
+
+def miss_ros(argv):
+    raise ModuleNotFoundError("No module named 'rclpy'", name='rclpy.node')
+
+
+def miss_another(argv):
+    raise ModuleNotFoundError("No module named 'tea'", name='tea')
+
+
+def fill_the_disk(argv):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), 'out/report.html')
+
+
+class Entry:
+    def __init__(self, name, function):
+        self.name, self.load = name, lambda: function
+
+
+@pytest.fixture
+def verbs(monkeypatch):
+    entries = [
+        Entry('fine', lambda argv: len(argv)),
+        Entry('refuse', refuse),
+        Entry('full', fill_the_disk),
+        Entry('interrupt', interrupt),
+        Entry('import', interrupt_an_import),
+        Entry('ros', miss_ros),
+        Entry('tea', miss_another),
+        Entry('guard', lambda argv: int('_ROS_WHEELS_BOOTSTRAP_COMPLETE' in os.environ)),
+    ]
+    monkeypatch.setattr(cli, 'entry_points', lambda group: entries)
+
+
+def test_a_full_disk_is_one_line(verbs, capfd):
+    assert cli.main(['full']) == 2
+    (line,) = capfd.readouterr().err.splitlines()
+    assert line == 'leo: error: No space left on device: out/report.html; make room'
+    code = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
+    with open('/dev/full', 'w') as full:
+        words = [sys.executable, '-c', code, '--help']
+        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize('words', [
+    ['compare', LONG, '--model', 'pendulum'], ['bag', 'info', LONG], ['play', LONG],
+    ['learn', '--resume', LONG], ['import', LONG, '--map', 'bam_xl330', '-o', 'bag'],
+    ['run', 'leo_sim', 'robot', '--ros-args', '-p', f'robot:={LONG}'],
+])  # fmt: skip
+def test_a_name_that_is_too_long_is_one_line(words, domain, capfd):
+    assert cli.main(words) == 2
+    lines = [line for line in capfd.readouterr().err.splitlines() if '[INFO]' not in line]
+    assert len(lines) == 1 and lines[0].startswith('leo: error: ')
+
+
+def test_a_verb_gets_the_rest_and_gives_the_status(verbs):
+    assert cli.main(['fine', 'a', 'b']) == 2
+    assert cli.main(['fine']) == 0
+
+
+def test_bad_input_is_one_line(verbs, capsys):
+    assert cli.main(['refuse']) == 2
+    assert capsys.readouterr().err == 'leo: error: the bag x is empty; record one\n'
+
+
+@pytest.mark.parametrize('verb', ['interrupt', 'import'])
+def test_an_interrupt_is_130(verb, verbs, capsys):
+    assert cli.main([verb]) == 130
+    assert capsys.readouterr().err == ''
+
+
+def test_where_ros_is_missing_one_line_says_how_to_get_it(verbs, capsys):
+    assert cli.main(['ros']) == 2
+    error = capsys.readouterr().err
+    assert error.count('\n') == 1
+    assert all(part in error for part in ('ROS 2', 'ros-jazzy-rclpy', './run_all.sh setup'))
+    with pytest.raises(ModuleNotFoundError, match='tea'):
+        cli.main(['tea'])
+
+
+def test_children_find_the_libraries_of_their_own_python(verbs, monkeypatch):
+    monkeypatch.setenv('_ROS_WHEELS_BOOTSTRAP_COMPLETE', '1')
+    assert cli.main(['guard']) == 0
+
+
+def test_an_unknown_verb_names_the_nearest(verbs, capsys):
+    assert cli.main(['refus']) == 2
+    assert "did you mean 'refuse'?" in capsys.readouterr().err
+
+
+def test_help_lists_the_verbs(capsys):
+    assert cli.main(['--help']) == 0
+    text = capsys.readouterr().out
+    assert all(f'  {verb}\n' in text for verb in VERBS)
+
+
+@pytest.mark.parametrize('verb', VERBS)
+def test_every_verb_has_help_with_examples(verb, capsys):
+    with pytest.raises(SystemExit) as end:
+        cli.main([verb, '--help'])
+    assert end.value.code == 0
+    assert f'  leo {verb} ' in capsys.readouterr().out.partition('examples:')[2]
+
+
+@pytest.mark.parametrize(
+    'argv', [['run'], ['run', 'no', 'such'], ['topic'], ['topic', 'ech'], ['topic', 'echo', '-x']]
+)
+def test_a_wrong_command_line_is_one_line(argv, capsys):
+    assert cli.main(argv) == 2
+    error = capsys.readouterr().err
+    assert error.startswith('leo: error: ')
+    assert error.count('\n') == 1
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        'import sys; from leo_msgs_py import cli; cli.main(["--help"]);'
+        'print([n for n in ("numpy", "rclpy", "rosbags", "yaml") if n in sys.modules])'
+    )
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert done.stdout.endswith('[]\n')
+
+
+SLEEPER = """
+import time
+from leo_msgs_py.cli import executable
+
+@executable
+def main(argv):
+    try:
+        print('ready', flush=True)
+        time.sleep(60)
+    finally:
+        print('tidied', flush=True)
+
+raise SystemExit(main([]))
+"""
+
+
+@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGINT])
+def test_sigterm_interrupts_as_ctrl_c_does(number):
+    process = subprocess.Popen([sys.executable, '-c', SLEEPER], stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == 'ready\n'
+    process.send_signal(number)
+    assert process.communicate()[0] == 'tidied\n'
+    assert process.returncode == 130
+
+
+def test_one_version_everywhere(capsys):
+    assert cli.main(['--version']) == 0
+    version = capsys.readouterr().out.removeprefix('leo ').strip()
+    manifests = sorted(ROOT.glob('src/*/package.xml'))
+    assert [ElementTree.parse(m).findtext('version') for m in manifests] == [version] * 4
+    assert yaml.safe_load((ROOT / 'CITATION.cff').read_text())['version'] == version
+    assert f'\n## {version} ' in (ROOT / 'CHANGELOG.md').read_text()

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A file is written whole or not at all."""
+
+import pytest
+from tests.damage import room_for
+
+from leo_msgs_py.whole_file import write_whole
+
+
+@pytest.mark.parametrize(('content', 'read'), [('text é', 'text é'), (b'bytes', 'bytes')])
+def test_it_replaces_what_was_there_and_makes_folders(tmp_path, content, read):
+    path = tmp_path / 'new' / 'file'
+    for _ in range(2):
+        assert write_whole(path, content) == path
+    assert path.read_text(encoding='utf-8') == read
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_what_cannot_be_written_leaves_the_one_before(tmp_path):
+    path = write_whole(tmp_path / 'file', 'before')
+    with room_for(10), pytest.raises(OSError, match='File too large') as error:
+        write_whole(path, 'much too long')
+    assert error.value.filename == str(path)
+    assert path.read_text() == 'before' and list(tmp_path.iterdir()) == [path]
+
+
+def test_a_folder_that_is_a_file_is_said(tmp_path):
+    (tmp_path / 'file').touch()
+    with pytest.raises(OSError, match='file/under'):
+        write_whole(tmp_path / 'file' / 'under', '')

@@ -1,0 +1,339 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The suite for drivers: the good ones pass, and each way to be wrong fails its own check."""
+
+from dataclasses import replace
+import json
+from pathlib import Path
+import time
+
+import numpy as np
+import pytest
+from tests.drivers.bus import LATE, patient, robot_with_servo, running
+from tests.drivers.rig import Rig
+from tests.places import RIG, ROOT
+
+from leo_msgs_py.cli import main
+from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
+from leo_sim.drivers import dynamixel, load_driver, servo_line
+from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
+from leo_sim.drivers.check.suite import CHECKS, examine, FAILED, PASSED
+from leo_sim.drivers.check.trial import Moving, Trial
+from leo_sim.drivers.dynamixel import DynamixelDriver
+from leo_sim.drivers.simulated import SimulatedDriver
+
+PENDULUM = load_robot('servo_pendulum')
+FULL = Moving(range=0.2, share=1.0)
+
+
+@pytest.fixture(autouse=True)
+def busy_machine(monkeypatch):
+    monkeypatch.setattr(dynamixel, 'LATE', LATE)
+    monkeypatch.setattr(servo_line, 'CONFIGURE', 1.0)
+
+
+def failures(driver, robot=PENDULUM, moving=None, ask=None):
+    """The checks that fail, and what is said of them."""
+    results = examine(Trial(driver, robot, moving, ask))
+    return {r.name: f'{r.what} / {r.mend}' for r in results if r.verdict == FAILED}
+
+
+def simulated(kind=SimulatedDriver, **changes):
+    return kind(DriverOptions(PENDULUM, engine='rigid', **changes))
+
+
+def test_the_simulated_driver_passes_everything_that_can_be_tried():
+    results = examine(Trial(simulated(), PENDULUM, FULL))
+    verdicts = {r.name: r.verdict for r in results}
+    assert len(verdicts) == len(CHECKS) and FAILED not in verdicts.values()
+    assert verdicts['signs and units'] == verdicts['limits'] == PASSED
+
+
+def test_nothing_moves_unless_it_is_allowed():
+    told = []
+
+    class Watched(SimulatedDriver):
+        def write(self, values):
+            told.extend(values)
+            return super().write(values)
+
+    assert failures(simulated(Watched)) == {} and not any(told)
+
+
+def changed(**fields):
+    """A driver whose states have these fields changed by functions."""
+
+    class Changed(SimulatedDriver):
+        def read(self):
+            state = super().read()
+            return replace(state, **{n: act(getattr(state, n)) for n, act in fields.items()})
+
+    return Changed
+
+
+class Uncut(SimulatedDriver):
+    """Says that everything was applied."""
+
+    def write(self, values):
+        return replace(super().write(values), values=np.array(values))
+
+
+class Offset(SimulatedDriver):
+    def write(self, values):
+        return super().write(values + 0.1)
+
+
+class Backwards(SimulatedDriver):
+    def write(self, values):
+        return replace(super().write(-values), values=np.array(values))
+
+
+class InCounts(SimulatedDriver):
+    """Takes volts for counts of PWM."""
+
+    def write(self, values):
+        return super().write(values / 885 * 7.4)
+
+
+class NeverFree(SimulatedDriver):
+    def set_torque(self, on):
+        """Nothing."""
+
+
+class Uncounted(SimulatedDriver):
+    def reset(self):
+        super().reset()
+        self.starts -= 1
+
+
+class Careless(SimulatedDriver):
+    def read(self):
+        raise KeyError('servo 3')
+
+
+class Slow(SimulatedDriver):
+    def read(self):
+        time.sleep(0.012)
+        return super().read()
+
+
+@pytest.mark.parametrize(
+    ('kind', 'check', 'said'),
+    [
+        (changed(position=lambda q: np.rad2deg(q), velocity=lambda w: np.rad2deg(w)),
+         'signs and units', 'rad, not deg'),
+        (changed(position=lambda q: -q, velocity=lambda w: -w), 'signs and units', 'sign'),
+        (changed(velocity=lambda w: w * 9.55), 'signs and units', 'velocity in rad/s'),
+        (changed(velocity=lambda w: -w), 'signs and units', 'velocity in rad/s'),
+        (Backwards, 'signs and units', 'commanded up'),
+        (InCounts, 'signs and units', 'PWM'),
+        (Uncut, 'limits', 'clip to info.limits'),
+        (Offset, 'writing', '0 must stay 0'),
+        (NeverFree, 'torque', 'enabled'),
+        (Uncounted, 'resetting', 'starts += 1'),
+        (changed(names=lambda n: ('other',)), 'shapes', 'info.joints'),
+        (changed(position=lambda q: q.astype(int)), 'shapes', 'finite floats'),
+        (changed(position=lambda q: np.append(q, 0.0)), 'shapes', 'one value per joint'),
+        (changed(velocity=lambda w: w * np.nan), 'shapes', 'finite floats'),
+        (changed(stamp_ns=lambda t: 0), 'stamps', 'above the one before'),
+        (changed(stamp_ns=lambda t: t * 1e-9), 'stamps', 'int nanoseconds'),
+        (changed(stamp_ns=lambda t: t * 1000), 'stamps', 'advance by the seconds'),
+        (Careless, 'shapes', 'KeyError'),
+        (Slow, 'pace', 'read all at once'),
+    ],
+)  # fmt: skip
+def test_each_way_to_be_wrong_fails_its_own_check(kind, check, said):
+    found = failures(simulated(kind), moving=FULL)
+    assert said in found.get(check, ''), found
+
+
+@pytest.fixture
+def rig(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return lambda kind=Rig: kind(DriverOptions(PENDULUM))
+
+
+def test_hardware_that_keeps_to_the_contract_passes(rig):
+    assert failures(rig()) == {}
+
+
+class WithoutHalt(Rig):
+    halt = None
+
+
+class HaltWaits(Rig):
+    def halt(self):
+        time.sleep(3.0)
+
+
+class OldStamps(Rig):
+    def read(self):
+        state = super().read()
+        return replace(state, stamp_ns=state.stamp_ns - 10**15)
+
+
+class Waits(Rig):
+    def advance(self, seconds):
+        time.sleep(seconds)
+        return 2 * seconds
+
+
+class StopsOnce(Rig):
+    def stop(self):
+        if self.__dict__.setdefault('stopped', 0) > 1:
+            raise ValueError('closed')
+        self.stopped += 1
+
+
+class Unreachable(Rig):
+    def connect(self):
+        raise UserError('no answer on /dev/ttyUSB0; switch it on')
+
+
+class Gone(Rig):
+    def read(self):
+        raise DriverFault('the servo is gone')
+
+
+class Lossy(Rig):
+    count = 0
+
+    def read(self):
+        self.count += 1
+        if self.count % 3 == 0:
+            raise TransientFault('no answer')
+        return super().read()
+
+
+@pytest.mark.parametrize(
+    ('kind', 'check', 'said'),
+    [
+        (WithoutHalt, 'halting', 'no halt()'),
+        (HaltWaits, 'halting', 'take no lock'),
+        (OldStamps, 'stamps', 'time.time_ns()'),
+        (Waits, 'pace', 'return at once'),
+        (StopsOnce, 'stop twice', 'ValueError'),
+        (Unreachable, 'connect', 'switch it on'),
+        (Gone, 'shapes', 'the servo is gone'),
+    ],
+)
+def test_each_way_of_hardware_to_be_wrong(rig, kind, check, said):
+    assert said in failures(rig(kind)).get(check, '')
+
+
+def test_lost_packets_are_counted_not_held_against_it(rig):
+    trial = Trial(rig(Lossy), PENDULUM)
+    assert FAILED not in {result.verdict for result in examine(trial)} and trial.lost > 10
+
+
+def test_the_driver_is_stopped_whatever_happens(rig):
+    driver = rig(Gone)
+    examine(Trial(driver, PENDULUM))
+    assert Path('calls').read_text().split()[-1] == 'stop'
+
+
+def test_a_person_turns_joints_and_pulls_the_cable(rig):
+    class Turned(Rig):
+        angle = 0.0
+
+        def read(self):
+            state = super().read()
+            return replace(state, position=state.position + self.angle)
+
+    def person(driver, way):
+        def ask(what):
+            if what.startswith('move pivot by the right hand about the axis'):
+                driver.angle += way
+            else:
+                Path('orders').write_text('break')
+
+        return ask
+
+    good, bad = rig(Turned), rig(Turned)
+    assert failures(good, ask=person(good, 0.3)) == {}
+    assert 'going down' in failures(bad, ask=person(bad, -0.3))['by hand']
+    deaf = rig(Turned)
+    ask = person(deaf, 0.3)
+    said = failures(deaf, ask=lambda what: ask(what) if 'move' in what else None)
+    assert 'its cable is out' in said['unplugged']
+
+
+class Patient(DynamixelDriver):
+    """Waits for an answer as a busy machine needs it."""
+
+    def connect(self):
+        super().connect()
+        self._bus.wait_at_most(30.0)
+
+
+def test_the_dynamixel_driver_passes_on_the_emulated_bus(tmp_path):
+    robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XM430-W210', direction=-1)
+    with running(patient(robot), 7.4) as bus:
+        driver = Patient(DriverOptions(robot, port=bus.port))
+        found = failures(driver, robot, FULL)
+    found.pop('pace', None)  # a busy machine
+    assert found == {}
+
+
+def test_a_servo_that_is_turned_around_is_found_out(tmp_path):
+    """Its direction in robot.yaml is not that of the rig."""
+    one = robot_with_servo(tmp_path / '1', 'servo_pendulum', 'XM430-W210', direction=-1)
+    other = robot_with_servo(tmp_path / '2', 'servo_pendulum', 'XM430-W210', direction=1)
+    with running(patient(one), 7.4) as bus:
+        bus.plant._model = _Reversed(bus.plant._model)
+        driver = Patient(DriverOptions(other, port=bus.port))
+        assert 'signs and units' in failures(driver, other, FULL)
+
+
+class _Reversed:
+    """A robot whose motor cable is the wrong way round."""
+
+    def __init__(self, model):
+        self._model = model
+
+    def __getattr__(self, name):
+        return getattr(self._model, name)
+
+    def step(self, state, inputs, dt, enabled=None):
+        return self._model.step(state, -np.asarray(inputs), dt, enabled)
+
+
+def test_the_verb(rig, capsys, monkeypatch):
+    words = ['check-driver', str(RIG), '--robot',
+             'servo_pendulum']  # fmt: skip
+    assert main(words) == 0
+    assert '0 of 15 checks failed' in capsys.readouterr().out
+    assert main([*words, '--json']) == 0
+    assert json.loads(capsys.readouterr().out)['failed'] == 0
+    assert main([*words, '--move', '--yes']) == 1, 'it stands still'
+    assert 'does not move' in ' '.join(capsys.readouterr().out.split())
+    monkeypatch.setattr('sys.stdin.isatty', lambda: False)
+    assert main([*words, '--move']) == 2
+    assert 'give --yes' in capsys.readouterr().err
+    assert main(['check-driver', 'nothing', '--robot', 'pendulum']) == 2
+
+
+def test_a_replayed_bag_that_cannot_be_switched_is_no_failure():
+    class Recorded(SimulatedDriver):
+        def set_torque(self, on):
+            raise NotPossible('a recording plays as it is')
+
+        def reset(self):
+            raise NotPossible('a recording plays as it is')
+
+    assert failures(simulated(Recorded)) == {}
+
+
+def test_the_driver_that_the_docs_show_passes(tmp_path):
+    """docs/your_driver.md, with the patience that a busy machine needs."""
+    page = (ROOT / 'docs/your_driver.md').read_text()
+    text = page.split('```python\n')[1].split('```')[0]
+    assert text.count('wait_at_most(0.005)') == 1
+    file = tmp_path / 'my_driver.py'
+    file.write_text(text.replace('wait_at_most(0.005)', 'wait_at_most(30.0)'))
+    robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XL330-M288')
+    with running(robot, 7.4) as bus:
+        driver = load_driver(str(file), DriverOptions(robot, port=bus.port))
+        found = failures(driver, robot, FULL)
+    found.pop('pace', None)  # a busy machine
+    assert found == {}

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whole windows in one compiled call give the numbers of the way by sample periods."""
+import numpy as np
+import pytest
+
+from leo_sim.description.robot import load_robot
+from leo_sim.dynamics import whole_windows
+from leo_sim.effects import Effect, get_effect, Parameter, place
+from leo_sim.model import Model
+from leo_sim.model.batch import rollout
+
+RNG = np.random.default_rng(0)
+WINDOWS, SAMPLES = 5, 9
+SCAN = np.array([0.5, 1.0, 1.4])[:, None, None]
+LAWS = {
+    'nothing': (),
+    'a scanned scale': (('torque_scale', 'all', {'k': SCAN}),),
+    'two laws': (('viscous_friction', 'all', {'b': 0.01}),
+                 ('coulomb_friction', 'all', {'c': 0.05})),
+    'scanned dry friction': (('coulomb_friction', 'all', {'c': 0.05 * SCAN}),),
+    'a scanned rotor': (('armature', 'all', {'J': 0.01 * SCAN}),),
+    'a clipped input': (('voltage_limit', 'all', {'v': 1.5}),),
+    'scanned encoders': (('encoder_offset', 'all', {'o': 0.2 * SCAN}),
+                         ('encoder_scale', 'all', {'k': 1.1})),
+    'laws asked in every substep': (('joint_spring', 'all', {'k': 0.1 * SCAN, 'rest': 0.3}),
+                                    ('stribeck_friction', 'all',
+                                     {'c': 0.02, 'c_static': 0.05, 'v_s': 0.5}),
+                                    ('torque_ripple', 'all', {'a': 0.05, 'n': 3.0, 'phase': 1.0}),
+                                    ('quadratic_drag', 'all', {'d': 0.001}),
+                                    ('viscous_friction', 'all', {'b': 0.01})),
+    'friction by load': (('load_dependent_friction', 'all', {'mu': 0.1 * SCAN}),
+                         ('torque_scale', 'all', {'k': 0.9}),
+                         ('coulomb_friction', 'all', {'c': 0.01})),
+}  # fmt: skip
+
+
+def windows(robot):
+    size, motors = len(robot.joint_names), len(robot.actuators)
+    return {
+        'q0': RNG.uniform(-0.5, 0.5, (WINDOWS, size)),
+        'dq0': RNG.uniform(-2, 2, (WINDOWS, size)),
+        'inputs': RNG.uniform(-2, 2, (WINDOWS, SAMPLES, motors)),
+        'dt': RNG.uniform(0.004, 0.02, (WINDOWS, SAMPLES)),
+        'enabled': RNG.random((WINDOWS, SAMPLES, motors)) < 0.7,
+        'push': RNG.uniform(-0.1, 0.1, (WINDOWS, SAMPLES, size)),
+    }
+
+
+def both(model, monkeypatch, **given):
+    """By whole windows, and by sample periods."""
+    assert whole_windows.possible(model.laws, given['q0'], given['inputs'])
+    whole = rollout(model, **given)
+    with monkeypatch.context() as patch:
+        patch.setattr(whole_windows, 'possible', lambda *_: False)
+        return whole, rollout(model, **given)
+
+
+@pytest.mark.parametrize('effects', LAWS.values(), ids=list(LAWS))
+@pytest.mark.parametrize('name', ['pendulum', 'torque_pendulum', 'double_pendulum'])
+def test_the_numbers_are_those_of_sample_periods(name, effects, monkeypatch):
+    robot = load_robot(name)
+    placed = [place(robot, effect, where, **values) for effect, where, values in effects]
+    whole, one = both(Model(robot, placed), monkeypatch, **windows(robot))
+    for mine, its in zip(whole, one, strict=True):
+        assert mine.shape == its.shape
+        assert mine == pytest.approx(its, rel=1e-8, abs=1e-8)
+
+
+def test_joints_come_to_rest_at_their_stops(monkeypatch):
+    robot = load_robot('servo_pendulum')
+    given = windows(robot) | {'dq0': np.full((WINDOWS, 1), 30.0), 'dt': 0.02, 'enabled': None}
+    model = Model(robot)
+    model.laws.stops = (np.array([-0.6]), np.array([0.6]))
+    whole, one = both(model, monkeypatch, **given)
+    assert whole[0].max() == pytest.approx(0.6, abs=1e-3)
+    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+
+
+@pytest.mark.filterwarnings('error')
+def test_constants_of_the_body_can_be_scanned(monkeypatch):
+    robot = load_robot('double_pendulum')
+    path = next(p for p in robot.constants if p.endswith('.mass'))
+    model = Model(robot, constants={path: robot.constants[path].value * SCAN})
+    whole, one = both(model, monkeypatch, **windows(robot))
+    assert whole[0].shape == (3, WINDOWS, SAMPLES + 1, 2)
+    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+
+
+def test_laws_of_one_joint_act_there_alone(monkeypatch):
+    robot = load_robot('double_pendulum')
+    model = Model(robot, [place(robot, 'quadratic_drag', 'elbow', d=0.01),
+                          place(robot, 'load_dependent_friction', 'shoulder', mu=0.1)])
+    whole, one = both(model, monkeypatch, **windows(robot))
+    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+
+
+@pytest.mark.parametrize(('effect', 'first'), [
+    ('command_delay', 'delay'), ('velocity_lag', 'tau'), ('backlash', 'gap')])
+def test_laws_with_a_memory_are_left_to_sample_periods(effect, first):
+    robot = load_robot('pendulum')
+    laws = Model(robot, [place(robot, effect, 'pivot', **{first: 0.01})]).laws
+    assert not whole_windows.possible(laws, np.zeros((1, 1)), np.zeros((1, 1, 1)))
+
+
+class Swirl(Effect):
+    """A user's effect, whose law is not written as a function of numbers."""
+
+    name, family, hook = 'swirl', 'load', 'torque'
+    parameters = (Parameter('s', 'N m', role='amplitude'),)
+
+    def torque(self, p, q, dq, motor, load):
+        return p['s'] * np.cos(2 * q)
+
+
+class Whirl(Swirl):
+    """One whose law cannot be compiled."""
+
+    name = 'whirl'
+
+    @staticmethod
+    def law(s, _a, _b, q, dq, motor, load):
+        return s * sum({2: q}.popitem()) if isinstance(q, str) else s * np.linspace(q, q, 'one')
+
+
+class Twirl(Swirl):
+    """One whose law has a parameter too many to be compiled."""
+
+    name = 'twirl'
+    parameters = (*Swirl.parameters, *(Parameter(name, '') for name in 'abc'))
+
+    @staticmethod
+    def law(s, a, b, c, q, dq, motor, load):
+        return s * np.cos(2 * q)
+
+
+@pytest.mark.parametrize('effect', [Swirl(), Whirl(), Twirl()])
+def test_laws_that_are_not_compiled_are_left_to_sample_periods(effect):
+    robot = load_robot('pendulum')
+    laws = Model(robot, [place(robot, effect, 'pivot', s=0.01)]).laws
+    assert not whole_windows.possible(laws, np.zeros((1, 1)), np.zeros((1, 1, 1)))
+
+
+def test_the_law_of_an_effect_file_is_compiled(tmp_path, monkeypatch):
+    file = tmp_path / 'hose.py'
+    file.write_text(HOSE)
+    robot = load_robot('pendulum')
+    given = windows(robot)
+    model = Model(robot, [place(robot, get_effect(str(file)), 'pivot', k=0.01)])
+    whole, one = both(model, monkeypatch, **given)
+    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+    assert np.abs(whole[0] - rollout(Model(robot), **given)[0]).max() > 1e-3
+
+
+HOSE = """
+import numpy as np
+from leo_sim.effects import Effect, Parameter
+
+
+class Hose(Effect):
+    name, family, hook = 'hose', 'load', 'torque'
+    parameters = (Parameter('k', 'N m/rad', low=0.0), Parameter('slack', 'rad'))
+    looks_like = confused_with = reveal = 'A pull on one side.'
+
+    @staticmethod
+    def law(k, slack, _, q, dq, motor, load):
+        return -k * np.maximum(q - slack, 0.0)
+"""

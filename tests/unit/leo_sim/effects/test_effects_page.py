@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+"""docs/effects.md says what the catalogue has."""
+
+import subprocess
+import sys
+
+import pytest
+from tests.places import ROOT
+
+from leo_sim.effects import EFFECTS
+
+MAKE = ROOT / 'docs/make_effects.py'
+
+
+def test_the_page_and_its_pictures_are_up_to_date():
+    done = subprocess.run([sys.executable, str(MAKE), '--check'], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, 'up to date\n'), done.stdout + done.stderr
+
+
+@pytest.mark.parametrize('name', EFFECTS)
+def test_every_effect_has_its_equation_in_its_parameters(name):
+    effect = EFFECTS[name]
+    assert all(p.name in effect.equation for p in effect.parameters)

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""leo robot init: a skeleton that loads at once and says what is left; else one clear line."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.places import DATA
+
+from leo_msgs_py.cli import main
+from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
+from leo_sim.drivers import load_driver
+from leo_sim.drivers.base import DriverOptions
+from leo_sim.model import Model
+from leo_sim.model.model_file import load_model
+from leo_sim.verbs.skeleton.folder import make_folder
+from leo_sim.verbs.skeleton.implied_figures import EXACT, integration_step
+
+ARM = DATA / 'arm3.urdf'
+JOINTS = ('joint1', 'joint2', 'joint3')
+
+
+def changed(folder: Path, *changes: tuple[str, str]) -> Path:
+    text = ARM.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / 'changed.urdf'
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize('kind', ['torque', 'voltage'])
+def test_a_skeleton_loads_and_steps_at_once(tmp_path, kind):
+    made = make_folder(ARM, tmp_path / 'arm', kind)
+    robot = load_robot(tmp_path / 'arm')
+    assert (robot.name, robot.input, robot.joint_names) == ('arm3', kind, JOINTS)
+    assert [a.joint for a in robot.actuators] == list(JOINTS)
+    assert next(j.limits for j in robot.joints if j.kind != 'fixed') == (-2.827, 2.827)
+    model = load_model(tmp_path / 'arm')
+    after = model.step(model.start(), np.zeros(3), 0.01)
+    assert np.isfinite(after.dq).all() and after.dq[1] > 0
+    assert any('control_period' in sentence for sentence in made.open)
+
+
+def test_one_joint_is_a_robot_too(tmp_path):
+    own = load_robot('pendulum')
+    urdf = tmp_path / 'one.urdf'
+    urdf.write_text(own.urdf)
+    robot = make_folder(urdf, tmp_path / 'one', 'voltage').robot
+    assert robot.joint_names == own.joint_names
+    assert np.isfinite(Model(robot).step(Model(robot).start(), np.zeros(1), 0.01).dq).all()
+
+
+def test_the_urdf_gives_limits_and_motor_figures(tmp_path):
+    torque = make_folder(ARM, tmp_path / 'torque', 'torque').robot
+    assert torque.limits.tolist() == [1.0, 1.0, 1.0]
+    volts = make_folder(ARM, tmp_path / 'volts', 'voltage').robot
+    for a in volts.actuators:
+        assert a.torque_constant * a.limit / a.resistance == pytest.approx(1.0, rel=0.01)
+        assert a.limit / a.torque_constant == pytest.approx(4.8, rel=0.01)
+
+
+def test_without_an_effort_gravity_says_what_the_motor_must_hold(tmp_path):
+    urdf = changed(tmp_path, ('effort="1" ', ''))
+    made = make_folder(urdf, tmp_path / 'arm', 'torque')
+    load = np.abs(Model(made.robot, engine='rigid').rigid.load(np.array([[0.0, np.pi / 2, 0.0]])))
+    assert made.robot.limits[1] > 1.9 * load[0, 1]
+    assert made.robot.limits[0] == 1.0  # a vertical axis: gravity asks nothing of it
+    assert any('joint2' in s and 'guess' in s for s in made.open)
+
+
+def test_the_start_lies_within_limits_that_leave_out_0(tmp_path):
+    urdf = changed(tmp_path, ('lower="-0.942"', 'lower="0.5"'))
+    robot = make_folder(urdf, tmp_path / 'arm', 'torque').robot
+    assert robot.start_poses['nominal'].angles['joint3'] == pytest.approx(0.941)
+
+
+def test_the_integration_step_is_as_long_as_accuracy_allows(tmp_path):
+    robot = make_folder(ARM, tmp_path / 'arm', 'torque').robot
+    step, error = integration_step(robot)
+    assert step == robot.integration_step and error < EXACT
+    stiff = make_folder(ARM, tmp_path / 'volts', 'voltage').robot
+    assert stiff.integration_step < step  # motors brake joints that hardly weigh
+
+
+def test_what_no_model_uses_is_left_out_and_said(tmp_path):
+    urdf = changed(tmp_path, ('velocity="4.8"/>', 'velocity="4.8"/><dynamics friction="0.02"/>'))
+    made = make_folder(urdf, tmp_path / 'arm', 'torque')
+    assert 'mesh' not in made.robot.urdf and 'transmission' not in made.robot.urdf
+    assert 'coulomb_friction:joint2 c=0.02' in '\n'.join(made.notes)
+
+
+@pytest.mark.parametrize(('changes', 'said'), [
+    ([('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="joint1"/>')], 'joint2.*mimic'),
+    ([('type="revolute"', 'type="floating"')], "joint1.*'floating'.*supported"),
+    ([('type="revolute"', 'type="planar"')], "joint1.*'planar'.*supported"),
+    ([('type="revolute"', 'type="fixed"')], 'no joint moves'),
+    ([('<parent link="world"/>', '<parent link="floor"/>')], 'joint .*bolts.* names no link'),
+    ([('<link name="world"/>', '<link name="world"/><link name="spare"/>')], '2 root links'),
+    ([('<robot name="arm3">', '<robot name="${prefix}arm">')], 'xacro'),
+    ([('<inertial>', '<i>'), ('</inertial>', '</i>')], "which joint 'joint1' moves, has no mass"),
+    ([('<mass value="0.0984"/>', '<mass value="heavy"/>')], "link2.*'heavy'"),
+    ([('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>')], 'joint1.*direction'),
+    ([('link name="link3"', 'link name="link2"')], "two links are named 'link2'"),
+    ([('<?xml version="1.0"?>', 'not xml')], 'not an XML file'),
+    ([('robot', 'sdf')], 'not <robot>'),
+])
+def test_what_is_no_robot_of_ours_is_one_line_and_nothing_written(tmp_path, changes, said):
+    urdf = changed(tmp_path, *changes)
+    with pytest.raises(UserError, match=said) as refusal:
+        make_folder(urdf, tmp_path / 'arm', 'torque')
+    assert '\n' not in str(refusal.value) and not (tmp_path / 'arm').exists()
+
+
+def test_the_command_says_what_is_left_and_never_overwrites(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(['robot', 'init', str(ARM), '-o', 'arm']) == 0
+    out = capsys.readouterr().out
+    assert 'wrote arm/robot.urdf' in out and 'rotor_inertia' in out
+    assert out.splitlines()[-1] == 'next: leo compare BAG --model arm'
+    assert main(['robot', 'init', str(ARM), '-o', 'arm']) == 2
+    assert 'arm is not empty' in capsys.readouterr().err
+    assert main(['robot', 'init', 'none.urdf', '-o', 'new']) == 2
+    assert 'cannot read none.urdf' in capsys.readouterr().err
+    assert main(['robot', 'init', str(ARM), '-o', 'volts', '--input', 'voltage', '--json']) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data['limits'] == dict.fromkeys(JOINTS, 12.0) and data['left_to_fill_in']
+
+
+def test_the_robots_with_a_name_are_listed(capsys):
+    assert main(['robot', 'list', '--json']) == 0
+    robots = {robot['name']: robot for robot in json.loads(capsys.readouterr().out)}
+    assert robots['pendulum']['joints'] == ['pivot']
+
+
+@pytest.mark.parametrize('kind', ['torque', 'voltage'])
+def test_a_bus_of_servos_is_there_to_be_filled_in(tmp_path, kind):
+    made = make_folder(ARM, tmp_path / 'arm', kind, servos=True)
+    bus = load_robot(tmp_path / 'arm').driver.dynamixel
+    assert [servo.id for servo in bus.servos.values()] == [1, 2, 3]
+    assert (bus.servos['joint1'].low, bus.servos['joint1'].high) == (-2.827, 2.827)
+    assert (bus.servos['joint1'].torque_constant is not None) == (kind == 'torque')
+    assert 'leo check-driver dynamixel' in made.open[-1]
+    assert load_driver('dynamixel', DriverOptions(made.robot)).info.joints == JOINTS
+
+
+def test_without_servos_there_is_no_bus(tmp_path):
+    assert make_folder(ARM, tmp_path / 'arm', 'torque').robot.driver.dynamixel is None
