@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The difference model on the graph: update, weights, queries, and what it says of bad data."""
 
-import resource
-
-from diagnostic_msgs.msg import DiagnosticStatus
 import numpy as np
 import pytest
 from sensor_msgs.msg import JointState
@@ -18,9 +15,6 @@ from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
 pytestmark = pytest.mark.graph
-FEW = 4096
-"""Room for a log, not for weights [bytes]."""
-
 NODE = """
 import sys
 from leo_diffmodel.difference import service
@@ -121,24 +115,3 @@ def test_broken_bag_is_an_error_on_diagnostics_and_the_node_lives(asker, spawn, 
     name = 'diffmodel: difference model'
     asker.until(lambda: asker.told.get(name, ('', b''))[0].startswith(str(tmp_path)))
     assert asker.call_update().success
-
-
-def test_a_full_disk_is_an_error_on_diagnostics_and_a_later_update_goes_well(
-    asker, spawn, tmp_path
-):
-    write_rollout(tmp_path / 'rollout')
-    process = spawn(
-        '-c', NODE, '--ros-args', '-p', f'bag:={tmp_path / "rollout"}', '-p', 'record:=false'
-    )
-    asker.until(asker.update.service_is_ready)
-    _, most = resource.prlimit(process.pid, resource.RLIMIT_FSIZE)
-    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (FEW, most))
-    assert asker.call_update().success
-    name, weights = 'diffmodel: difference model', tmp_path / 'rollout.difference'
-    asker.until(lambda: asker.told.get(name, ('', b''))[1] == DiagnosticStatus.ERROR)
-    said, _ = asker.told[name]
-    assert 'File too large' in said and str(weights) in said
-    assert {file.name for file in weights.iterdir()} <= {'fit.log'} and not asker.weights
-    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (most, most))
-    assert asker.call_update().message.startswith('accepted')
-    asker.until(lambda: asker.weights)

@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from tests.damage import room_for
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
@@ -24,6 +25,8 @@ from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
+FEW = 4096
+"""Room for a log, not for weights [bytes]."""
 PENDULUM = Layout((True,), planar=False, actuators=1)
 
 
@@ -167,6 +170,25 @@ def fit_bytes_of_something_else() -> bytes:
     return save({'a': torch.zeros(1)})
 
 
+def recorded(real: Model, folder: Path) -> Path:
+    """A bag of six seconds under random volts."""
+    u = np.random.default_rng(0).uniform(-3, 3, (1, 120, 1))
+    q, dq = rollout(real, np.ones((1, 1)), np.zeros((1, 1)), u, 0.05)
+    volts = {'pivot': {'voltage': np.append(u[0, :, 0], 0.0)}}
+    run = Run(np.arange(121) * 0.05, ['pivot'], q[0], dq[0], inputs=volts)
+    write_runs(folder, [run], {'robot': 'pendulum'})
+    return folder
+
+
+def ended(updates: Updates) -> str:
+    """How a fit under way ends."""
+    until = time.monotonic() + 300
+    while not updates.poll():
+        assert updates.busy and time.monotonic() < until
+        time.sleep(0.05)
+    return updates.progress.state
+
+
 def test_a_fit_that_cannot_write_is_one_line(tmp_path):
     (tmp_path / 'file').touch()
     updates = Updates(tmp_path / 'file' / 'weights', 'pendulum', 'recommended')
@@ -185,22 +207,27 @@ def test_job_with_a_broken_bag_fails_with_its_reason(tmp_path):
     with pytest.raises(UserError, match='nothing is recorded'):
         updates.begin([])
     updates.begin([bag])
-    assert updates.busy
-    until = time.monotonic() + 60
-    while not updates.poll():
-        assert time.monotonic() < until
-        time.sleep(0.05)
-    assert updates.progress.state == 'failed' and str(bag) in updates.progress.error
+    assert ended(updates) == 'failed' and str(bag) in updates.progress.error
     assert updates.newest() is None and not updates.busy
 
 
-def test_child_fits_a_torque_form_to_a_bag(model, real, capsys, tmp_path):
-    rng, bag, weights = np.random.default_rng(0), tmp_path / 'bag', tmp_path / 'w.safetensors'
-    u = rng.uniform(-3, 3, (1, 120, 1))
-    q, dq = rollout(real, np.ones((1, 1)), np.zeros((1, 1)), u, 0.05)
-    volts = {'pivot': {'voltage': np.append(u[0, :, 0], 0.0)}}
-    run = Run(np.arange(121) * 0.05, ['pivot'], q[0], dq[0], inputs=volts)
-    write_runs(bag, [run], {'robot': 'pendulum'})
+def test_a_full_disk_fails_an_update_and_a_later_one_goes_well(real, tmp_path):
+    bag, weights = recorded(real, tmp_path / 'rollout'), tmp_path / 'weights'
+    updates, names = Updates(weights, 'pendulum', 'torque'), ['difference-001.safetensors']
+    updates.begin([bag])
+    assert ended(updates) == 'fitted'
+    with room_for(FEW):
+        updates.begin([bag])
+    assert ended(updates) == 'failed'
+    assert 'File too large' in updates.progress.error and str(weights) in updates.progress.error
+    assert sorted(file.name for file in weights.iterdir()) == [*names, 'fit.log']
+    updates.begin([bag])
+    assert ended(updates) == 'fitted'
+    assert updates.newest() == weights / 'difference-002.safetensors'
+
+
+def test_child_fits_a_torque_form_to_a_bag(real, capsys, tmp_path):
+    bag, weights = recorded(real, tmp_path / 'bag'), tmp_path / 'w.safetensors'
     argv = [str(bag), '--model', 'pendulum', '--config', 'torque', '-o', str(weights)]
     assert child.main(argv) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])['report']
