@@ -51,6 +51,7 @@ setup(
             'leo = leo_sim.description.robots:LEO',
             'leo_ode = leo_sim.description.robots:LEO_ODE',
             'servo_pendulum = leo_sim.description.robots:SERVO_PENDULUM',
+            'xl330_pendulum = leo_sim.description.robots:XL330_PENDULUM',
             'double_pendulum = leo_sim.description.robots:DOUBLE_PENDULUM',
         ],
         'leo.drivers': [

@@ -144,7 +144,7 @@ def save_policy(path: Path, training: TrainingLoop, robot: Robot) -> None:
         'agent': training.agent_name,
         'actions': actions,
         'observation': json.dumps(observation_names(robot, actions)),
-        'unit': 'V' if robot.input == 'voltage' else 'N m',
+        'unit': robot.input_unit,
         'limit': json.dumps(training.limit.tolist()),
         'config': json.dumps(asdict(training.config)),
         'seed': str(training.seed),

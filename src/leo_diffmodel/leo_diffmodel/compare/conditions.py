@@ -114,7 +114,7 @@ def _ranges(
     if j in robot.actuated:
         values = windows.inputs[..., robot.actuated.index(j)].mean(axis=1)
         if np.ptp(values) > 0:
-            yield 'input', 'V' if robot.input == 'voltage' else 'N m', values
+            yield 'input', robot.input_unit, values
 
 
 def folded(angle: Array) -> Array:

@@ -195,7 +195,7 @@ def read_query(message: JointState, model: Model) -> tuple[np.ndarray, np.ndarra
     asked = JointStates.from_message(message).of(robot.joint_names)
     inputs = None if asked.effort is None else asked.effort[_driven(model)]
     if inputs is None or not np.isfinite(inputs).all():
-        unit = 'V' if robot.input == 'voltage' else 'N m'
+        unit = robot.input_unit
         raise UserError(
             f'a difference query for {robot.name} gives position and velocity of '
             f'{", ".join(robot.joint_names)} and in effort the input [{unit}] of '

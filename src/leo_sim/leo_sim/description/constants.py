@@ -12,8 +12,18 @@ from leo_sim.description.urdf import Body, Joint, Link
 
 BODY_UNITS = {'mass': 'kg', 'com_x': 'm', 'com_y': 'm', 'com_z': 'm', 'inertia': 'kg m2'}
 MOTOR_UNITS = {'torque_constant': 'N m/A', 'resistance': 'ohm', 'supply': 'V'}
+SERVO_UNITS = {'position_gain': '1/rad', 'rate_gain': 's/rad', 'resolution': 'rad',
+               'goal_rate': 'rad/s'}
+INPUT_UNITS = {'voltage': 'V', 'torque': 'N m', 'position': 'rad'}
+"""What an actuator takes -> its unit."""
+NEEDED = {'voltage': tuple(MOTOR_UNITS), 'torque': (),
+          'position': (*MOTOR_UNITS, 'position_gain')}
+"""Figures without which an actuator makes no torque of its input."""
+ZERO = {'voltage': ('rotor_inertia',), 'torque': ('rotor_inertia',),
+        'position': ('rotor_inertia', 'rate_gain', 'resolution')}
+"""Figures of an actuator that are 0 where robot.yaml does not say them."""
 GROUND_UNITS = {'stiffness': 'N/m', 'damping': 'N s/m', 'friction': '', 'slope': 'rad'}
-UNITS = {**BODY_UNITS, **MOTOR_UNITS, 'efficiency': '', 'rotor_inertia': 'kg m2',
+UNITS = {**BODY_UNITS, **MOTOR_UNITS, **SERVO_UNITS, 'efficiency': '', 'rotor_inertia': 'kg m2',
          'gravity': 'm/s2', 'offset': 'rad', 'force_x': 'N', 'force_z': 'N'}
 ABOVE_ZERO = {'resistance', 'torque_constant'}
 COM = ('com_x', 'com_y', 'com_z')
@@ -56,11 +66,12 @@ def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],
     for path, quantity in _given(file):
         found[path] = checked(str(folder / 'robot.yaml'), path, quantity, _unit(path, file.input))
     for name in file.actuators:
-        for key in MOTOR_UNITS if file.input == 'voltage' else ():
+        for key in NEEDED[file.input]:
             if f'actuators.{name}.{key}' not in found:
                 raise UserError(f'{folder / "robot.yaml"}: actuators.{name}.{key}: is missing')
-        inertia = f'actuators.{name}.rotor_inertia'
-        found.setdefault(inertia, Constant(inertia, 0.0, 'kg m2'))
+        for key in ZERO[file.input]:
+            path = f'actuators.{name}.{key}'
+            found.setdefault(path, Constant(path, 0.0, UNITS[key]))
     return found
 
 
@@ -120,7 +131,7 @@ def _unit(path: str, input_kind: str) -> str:
         return GROUND_UNITS[key]
     if group == 'joints':
         return {'damping': 'N m s/rad', 'friction': 'N m'}[key]
-    return ('V' if input_kind == 'voltage' else 'N m') if key == 'limit' else UNITS[key]
+    return INPUT_UNITS[input_kind] if key == 'limit' else UNITS[key]
 
 
 def bodies(links: tuple[Link, ...], joints: tuple[Joint, ...], values: Mapping[str, Any]

@@ -14,7 +14,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
 from leo_sim.common.yaml_file import read, read_text
 from leo_sim.description import urdf
-from leo_sim.description.constants import Constant, constants_of
+from leo_sim.description.constants import Constant, constants_of, INPUT_UNITS
 from leo_sim.description.robot_check import check
 from leo_sim.description.robot_file import (
     DriverFile,
@@ -38,7 +38,7 @@ class Actuator:
     Attributes:
         torque_constant: N m/A = V s/rad; None when torque driven.
         resistance: ohm; None when torque driven.
-        limit: Largest command, V or N m.
+        limit: Largest command, V, N m or rad.
         supply: V; None when torque driven.
         rotor_inertia: kg m2, on top of the links' inertia.
     """
@@ -86,7 +86,7 @@ class Robot:
         links, joints: The tree of the URDF; fixed joints included.
         joint_names: Joints that move, in the order of every state vector.
         actuators: In the order of every input vector.
-        input: 'voltage' (V) or 'torque' (N m).
+        input: 'voltage' (V), 'torque' (N m) or 'position' (rad, the goal of a servo's own loop).
         control_period, integration_step, episode_seconds: s.
         schemes: How it is integrated: 'reference' (integration_step), 'training', 'search'.
         state_rate: Hz.
@@ -139,8 +139,27 @@ class Robot:
 
     @property
     def limits(self) -> np.ndarray:
-        """Largest command of each actuator, V or N m."""
+        """Largest command of each actuator, V, N m or rad."""
         return np.array([a.limit for a in self.actuators])
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """Lowest and highest command of each actuator, (2, A): goals stay within the stops, too."""
+        bounds = np.stack([-self.limits, self.limits])
+        if self.input != 'position':
+            return bounds
+        stops = {joint.name: joint.limits for joint in self.joints}
+        return np.clip(bounds, *np.array([stops[a.joint] for a in self.actuators]).T)
+
+    @property
+    def input_unit(self) -> str:
+        """The unit of every command: V, N m or rad."""
+        return INPUT_UNITS[self.input]
+
+    @property
+    def has_motor_law(self) -> bool:
+        """Whether its motors are DC motors on a voltage, of a command or of a servo's own loop."""
+        return self.input != 'torque'
 
     def with_constants(self, changed: Mapping[str, Constant]) -> Robot:
         """The robot with other constants (paths must exist)."""

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
+from leo_sim.description.constants import SERVO_UNITS
 from leo_sim.description.robot_file import BusFile, RobotFile
 from leo_sim.description.urdf import Joint, Link
 
@@ -24,6 +25,7 @@ def check(folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence
     _check_masses(folder, file, links, joints)
     _check_base(path, file, joints)
     _check_task(path, file)
+    _check_loops(path, file)
     _check_ground(path, file)
     if file.driver.dynamixel and file.driver.feetech:
         raise UserError(f'{path}: driver: dynamixel and feetech are both given; give one of them')
@@ -93,6 +95,15 @@ def _check_task(path: Path, file: RobotFile) -> None:
     quantities |= {rule.quantity for rule in file.termination}
     if quantities & {*OF_FEET} and not file.feet:
         raise UserError(f'{path}: feet: {" and ".join(OF_FEET)} need the links that are feet')
+
+
+def _check_loops(path: Path, file: RobotFile) -> None:
+    """Only actuators that take positions have a loop."""
+    for name, actuator in file.actuators.items():
+        given = [key for key in SERVO_UNITS if getattr(actuator, key) is not None]
+        if given and file.input != 'position':
+            raise UserError(f'{path}: actuators.{name}.{given[0]}: is of a servo that takes '
+                            f'positions; with input: {file.input} there is none')
 
 
 def _check_ground(path: Path, file: RobotFile) -> None:

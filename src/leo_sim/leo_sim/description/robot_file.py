@@ -18,12 +18,20 @@ class AboveZero(Quantity):
 
 
 class ActuatorFile(Schema):
-    """Figures of an actuator, all at the joint side of its gear."""
+    """Figures of an actuator, all at the joint side of its gear.
+
+    Of a position servo also its loop: duty for an error of 1 rad and for a rate of 1 rad/s, what
+    it tells angles apart by, and how fast it lets its goal move.
+    """
 
     limit: AboveZero
     torque_constant: Quantity | None = None
     resistance: Quantity | None = None
     supply: Quantity | None = None
+    position_gain: Quantity | None = None
+    rate_gain: Quantity | None = None
+    resolution: Quantity | None = None
+    goal_rate: AboveZero | None = None
     efficiency: Quantity | None = None
     rotor_inertia: Quantity | None = None
 
@@ -195,7 +203,7 @@ class RobotFile(Schema):
 
     name: str
     base: Literal['fixed', 'planar'] = 'fixed'
-    input: Literal['voltage', 'torque']
+    input: Literal['voltage', 'torque', 'position']
     control_period: Seconds
     integration_step: Seconds
     geometry_every: Annotated[int, Field(ge=1)] = 1

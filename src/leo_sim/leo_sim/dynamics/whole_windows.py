@@ -51,7 +51,8 @@ class Held(NamedTuple):
 
 def possible(laws: Laws, q: Array, inputs: Array) -> bool:
     """Whether these laws can be run for whole windows at once, of one scan at most."""
-    plain = not (laws.dynamic or laws.remembers) and laws.gap is None and laws.ground is None
+    plain = not (laws.dynamic or laws.remembers or laws.servos) and laws.gap is None
+    plain = plain and laws.ground is None
     few = len(laws.bent) <= MOST_BENT and q.ndim < 4 and inputs.ndim < 5
     return plain and few and all(_compiled(use) for use in laws.bent)
 

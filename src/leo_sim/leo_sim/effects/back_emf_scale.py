@@ -33,4 +33,4 @@ class BackEmfScale(Effect):
 
     def places(self, robot: Robot) -> tuple[str, ...]:
         """Joints where it can act."""
-        return super().places(robot) if robot.input == 'voltage' else ()
+        return super().places(robot) if robot.has_motor_law else ()

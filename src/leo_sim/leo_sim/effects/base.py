@@ -255,7 +255,7 @@ class Placed:
 
 def in_input_unit(robot: Robot, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
     """Parameters in V turned to N m where the robot takes torques."""
-    unit = 'V' if robot.input == 'voltage' else 'N m'
+    unit = 'V' if robot.has_motor_law else 'N m'
     return tuple(replace(p, unit=unit) if p.unit == 'V' else p for p in parameters)
 
 

@@ -17,9 +17,10 @@ from leo_sim.description.urdf import Body
 from leo_sim.effects.base import Drive, Ground, Placed
 from leo_sim.effects.motor import Motor, torque_source, voltage_motor
 from leo_sim.laws.late_readings import act_late
-from leo_sim.laws.placement import added, Index, index_of, put, Use
+from leo_sim.laws.placement import added, Index, index_of, put, stacked, Use
 from leo_sim.laws.sensors import Memory as Memory
 from leo_sim.laws.sensors import Sensors
+from leo_sim.laws.servo import goal_rate, Servos
 
 TIME = 'time'
 HELD = 'held'  # in the memory of a state whose base does not move
@@ -53,6 +54,7 @@ class Laws:
         bent: Torque laws that are not steady.
         dynamic: The command at the motors changes while the input is held (delay, lag).
         steady: While the input is held, torques change with the rates alone, linearly.
+        servos: The actuators' own loops, where inputs are goals; None elsewhere.
         sensors: What the encoders read.
         dry: Some joint has dry friction.
         needs_load: A law uses the load torque.
@@ -75,7 +77,7 @@ class Laws:
         by_hook = {hook: sorted((u for u in uses if u.effect.hook == hook),
                                 key=lambda u: u.effect.rank)
                    for hook in ('command', 'torque', 'sensor', 'drive')}
-        self._commands = by_hook['command']
+        self._commands, behind = self._around_loop(robot, by_hook['command'], values)
         self._late = [u for u in by_hook['sensor'] if u.effect.late and of_readings]
         sensors = [u for u in by_hook['sensor'] if u not in self._late]
         self._motor_side = [u for u in by_hook['torque'] if u.effect.motor_side]
@@ -84,7 +86,6 @@ class Laws:
         self._dry = [u for u in by_hook['torque'] if u.effect.dry]
         self.dynamic = any(u.effect.dynamic for u in (*self._commands, *self._late))
         self.bent = [u for u in by_hook['torque'] if not u.effect.steady]
-        self.steady = not (self.dynamic or self.bent)
         self._remembering = [u for u in by_hook['torque'] if u.effect.remembers]
         self.needs_load = any(u.effect.uses_load for u in by_hook['torque'])
         self.gravity = _squeezed(values['gravity'])
@@ -94,6 +95,8 @@ class Laws:
         self._drives(by_hook['drive'])
         self.ground: Any = _ground(effects, values) if robot.contacts else None
         self.sensors = Sensors(sensors, self._offset)
+        self.servos = self._loops(robot, values, sensors, behind)
+        self.steady = not (self.dynamic or self.bent or self.servos)
         self.remembers = bool(self._remembering) or self.sensors.dynamic
 
     @cached_property
@@ -154,7 +157,7 @@ class Laws:
             load: Torque of gravity and external forces, (..., J); None where no law needs it.
             memory: What the effects remember.
         """
-        motor = self._motor(motor_speed, u, enabled)
+        motor = self._motor(q, dq, motor_speed, u, enabled)
         for use in self._motor_side:
             extra = use.effect.torque(use.values, q[..., use.at], motor_speed[..., use.at],
                                       self._part(motor, use.at), None, *_told(use, memory))
@@ -178,20 +181,41 @@ class Laws:
         index = index_of(tuple(names.index(w) for w in placed.where), len(names))
         return Use(f'{number}:{placed.effect.name}', placed.effect, placed.parameters, index)
 
+    @staticmethod
+    def _around_loop(robot: Robot, commands: Sequence[Use], values: Mapping[str, Any]
+                     ) -> tuple[list[Use], list[Use]]:
+        """Command effects before the motors, or before a servo's loop, and those behind the loop.
+
+        What is late or slow changes a goal; what acts at once changes the voltage.
+        """
+        if robot.input != 'position':
+            return list(commands), []
+        rate = goal_rate(_paths(robot), values)
+        before = [u for u in commands if u.effect.dynamic] + ([rate] if rate else [])
+        return (sorted(before, key=lambda u: u.effect.rank),
+                [u for u in commands if not u.effect.dynamic])
+
+    def _loops(self, robot: Robot, values: Mapping[str, Any], sensors: Sequence[Use],
+               behind: Sequence[Use]) -> Servos | None:
+        if robot.input != 'position':
+            return None
+        own = Sensors([u for u in sensors if not u.effect.dynamic], self._offset)
+        return Servos(_paths(robot), values, own, behind, self.actuated)
+
     def _constants(self, robot: Robot, values: Mapping[str, Any]) -> None:
-        joints = [f'actuators.{a.joint}.' for a in robot.actuators]
-        if self.input == 'voltage':
-            self._constant = _stack([values[p + 'torque_constant'] for p in joints])
-            self._resistance = _stack([values[p + 'resistance'] for p in joints])
-        efficiency = _stack([values.get(p + 'efficiency', 1.0) for p in joints])
+        joints = _paths(robot)
+        if robot.has_motor_law:
+            self._constant = stacked([values[p + 'torque_constant'] for p in joints])
+            self._resistance = stacked([values[p + 'resistance'] for p in joints])
+        efficiency = stacked([values.get(p + 'efficiency', 1.0) for p in joints])
         self._efficiency = None if np.all(efficiency == 1) else efficiency
-        rotors = _stack([values[p + 'rotor_inertia'] for p in joints])
+        rotors = stacked([values[p + 'rotor_inertia'] for p in joints])
         self.rotor_inertia = self._at_joints(rotors)
-        damping = _stack([values[f'joints.{j}.damping'] for j in self.joints])
+        damping = stacked([values[f'joints.{j}.damping'] for j in self.joints])
         self.damping = damping if np.any(damping) else None
-        friction = _stack([values.get(f'joints.{j}.friction', 0.0) for j in self.joints])
+        friction = stacked([values.get(f'joints.{j}.friction', 0.0) for j in self.joints])
         self._friction = friction if np.any(friction) else None
-        offset = _stack([values.get(f'sensors.{j}.offset', 0.0) for j in self.joints])
+        offset = stacked([values.get(f'sensors.{j}.offset', 0.0) for j in self.joints])
         self._offset = offset if np.any(offset) else None
         limits = np.array([j.limits for j in robot.joints if j.kind != 'fixed'])
         self.stops = (limits[:, 0], limits[:, 1]) if np.isfinite(limits).any() else None
@@ -205,7 +229,9 @@ class Laws:
         self.rotor_inertia = drive.rotor_inertia
         self.gap = drive.gap if np.any(drive.gap) else None
 
-    def _motor(self, speed: Any, u: Any, enabled: Any) -> Motor:
+    def _motor(self, q: Array, dq: Array, speed: Any, u: Any, enabled: Any) -> Motor:
+        if self.servos is not None:
+            u = self.servos.voltage(u, q, dq)
         if self.input == 'torque':
             motor = torque_source(u, enabled)
         else:
@@ -238,6 +264,11 @@ class Laws:
     def _part(figures: Any, index: Index) -> Any:
         """A named tuple of arrays, each cut to the joints of `index`."""
         return type(figures)(*(f[..., index] if np.ndim(f) else f for f in figures))
+
+
+def _paths(robot: Robot) -> list[str]:
+    """Where the constants of the actuators are."""
+    return [f'actuators.{a.joint}.' for a in robot.actuators]
 
 
 def _recalled(use: Use, memory: Memory) -> Any:
@@ -277,10 +308,3 @@ def _squeezed(value: Any) -> Any:
     """A float, or an array (S, 1, 1) without its last axis, to match single components."""
     return np.asarray(value)[..., 0] if np.ndim(value) else float(value)
 
-
-def _stack(figures: Sequence[Any]) -> Any:
-    """Floats or arrays (S, 1, 1) side by side along the last axis."""
-    if not figures:
-        return np.zeros(0)
-    return np.concatenate(np.broadcast_arrays(
-        *(np.asarray(f, dtype=float).reshape(np.shape(f) or (1,)) for f in figures)), axis=-1)

@@ -75,7 +75,7 @@ def _facts(robot: Robot) -> dict[str, object]:
 
 
 def _said(made: Skeleton, folder: Path) -> list[str]:
-    robot, unit = made.robot, 'V' if made.robot.input == 'voltage' else 'N m'
+    robot, unit = made.robot, made.robot.input_unit
     limits = {joint.name: joint.limits for joint in robot.joints}
     start = robot.start_poses['nominal'].angles
     lines = [f'wrote {folder}/robot.urdf and {folder}/robot.yaml: {robot.name}, '

@@ -9,6 +9,7 @@ from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
 FRICTION = {'pendulum': 1e-3, 'torque_pendulum': 0.1, 'servo_pendulum': 0.02,
+            'xl330_pendulum': 0.02,
             'double_pendulum': 0.1}
 
 

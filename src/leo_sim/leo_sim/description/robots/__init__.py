@@ -5,6 +5,7 @@ from pathlib import Path
 PENDULUM = Path(__file__).parent / 'pendulum'
 TORQUE_PENDULUM = Path(__file__).parent / 'torque_pendulum'
 SERVO_PENDULUM = Path(__file__).parent / 'servo_pendulum'
+XL330_PENDULUM = Path(__file__).parent / 'xl330_pendulum'
 DOUBLE_PENDULUM = Path(__file__).parent / 'double_pendulum'
 LEO = Path(__file__).parent / 'leo'
 LEO_ODE = Path(__file__).parent / 'leo_ode'

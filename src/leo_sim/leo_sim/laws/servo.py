@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The own loop of position servos: from a goal to the voltage on the motor.
+
+Goal and angle in counts of the encoder, their difference times a gain is the duty, at most 1, of
+the supply (Rhoban BAM, bam/actuator.py and bam/feetech/actuator.py, commit 060af88e: duty = kp *
+error_gain * (goal - q), clipped; volts = duty * supply; the goal moves at a limited rate).
+"""
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from leo_sim.common.broadcasting import Array
+from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.laws.placement import Index, put, stacked, Use
+from leo_sim.laws.sensors import Sensors
+
+FINEST = 1e-12
+"""Resolution of an encoder that counts nothing, rad."""
+
+
+class Servos:
+    """The loops of all actuators of a robot.
+
+    Args:
+        paths: Of the actuators' constants, as 'actuators.pivot.'.
+        values: The constants.
+        sensors: What the servos read of their joints; nothing that comes late.
+        after: Command effects that change the voltage at once: they act behind the loop.
+        actuated: The joints of the actuators.
+    """
+
+    def __init__(self, paths: Sequence[str], values: Mapping[str, Any], sensors: Sensors,
+                 after: Sequence[Use], actuated: Index):
+        def figures(key: str, default: float = 0.0) -> Any:
+            return stacked([values.get(path + key, default) for path in paths])
+
+        self._gain, self._rate_gain = figures('position_gain'), figures('rate_gain')
+        self._count = np.maximum(figures('resolution'), FINEST)
+        self._supply = figures('supply')
+        self._sensors, self._after, self._actuated = sensors, after, actuated
+
+    def voltage(self, goal: Any, q: Array, dq: Array) -> Any:
+        """What is on the motors, V, (..., A).
+
+        Args:
+            goal: Angles that are asked for, rad, (..., A).
+            q: True angles of all joints, (..., J).
+            dq: Their rates, (..., J).
+        """
+        angle, rate = (read[..., self._actuated] for read in self._sensors.sense(q, dq, {}, 0)[:2])
+        error = self._count * (np.rint(goal / self._count) - np.rint(angle / self._count))
+        duty = np.clip(self._gain * error - self._rate_gain * rate, -1.0, 1.0)
+        volts = duty * self._supply
+        for use in self._after:
+            part = use.effect.command(use.values, volts[..., use.at], None, 0.0)[0]
+            volts = put(volts, use.at, part)
+        return volts
+
+
+class GoalRate(Effect):
+    """The goal that the loop follows moves no faster than `rate`.
+
+    Its memory is that goal; at the start it is where the first command says.
+    """
+
+    name = 'goal_rate'
+    family = 'command'
+    hook = 'command'
+    parameters = (Parameter('rate', 'rad/s', neutral=float('inf'), low=0.0, role='threshold'),)
+    dynamic = True
+    rank = 15
+
+    def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+        """The goal amid the next dt s, and at their end."""
+        before = u if memory is None else memory
+        most = p['rate'] * dt
+        end = np.clip(u, before - most, before + most)
+        return np.clip(u, before - 0.5 * most, before + 0.5 * most), end
+
+
+def goal_rate(paths: Sequence[str], values: Mapping[str, Any]) -> Use | None:
+    """The limited rate of the goals, where an actuator has one."""
+    rates = stacked([values.get(path + 'goal_rate', np.inf) for path in paths])
+    if not np.isfinite(rates).any():
+        return None
+    return Use('goal_rate', GoalRate(), {'rate': rates}, slice(None))

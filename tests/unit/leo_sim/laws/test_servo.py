@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A position servo's own loop: against an integration of its equations written out here."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from leo_sim.description.robot import load_robot
+from leo_sim.effects import place
+from leo_sim.model import Model
+from leo_sim.model.batch import rollout
+
+ROBOT = load_robot('xl330_pendulum')
+MASS, LENGTH, INERTIA, G = 0.49, 0.1, 1.0e-4, 9.81
+KT, OHM, ROTOR, SUPPLY, GAIN = 0.286, 2.0, 0.00257, 7.4, 1.1509
+COUNT = 2 * np.pi / 4096
+PERIOD, PERIODS = 0.01, 150
+GOALS = np.repeat([1.5, -0.4, 2.8, 0.3, -2.9], 30)  # rad; duty is clipped after the larger steps
+EXACT = {'actuators.pivot.resolution': 0.0}
+
+
+def simulated(effects=(), constants=EXACT, goals=GOALS, **model):
+    """Angle and rate of the robot at all samples, (N + 1, 2)."""
+    made = Model(ROBOT, effects, constants, **model)
+    state = made.start('nominal')
+    seen = [made.sense(state)]
+    for goal in goals:
+        state = made.step(state, [goal], PERIOD)
+        seen.append(made.sense(state))
+    return np.concatenate(seen, axis=1).T.reshape(len(goals) + 1, 2)
+
+
+def integrated(volts=lambda v: v, gain=GAIN, rate_gain=0.0, supply=SUPPLY, zero=0.0, delay=0.0,
+               goals=GOALS):
+    """The same from the equations alone; `volts` is what becomes of the loop's voltage."""
+    def derivative(t, y, goal):
+        duty = np.clip(gain * (goal - y[0] - zero) - rate_gain * y[1], -1, 1)
+        torque = KT * (volts(duty * supply) - KT * y[1]) / OHM
+        torque -= MASS * G * LENGTH * np.sin(y[0])
+        return y[1], torque / (MASS * LENGTH**2 + INERTIA + ROTOR)
+
+    y, rows = np.zeros(2), [[zero, 0.0]]
+    before = 0.0
+    for goal in goals:
+        for asked, span in ((before, delay), (goal, PERIOD - delay)):
+            if span:
+                y = solve_ivp(derivative, (0, span), y, args=(asked,), rtol=1e-10, atol=1e-12).y[:, -1]
+        rows.append([y[0] + zero, y[1]])
+        before = goal
+    return np.array(rows)
+
+
+def apart(one, other):
+    """The largest differences of angle rad and of rate rad/s."""
+    return np.abs(one - other).max(axis=0)
+
+
+@pytest.mark.parametrize(('engine', 'step', 'angle', 'rate'), [
+    ('rigid', None, 2e-3, 5e-2), ('rigid', 5e-4, 5e-5, 2e-3), ('pybullet', 5e-4, 5e-5, 2e-3),
+    ('rk4', None, 5e-4, 1e-2), ('mujoco', 5e-4, 1e-2, 1e-1),
+])
+def test_every_engine_follows_the_equations_of_the_loop(engine, step, angle, rate):
+    found = apart(simulated(engine=engine, integration_step=step), integrated())
+    assert found[0] < angle
+    assert found[1] < rate
+
+
+@pytest.mark.parametrize(('effects', 'constants', 'equations'), [
+    ([('voltage_scale', {'k': 0.6})], {}, {'supply': 0.6 * SUPPLY}),
+    ([('voltage_deadband', {'v': 0.5})], {},
+     {'volts': lambda v: np.sign(v) * max(abs(v) - 0.5, 0.0)}),
+    ([('voltage_limit', {'v': 3.0})], {}, {'volts': lambda v: np.clip(v, -3.0, 3.0)}),
+    ([('command_delay', {'delay': 0.004})], {}, {'delay': 0.004}),
+    ([('encoder_offset', {'o': 0.2})], {}, {'zero': 0.2}),
+    ([], {'actuators.pivot.position_gain': 3.0, 'actuators.pivot.rate_gain': 0.02},
+     {'gain': 3.0, 'rate_gain': 0.02}),
+    ([], {'actuators.pivot.supply': 5.0, 'sensors.pivot.offset': 0.1},
+     {'supply': 5.0, 'zero': 0.1}),
+], ids=lambda x: str(x)[:40])
+def test_effects_and_constants_act_where_the_loop_has_them(effects, constants, equations):
+    placed = [place(ROBOT, name, 'pivot', **values) for name, values in effects]
+    found = simulated(placed, EXACT | constants, engine='rigid', integration_step=5e-4)
+    assert apart(found, integrated(**equations))[0] < 5e-4
+    assert apart(found, integrated())[0] > 0.01
+
+
+def test_windows_at_once_give_what_steps_give_for_every_gain():
+    gains = np.array([0.5, 1.1509, 2.5])
+    path = 'actuators.pivot.position_gain'
+    together = rollout(Model(ROBOT, constants=EXACT | {path: gains[:, None, None]}),
+                       np.zeros((1, 1)), np.zeros((1, 1)), GOALS[None, :, None], PERIOD)
+    for row, gain in enumerate(gains):
+        alone = simulated(constants=EXACT | {path: gain}, engine='rigid')
+        np.testing.assert_allclose(together[0][row, 0, :, 0], alone[:, 0], atol=1e-9)
+
+
+def test_a_free_motor_has_no_loop():
+    goals, zeros = (np.full((1, 50, 1), goal) for goal in (2.0, 0.0))
+    off = np.zeros((1, 50, 1), dtype=bool)
+    swings = [rollout(Model(ROBOT), np.ones((1, 1)), np.zeros((1, 1)), u, PERIOD, enabled=off)[0]
+              for u in (goals, zeros)]
+    np.testing.assert_array_equal(*swings)
+    assert np.ptp(swings[0]) > 0.5
+
+
+def test_less_than_a_count_of_error_is_none():
+    """Half a turn of gravity away, the smallest voltage would move it."""
+    model = Model(ROBOT, constants={'gravity': 0.0})
+    start = model.start('nominal')
+    near, far = (model.step(start, [goal], PERIOD).q[0] for goal in (0.4 * COUNT, 0.6 * COUNT))
+    assert near == 0.0
+    assert far > 0.0
+
+
+def test_the_goal_moves_no_faster_than_its_rate():
+    robot = load_robot('xl330_pendulum')
+    path = 'actuators.pivot.goal_rate'
+    limited = robot.with_constants({path: robot.constants['gravity'].__class__(path, 2.0, 'rad/s')})
+    model = Model(limited, constants=EXACT, engine='rigid', integration_step=5e-4)
+    state, goals = model.start('nominal'), np.concatenate([np.zeros(1), np.full(99, 1.0)])
+    angles = []
+    for goal in goals:
+        state = model.step(state, [goal], PERIOD)
+        angles.append(state.q[0])
+    ramp = np.clip(2.0 * PERIOD * (np.arange(100) - 0.5), 0.0, 1.0)
+    ramped = integrated(goals=ramp)[1:, 0]
+    assert np.abs(angles - ramped).max() < 2e-3
