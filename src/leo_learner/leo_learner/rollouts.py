@@ -14,6 +14,7 @@ from leo_diffmodel.bags.recording import Episode, Recording
 from leo_learner.env import ModelEnv, Step
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
+from leo_sim.drivers.base import INTERFACES
 
 Rows = list[tuple[np.ndarray, ...]]
 
@@ -82,7 +83,7 @@ def _episode(rows: Rows, period: float) -> Episode:
 
 
 def _run(episode: Episode, robot: Robot) -> Run:
-    kind = 'voltage' if robot.input == 'voltage' else 'effort'
+    kind = INTERFACES[robot.input]
     inputs = {
         actuator.joint: {kind: episode.inputs[:, k]}
         for k, actuator in enumerate(robot.actuators)

@@ -39,15 +39,18 @@ LOSSLESS = QoSProfile(depth=1, history=HistoryPolicy.KEEP_ALL)
 
 # robot -> all: rad, rad/s (m, m/s), stamp = time of measurement
 JOINT_STATES = Topic(JointState, 'joint_states', QoSProfile(depth=10))
-# learner -> robot: V (N m) in actuator order, by the interface of the robot's input
+# learner -> robot: V (N m, rad) in actuator order, by the interface of the robot's input
 COMMANDS = {
     'voltage': Topic(Float64MultiArray, 'voltage_controller/commands', QoSProfile(depth=1)),
     'effort': Topic(Float64MultiArray, 'effort_controller/commands', QoSProfile(depth=1)),
+    'position': Topic(Float64MultiArray, 'position_controller/commands', QoSProfile(depth=1)),
 }
-# robot -> recorder: what was really applied, V (N m) in `effort`, NaN where the motor is free
+# robot -> recorder: what was really applied, V (N m) in `effort`, rad in `position`, NaN where
+# the motor is free
 APPLIED = {
     'voltage': Topic(JointState, 'robot/applied_voltage', QoSProfile(depth=10)),
     'effort': Topic(JointState, 'robot/applied_effort', QoSProfile(depth=10)),
+    'position': Topic(JointState, 'robot/applied_position', QoSProfile(depth=10)),
 }
 # hardware that measures them -> recorder: V; A in `effort`; deg C, frame_id = joint
 SUPPLY = Topic(BatteryState, 'robot/supply', QoSProfile(depth=10))

@@ -73,6 +73,11 @@ class JointStates:
         )
 
 
+def field_of(interface: str) -> str:
+    """The field of a JointState that says what was applied: goals are where positions are."""
+    return 'position' if interface == 'position' else 'effort'
+
+
 @dataclass(frozen=True, eq=False)
 class Applied:
     """What the driver really sent to the actuators from `stamp_ns` on.
@@ -80,9 +85,9 @@ class Applied:
     Attributes:
         stamp_ns: start of the period the input holds for [ns].
         names: actuated joints, length A.
-        values: applied voltage [V] or torque [N m], after clip, slew limit, time-out and e-stop,
-            shape (A,).
-        interface: 'voltage' or 'effort', the unit of `values`.
+        values: applied voltage [V], torque [N m] or goal [rad], after clip, slew limit, time-out
+            and e-stop, shape (A,).
+        interface: 'voltage', 'effort' or 'position', the unit of `values`.
         enabled: False where torque is off (a free joint, not a braking one), shape (A,).
     """
 
@@ -103,29 +108,34 @@ class Applied:
 
     @property
     def nan_where_free(self) -> Array:
-        """Values [V or N m] as they are sent: NaN where torque is off, shape (A,)."""
+        """Values [V, N m or rad] as they are sent: NaN where torque is off, shape (A,)."""
         return np.where(np.asarray(self.enabled), self.values, np.nan)
 
     def to_message(self) -> Any:
-        """As sensor_msgs/JointState with V or N m in `effort`; its topic's name is the unit."""
-        return _joint_state(self.stamp_ns, self.names, (), (), self.nan_where_free)
+        """As sensor_msgs/JointState; its topic's name is the unit.
+
+        V or N m are in `effort`, rad in `position`.
+        """
+        columns = {'position': (), 'effort': ()} | {field_of(self.interface): self.nan_where_free}
+        return _joint_state(self.stamp_ns, self.names, columns['position'], (), columns['effort'])
 
     @classmethod
     def from_message(cls, message: Any, interface: str) -> Applied:
         """From sensor_msgs/JointState; NaN means torque off.
 
         Args:
-            message: from `robot/applied_voltage` or `robot/applied_effort`.
-            interface: 'voltage' or 'effort', the unit its topic is named after.
+            message: from `robot/applied_voltage`, `applied_effort` or `applied_position`.
+            interface: 'voltage', 'effort' or 'position', what its topic is named after.
 
         Raises:
             UserError: not one value for every joint.
         """
         names = tuple(message.name)
-        effort = _sized(message.effort, names, 'effort')
-        enabled = ~np.isnan(effort)
+        field = field_of(interface)
+        values = _sized(getattr(message, field), names, field)
+        enabled = ~np.isnan(values)
         stamp_ns = nanoseconds(message.header.stamp)
-        return cls(stamp_ns, names, np.where(enabled, effort, 0.0), interface, enabled)
+        return cls(stamp_ns, names, np.where(enabled, values, 0.0), interface, enabled)
 
     @classmethod
     def from_dynamic(cls, message: Any, interface: str) -> Applied:
@@ -157,7 +167,7 @@ class Applied:
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """A command: volts (N m for torque-driven robots) in actuator order, shape (A,)."""
+    """A command: V (N m or rad, as the robot takes) in actuator order, shape (A,)."""
 
     values: Array
 

@@ -12,6 +12,7 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.values import field_of
 
 from .contents import BagContents, TopicLog
 from .states import deserialize, Floats, stamp_of, Stamps, StateLog
@@ -30,7 +31,7 @@ class InputLog:
     """Inputs in log order, row i acting from its stamp to the next.
 
     Attributes:
-        kind: `voltage` [V] or `torque` [N m].
+        kind: `voltage` [V], `torque` [N m] or `position` [rad].
         source: topic they come from.
         log_ns, stamp_ns: shape (N,).
         values, enabled: shape (N, A) in actuator order; enabled 1 or 0.
@@ -74,12 +75,15 @@ def _applied(
 ) -> InputLog | None:
     default = APPLIED[INTERFACES[robot.input]].name
     topic = find_topic(contents, 'applied', topic_map, default)
-    return None if topic is None else _stated(topic, _applied_row, states, robot, topic_map)
+    row = partial(_applied_row, field_of(INTERFACES[robot.input]))
+    return None if topic is None else _stated(topic, row, states, robot, topic_map)
 
 
 def _dynamic(
     contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap,
 ) -> InputLog | None:
+    if robot.input == 'position' and topic_map.interface is None:
+        return None  # the positions there are measured ones, no goals
     topic = find_topic(contents, 'dynamic_joint_states', topic_map)
     row = partial(_dynamic_row, topic_map.interface or INTERFACES[robot.input])
     return None if topic is None else _stated(topic, row, states, robot, topic_map)
@@ -102,18 +106,19 @@ def _stated(
     values, enabled = (np.array([r[k] for r in rows], dtype=float) for k in (2, 3))
     if not states.stamped or not stamp.any():
         stamp = _to_robot_time(log, states)
-    values = values * _units(robot, topic_map)
+    values = _ours(values, robot, topic_map)
     return _finite(InputLog(robot.input, topic.name, log, stamp, values, enabled, 0))
 
 
-def _applied_row(message: Any, wanted: Sequence[str]) -> Row | None:
-    """Return what a JointState has in `effort`: NaN is a free motor, a wrong length not known."""
+def _applied_row(field: str, message: Any, wanted: Sequence[str]) -> Row | None:
+    """Return what a JointState has in a field: NaN is a free motor, a wrong length not known."""
     names = list(message.name)
     if not set(wanted) <= set(names):
         return None
-    if len(message.effort) != len(names):
+    applied = getattr(message, field)
+    if len(applied) != len(names):
         return [math.nan] * len(wanted), [1.0] * len(wanted)
-    values = message.effort[[names.index(name) for name in wanted]]
+    values = applied[[names.index(name) for name in wanted]]
     free = np.isnan(values)
     return np.where(free, 0.0, values).tolist(), (~free).tolist()
 
@@ -155,7 +160,7 @@ def _commanded(
             'needed; name their joints in a topic map (command_order: [...])'
         )
     log = np.array([row[0] for row in fitting], dtype=np.int64)
-    values = np.array([row[1] for row in fitting]) * _units(robot, topic_map)
+    values = _ours(np.array([row[1] for row in fitting]), robot, topic_map)
     return _finite(InputLog(
         robot.input, topic.name, log, _to_robot_time(log, states), values,
         np.ones_like(values), len(rows) - len(fitting),
@@ -177,10 +182,13 @@ def _effort(
     ))
 
 
-def _units(robot: Robot, topic_map: TopicMap) -> Floats:
-    """V or N m along each actuated joint for 1 of theirs, (A,)."""
+def _ours(values: Floats, robot: Robot, topic_map: TopicMap) -> Floats:
+    """V, N m or rad along each actuated joint of theirs, (N, A); goals count from our zero."""
     joints = [topic_map.joint(a.joint) for a in robot.actuators]
-    return topic_map.scale * np.array([float(j.input_sign or j.sign) for j in joints])
+    ours = values * topic_map.scale * np.array([float(j.input_sign or j.sign) for j in joints])
+    if robot.input != 'position':
+        return ours
+    return ours + np.array([j.offset for j in joints])
 
 
 def _to_robot_time(log: Stamps, states: StateLog) -> Stamps:

@@ -10,7 +10,7 @@ A topic map, every key optional:
     input: commands          # or auto, applied, dynamic_joint_states, effort, none
     interface: voltage       # its name on the dynamic joint states
     command_order: [pivot]   # joints of the command topic
-    scale: 0.0156            # V or N m for 1 of theirs: supply / 885 of a PWM in counts
+    scale: 0.0156            # V, N m or rad for 1 of theirs: supply / 885 of a PWM in counts
     hold: previous           # a stamp means the period before it
     held: true               # the base was held; by default what the bag's recorder noted
 """
@@ -34,9 +34,9 @@ DEFAULT_NAMES = {
     'dynamic_joint_states': '/dynamic_joint_states',
     'episode': EPISODE.name,
 }
-INTERFACES = {'voltage': 'voltage', 'torque': 'effort'}
+INTERFACES = {'voltage': 'voltage', 'torque': 'effort', 'position': 'position'}
 """Unit of a robot's input -> what it is called on the graph."""
-COMMANDS = {'voltage': '/voltage_controller/commands', 'torque': '/effort_controller/commands'}
+COMMANDS = {kind: f'/{name}_controller/commands' for kind, name in INTERFACES.items()}
 TYPES = {
     'joint_states': JOINT_STATE,
     'applied': JOINT_STATE,

@@ -11,7 +11,7 @@ from leo_sim.model.batch import rollout
 
 Array = np.ndarray
 SECONDS = 20.0
-LEVELS = {'voltage': (0.4, 1.0), 'torque': (0.1, 0.4)}
+LEVELS = {'voltage': (0.4, 1.0), 'torque': (0.1, 0.4), 'position': (0.2, 0.6)}
 KINDS = ('steps', 'sines', 'chirp', 'binary')
 FASTEST, GENTLER = 30.0, 0.7
 FREED = ('servo_pendulum',)

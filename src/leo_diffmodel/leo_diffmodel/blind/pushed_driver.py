@@ -30,7 +30,7 @@ class PushedDriver(SimulatedDriver):
         for i in range(count):
             state, length = self._state, seconds / count
             push = self._pusher.torque(begin + i * length, state.q, state.dq)
-            self._state = self._model.step(state, self._input, length, self._enabled, push)
+            self._state = self._model.step(state, self._input, length, self._on, push)
         self._ticks += 1
         self._measured = self._measure()
         return seconds

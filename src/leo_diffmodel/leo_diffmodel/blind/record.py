@@ -15,7 +15,7 @@ from leo_diffmodel.blind.pushed_driver import PushedDriver
 from leo_diffmodel.blind.scenes import Scene
 from leo_diffmodel.blind.sensing import Sensor
 from leo_msgs_py import cdr
-from leo_msgs_py.values import Applied, JointStates
+from leo_msgs_py.values import Applied, field_of, JointStates
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
 from leo_sim.model.model_file import write_effects
@@ -95,4 +95,5 @@ def _measured(seen: JointStates) -> bytes:
 
 
 def _sent(applied: Applied) -> bytes:
-    return cdr.joint_state(applied.stamp_ns, applied.names, effort=applied.nan_where_free)
+    values = {field_of(applied.interface): applied.nan_where_free}
+    return cdr.joint_state(applied.stamp_ns, applied.names, **values)

@@ -10,6 +10,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.finding import Finding, OK, WARNING
+from leo_sim.description.constants import INPUT_UNITS
 
 Array = np.ndarray
 MOVING_SIGMAS = 5.0
@@ -96,7 +97,7 @@ def _joint(recordings: Sequence[Recording], sigma: Array, j: int) -> Excitation:
         angle=(float(q.min()), float(q.max())),
         rate=(float(dq.min()), float(dq.max())),
         input=(float(u.min()), float(u.max())) if u.size else None,
-        unit='N m' if recordings[0].input == 'torque' else 'V',
+        unit=INPUT_UNITS.get(recordings[0].input, 'V'),
         levels=len(np.unique(np.round(u, 6))),
         moving=float(moving.mean()),
         forward=float((dq[moving] > 0).mean()) if moving.any() else 0.0,

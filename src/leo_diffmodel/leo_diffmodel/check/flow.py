@@ -173,7 +173,7 @@ def _intervals(
     inertial = mass * ddq[:, None, :]
     late = {
         f'before {d}': _motor(model, _mean(e.t + d, given, nodes),
-                              _mean(e.t + d, e.enabled.astype(float), nodes), ddq)
+                              _mean(e.t + d, e.enabled.astype(float), nodes), middle)
         for d in DELAYS
     }  # fmt: skip
     return {
@@ -191,13 +191,13 @@ def _held(
     load = model.rigid.load(q) if model.laws.needs_load else None
     given = model.laws.torques(q, dq, dq, u, on, load)
     friction = 0.0 if given.level is None else given.level * sign
-    return given.motor + given.joint - friction, _motor(model, u, on, dq)
+    return given.motor + given.joint - friction, _motor(model, u, on, q)
 
 
-def _motor(model: Model, u: Array, on: Array, like: Array) -> Array:
-    still = np.zeros_like(like)
+def _motor(model: Model, u: Array, on: Array, q: Array) -> Array:
+    still = np.zeros_like(q)
     load = still if model.laws.needs_load else None
-    return np.broadcast_to(model.laws.torques(still, still, still, u, on, load).motor, like.shape)
+    return np.broadcast_to(model.laws.torques(q, still, still, u, on, load).motor, q.shape)
 
 
 def _of_joints(values: Array | float, like: Array) -> Array:

@@ -11,7 +11,10 @@ from leo_sim.description.robot import Actuator, Robot
 def stall_torque(robot: Robot, joint: str) -> float | None:
     """Largest torque of the motor at a joint at rest [N m]; None where there is no motor."""
     actuator = _actuator(robot, joint)
-    return None if actuator is None else actuator.limit * _torque_per_input(actuator)
+    if actuator is None:
+        return None
+    goes = robot.input == 'position' and actuator.supply  # goals are no measure of a torque
+    return (goes or actuator.limit) * _torque_per_input(actuator)
 
 
 def in_volts(robot: Robot, joint: str, torque: float) -> float | None:

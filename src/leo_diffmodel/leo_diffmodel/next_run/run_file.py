@@ -28,10 +28,10 @@ from leo_diffmodel.next_run.proposed_run import Run
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.names import nearest
+from leo_sim.description.constants import INPUT_UNITS
 from leo_sim.description.robot import Robot
 
 FIRST = '# leo run file'
-UNITS = {'voltage': 'V', 'torque': 'N m'}
 TORQUE = {'on': True, 'off': False}
 
 
@@ -42,7 +42,7 @@ class RunFile:
     Attributes:
         robot: name of the robot it was made for.
         name: of the run.
-        unit: of the inputs, 'V' or 'N m'.
+        unit: of the inputs, 'V', 'N m' or 'rad'.
         actuators: joints of the columns.
         time: of each row [s], shape (N,), increasing from 0.
         inputs: shape (N, A).
@@ -66,10 +66,10 @@ class RunFile:
             UserError: made for other actuators, another unit or another robot's start pose.
         """
         wanted = tuple(a.joint for a in robot.actuators)
-        if set(wanted) != set(self.actuators) or self.unit != UNITS[robot.input]:
+        if set(wanted) != set(self.actuators) or self.unit != robot.input_unit:
             raise UserError(
                 f'the run has inputs {", ".join(self.actuators)} in {self.unit}, {robot.name} '
-                f'takes {", ".join(wanted)} in {UNITS[robot.input]}; leo next writes one for it'
+                f'takes {", ".join(wanted)} in {robot.input_unit}; leo next writes one for it'
             )
         if self.start and self.start not in robot.start_poses:
             raise UserError(f'the run begins in {self.start!r}, a start pose that {robot.name} '
@@ -78,7 +78,7 @@ class RunFile:
         at = np.arange(count) * robot.control_period + 1e-6
         row = np.searchsorted(self.time, at, side='right') - 1
         order = [self.actuators.index(joint) for joint in wanted]
-        inputs = np.clip(self.inputs[row][:, order], -robot.limits, robot.limits)
+        inputs = np.clip(self.inputs[row][:, order], *robot.bounds)
         return Run(self.name, self.name, inputs, self.enabled[row], self.start)
 
 
@@ -90,7 +90,7 @@ def write_run(path: Path, run: Run, robot: Robot) -> Path:
     """
     if not path.absolute().parent.is_dir():
         raise UserError(f'cannot write {path}: its folder is not there; make it first')
-    names = [f'{a.joint} [{UNITS[robot.input]}]' for a in robot.actuators]
+    names = [f'{a.joint} [{robot.input_unit}]' for a in robot.actuators]
     lines = [FIRST, f'# robot: {robot.name}', f'# run: {run.name}', f'# {run.about}',
              *([f'# start: {run.start}'] if run.start else ()),
              ','.join(['time [s]', *names, 'torque'])]  # fmt: skip
@@ -141,8 +141,8 @@ def _note(line: str) -> tuple[str, str]:
 
 def _column(path: Path, name: str) -> tuple[str, str]:
     joint, _, unit = name.partition(' [')
-    if unit not in ('V]', 'N m]'):
-        raise UserError(f'{path}: column {name!r} has no unit; write "{joint} [V]" or [N m]')
+    if unit[:-1] not in INPUT_UNITS.values() or not unit.endswith(']'):
+        raise UserError(f'{path}: column {name!r} has no unit; write "{joint} [V]", [N m] or [rad]')
     return joint, unit[:-1]
 
 

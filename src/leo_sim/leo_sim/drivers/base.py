@@ -18,7 +18,7 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.description.robot import Robot
 
-INTERFACES = {'voltage': 'voltage', 'torque': 'effort'}
+INTERFACES = {'voltage': 'voltage', 'torque': 'effort', 'position': 'position'}
 """Unit of a robot's input -> name of the interface its applied values are published under."""
 
 
@@ -29,13 +29,15 @@ class DriverInfo:
     Attributes:
         joints: names, length J, in the order of every state.
         actuators: joint names, length A, in the order of every command.
-        interface: 'voltage' [V] or 'effort' [N m].
-        limits: largest absolute command per actuator [V or N m], shape (A,).
+        interface: 'voltage' [V], 'effort' [N m] or 'position' [rad].
+        limits: largest absolute command per actuator [V, N m or rad], shape (A,).
         control_period: time one command holds [s].
         state_rate: joint states per second [Hz].
         urdf: the model's description, never the hidden truth.
         own_clock: its time is not the wall's: it can wait (lockstep), and `/clock` is published.
             Hardware has none: its stamps are the wall's time.
+        goals: lowest and highest goal of each actuator [rad], shape (2, A), where the stops allow
+            less than the limits; None where commands are no positions.
     """
 
     joints: tuple[str, ...]
@@ -46,6 +48,12 @@ class DriverInfo:
     state_rate: float
     urdf: str
     own_clock: bool
+    goals: np.ndarray | None = None
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """Lowest and highest command per actuator [V, N m or rad], shape (2, A)."""
+        return np.stack([-self.limits, self.limits]) if self.goals is None else self.goals
 
 
 class Driver(Protocol):
@@ -64,13 +72,19 @@ class Driver(Protocol):
     starts: int
 
     def connect(self) -> None:
-        """Open the device with motors on at 0; UserError says what is missing."""
+        """Open the device with motors on at 0, or free where commands are positions.
+
+        UserError says what is missing.
+        """
 
     def read(self) -> JointStates:
         """The newest measured state, stamped with the time of measurement."""
 
     def write(self, values: np.ndarray) -> Applied | None:
-        """Send values [V or N m], shape (A,); what was really applied, None where not known."""
+        """Send values [V, N m or rad], shape (A,); what was really applied, None where not known.
+
+        A goal of NaN frees its motor.
+        """
 
     def advance(self, seconds: float) -> float:
         """Go to the next state, nominally `seconds` on; returns how much time that is [s].
@@ -213,4 +227,5 @@ def robot_info(robot: Robot, state_rate: float = 0.0, own_clock: bool = True) ->
         state_rate=rate,
         urdf=robot.urdf,
         own_clock=own_clock,
+        goals=robot.bounds if robot.input == 'position' else None,
     )

@@ -38,7 +38,7 @@ def read_moments(path: Path, interface: str) -> list[Moment]:
 
     Args:
         path: the bag.
-        interface: 'voltage' or 'effort', the unit of the inputs that count.
+        interface: 'voltage', 'effort' or 'position', the unit of the inputs that count.
 
     Raises:
         UserError: no such bag, no MCAP in it, or no joint states (listing the topics it has).
@@ -61,7 +61,8 @@ def read_moments(path: Path, interface: str) -> list[Moment]:
                 inputs[name][value.stamp_ns] = value
     if not states:
         raise UserError(f'{path} has no /joint_states; it has {sorted(found) or "no topics"}')
-    known = inputs[applied] or inputs[DYNAMIC]
+    # positions among the dynamic joint states are measured ones, no goals
+    known = inputs[applied] or ({} if interface == 'position' else inputs[DYNAMIC])
     stamps = sorted(known)
     return [
         Moment(state, _latest(known, stamps, state.stamp_ns), number) for state, number in states

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 import math
+from typing import ClassVar
 
 import numpy as np
 
@@ -32,15 +33,21 @@ class Safety:
         timed_out: the last command grew too old; ends with the next command.
         timeouts: how often a command grew too old.
         rejected: how many commands were refused.
+        at_stop: what an e-stop does, in words.
+        when_old: what becomes of a command that grew too old.
 
     Raises:
         UserError: a limit that is not above 0, or a time or slew below 0.
     """
 
+    at_stop: ClassVar[str] = '0'
+    when_old: ClassVar[str] = '0 until the next one'
+
     def __init__(
         self, limits: Sequence[float] | np.ndarray, timeout: float = 0.2, slew: float = 0.0
     ) -> None:
-        self._limits = _above_zero(limits)
+        limits = _above_zero(limits)
+        self._low, self._high = -limits, limits
         self._timeout = _at_least_zero('command_timeout', timeout, 's')
         self._slew = _at_least_zero('slew', slew, 'per s')
         self.e_stopped = False
@@ -56,11 +63,11 @@ class Safety:
             BadCommand: wrong length or a value that is not finite; the command before it holds.
         """
         command = np.array(values, dtype=float).ravel()
-        if command.size != self._limits.size:
+        if command.size != self._high.size:
             self.rejected += 1
             raise BadCommand(
                 f'command ignored: it has {command.size} values, the robot has '
-                f'{self._limits.size} actuators'
+                f'{self._high.size} actuators'
             )
         if not np.isfinite(command).all():
             self.rejected += 1
@@ -76,9 +83,9 @@ class Safety:
             blind: the robot could not be measured, so nothing may drive it now.
         """
         if self.stops(now) or blind:
-            self._last = np.zeros_like(self._limits)
+            self._last = self._stopped()
         else:
-            wanted = np.clip(self._command, -self._limits, self._limits)
+            wanted = np.clip(self._command, self._low, self._high)
             self._last = self._slewed(wanted, now)
         self._last_time = now
         return self._last.copy()
@@ -87,8 +94,22 @@ class Safety:
         """Whether e-stop, or a command too old at time `now` [s], holds the robot at 0."""
         return self.e_stopped or self._is_too_old(now)
 
+    def must_halt(self, now: float) -> bool:
+        """Whether nothing may drive the robot at time `now` [s]."""
+        return self.stops(now)
+
+    def drives(self, values: np.ndarray) -> bool:
+        """Whether such values drive a motor."""
+        return bool(np.any(values))
+
+    def see(self, angles: np.ndarray) -> None:
+        """Where the actuated joints are now [rad], (A,)."""
+
+    def torque_switched(self) -> None:
+        """The motors were freed, or are on again."""
+
     def e_stop(self) -> None:
-        """Hold 0 from now on, whatever is commanded."""
+        """Stop from now on, whatever is commanded."""
         self.e_stopped = True
 
     def e_stop_reset(self) -> None:
@@ -98,11 +119,19 @@ class Safety:
 
     def release(self) -> None:
         """Forget the command, as at the start: 0 until the next one."""
-        self._command = np.zeros_like(self._limits)
-        self._last = np.zeros_like(self._limits)
+        self._command = self._idle()
+        self._last = self._idle()
         self._since = math.inf
         self._last_time = math.inf
         self.timed_out = False
+
+    def _idle(self) -> np.ndarray:
+        """What is sent before the first command."""
+        return np.zeros_like(self._high)
+
+    def _stopped(self) -> np.ndarray:
+        """What is sent in place of a command."""
+        return self._idle()
 
     def _is_too_old(self, now: float) -> bool:
         if not self._timeout or self.timed_out or now - self._since <= self._timeout:

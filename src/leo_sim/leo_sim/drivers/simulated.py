@@ -32,6 +32,7 @@ class SimulatedDriver:
         self._ticks = 0
         self._input = np.zeros(len(self.info.actuators))
         self._enabled = np.ones(len(self.info.actuators), dtype=bool)
+        self._asked = self._enabled & (self.info.goals is None)
         self._state: State
         self._measured: JointStates
         self._begin()
@@ -39,27 +40,28 @@ class SimulatedDriver:
     def connect(self) -> None:
         """Compile what a step needs, which takes seconds the first time on a machine."""
         seconds = 1.0 / self.info.state_rate
-        self._model.step(self._state, self._input, seconds, enabled=self._enabled)
+        self._model.step(self._state, self._input, seconds, enabled=self._on)
 
     def read(self) -> JointStates:
         """The state at this time with measurement noise; the same time reads the same."""
         return self._measured
 
     def write(self, values: np.ndarray) -> Applied:
-        """Hold values [V or N m], shape (A,), from now on; a free motor gets 0."""
-        limited = np.clip(values, -self.info.limits, self.info.limits)
-        self._input = np.where(self._enabled, limited, 0.0)
+        """Hold values [V, N m or rad], shape (A,), from now on; a free motor gets 0."""
+        limited = np.clip(values, *self.info.bounds)
+        self._asked = np.isfinite(limited)
+        self._input = np.where(self._on, limited, 0.0)
         return Applied(
             stamp_ns=self._stamp_ns(),
             names=self.info.actuators,
             values=self._input.copy(),
             interface=self.info.interface,
-            enabled=self._enabled.copy(),
+            enabled=self._on,
         )
 
     def advance(self, seconds: float) -> float:
         """Integrate one state period with the values written last."""
-        self._state = self._model.step(self._state, self._input, seconds, enabled=self._enabled)
+        self._state = self._model.step(self._state, self._input, seconds, enabled=self._on)
         self._ticks += 1
         self._measured = self._measure()
         return seconds
@@ -82,8 +84,14 @@ class SimulatedDriver:
         self.starts += 1
 
     def stop(self) -> None:
-        """Motors at 0."""
+        """Motors at 0, or free where commands are positions."""
         self._input = np.zeros_like(self._input)
+        self._asked = np.full_like(self._enabled, self.info.goals is None)
+
+    @property
+    def _on(self) -> np.ndarray:
+        """Which motors have torque: all that are enabled, servos that have a goal."""
+        return self._enabled & self._asked
 
     def _begin(self) -> None:
         elapsed = self._ticks / self.info.state_rate

@@ -144,6 +144,10 @@ class Laws:
         """True angles and rates of measured ones, with sensors that had settled."""
         return self.sensors.true_state(q, dq)[:2]
 
+    def at_motors(self, u: Any, q: Array, dq: Array) -> Any:
+        """What inputs (..., A) put on the motors, V or N m: a servo's loop makes volts of goals."""
+        return u if self.servos is None else self.servos.voltage(u, q, dq)
+
     def torques(self, q: Array, dq: Array, motor_speed: Array, u: Any, enabled: Any, load: Any,
                 memory: Memory = NOTHING) -> Torques:
         """All torques at one instant.
@@ -230,8 +234,7 @@ class Laws:
         self.gap = drive.gap if np.any(drive.gap) else None
 
     def _motor(self, q: Array, dq: Array, speed: Any, u: Any, enabled: Any) -> Motor:
-        if self.servos is not None:
-            u = self.servos.voltage(u, q, dq)
+        u = self.at_motors(u, q, dq)
         if self.input == 'torque':
             motor = torque_source(u, enabled)
         else:

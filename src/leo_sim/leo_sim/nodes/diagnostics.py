@@ -96,11 +96,11 @@ def _level(
     if alarm:
         return DiagnosticStatus.ERROR, alarm
     if safety.e_stopped:
-        return DiagnosticStatus.ERROR, 'e-stop: 0 until /robot/e_stop_reset'
+        return DiagnosticStatus.ERROR, f'e-stop: {safety.at_stop} until /robot/e_stop_reset'
     if new_faults:
         return DiagnosticStatus.WARN, f'{new_faults} packets lost or damaged in the last second'
     if safety.timed_out:
-        return DiagnosticStatus.WARN, 'no command: timed out, 0 until the next one'
+        return DiagnosticStatus.WARN, f'no command: timed out, {safety.when_old}'
     if new_missed:
         return DiagnosticStatus.WARN, f'{new_missed} deadlines missed in the last second'
     return DiagnosticStatus.OK, 'running' if torque else 'running, motors free'

@@ -81,7 +81,7 @@ def read_settings(node: Node) -> Settings:
         options=read_options(node),
         realtime_factor=_number('realtime_factor', given('realtime_factor', 1.0), ''),
         command_timeout=_number('command_timeout', given('command_timeout', 0.2), 's'),
-        slew=_number('slew', given('slew', 0.0), 'V/s or N m/s'),
+        slew=_number('slew', given('slew', 0.0), 'V/s, N m/s or rad/s'),
         episode=given('episode', -1),
         fault_periods=_whole('fault_periods', given('fault_periods', 5)),
     )

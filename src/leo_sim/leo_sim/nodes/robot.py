@@ -46,7 +46,8 @@ from leo_sim.drivers.base import (
     TransientFault,
 )
 from leo_sim.drivers.faults import Faults
-from leo_sim.drivers.safety import BadCommand, Safety
+from leo_sim.drivers.goal_safety import safety_for
+from leo_sim.drivers.safety import BadCommand
 from leo_sim.nodes.commander import Commander
 from leo_sim.nodes.diagnostics import diagnostic_array, Health, robot_status
 from leo_sim.nodes.episode import episode_file, EpisodeNumber
@@ -84,7 +85,7 @@ class RobotNode(Node):
         self._period = 1.0 / self._info.state_rate
         # In lockstep time stands still without commands: none is ever too old.
         timeout = 0.0 if self._lockstep else settings.command_timeout
-        self._safety = Safety(self._info.limits, timeout, settings.slew)
+        self._safety = safety_for(self._info, timeout, settings.slew)
         silence = 0.0 if self._info.own_clock else settings.fault_periods * self._period
         self._gate = Gate(self._driver, self._safety, self._now, silence)
         self._faults = Faults(settings.fault_periods)
@@ -248,6 +249,7 @@ class RobotNode(Node):
             self._begin_episodes(self._driver.starts - self._seen_starts)
             self._seen_starts = self._driver.starts
         self._state = self._driver.read()
+        self._safety.see(self._state.of(self._info.actuators).position)
         self._sent += 1
         if self._clock_publisher is not None:
             self._clock_publisher.publish(ClockMessage(clock=time_message(self._state.stamp_ns)))
@@ -329,8 +331,9 @@ class RobotNode(Node):
         self._safety.e_stop()
         self._watch()
         self._e_stopped.publish(Bool(data=True))
-        self.get_logger().warning('e-stop: 0 until /robot/e_stop_reset')
-        return 'stopped: 0 until /robot/e_stop_reset'
+        until = f'{self._safety.at_stop} until /robot/e_stop_reset'
+        self.get_logger().warning(f'e-stop: {until}')
+        return f'stopped: {until}'
 
     def _e_stop_reset(self) -> str:
         if not self._safety.e_stopped:
@@ -343,6 +346,7 @@ class RobotNode(Node):
     def _on_torque(self, request: Any, response: Any) -> Any:
         def switch() -> str:
             self._driver.set_torque(request.data)
+            self._safety.torque_switched()
             self._torque = request.data
             return 'motors on' if request.data else 'motors free'
 

@@ -9,7 +9,6 @@ from functools import partial
 from threading import Lock
 import time
 
-import numpy as np
 from rclpy.node import Node
 
 from leo_msgs_py import topics
@@ -57,9 +56,10 @@ class Gate:
         """Send what safety allows now, 0 when blind; returns what was applied."""
         with self._lock:
             values = self._safety.output(self._clock(), blind)
-            self._driven = self._driven or bool(np.any(values))
+            driven = self._safety.drives(values)
+            self._driven = self._driven or driven
             applied = self._driver.write(values)
-            self._driven = bool(np.any(values))
+            self._driven = driven
             self._written = time.monotonic()
         return applied
 
@@ -87,7 +87,7 @@ class Gate:
 
     def _must_stop(self) -> bool:
         silent = time.monotonic() - self._written
-        return self._safety.stops(self._clock()) or (0.0 < self._silence < silent)
+        return self._safety.must_halt(self._clock()) or (0.0 < self._silence < silent)
 
 
 @contextmanager

@@ -12,7 +12,7 @@
         velocity: speed                    # short for {column: speed}; may be left out
     inputs:                                # left out for a passive log
       pivot:
-        voltage: {expression: duty * supply}
+        voltage: {expression: duty * supply}   # or effort; or position, the goal of a servo
         enabled: torque_on                 # 0 = motor free
     constants:                             # of the robot, what the log knows of them
       links.weight.mass: {column: payload, unit: g}
@@ -121,7 +121,7 @@ def _short(value: object) -> object:
 Spec = Annotated[ColumnSpec, BeforeValidator(_short)]
 Time = Annotated[TimeSpec, BeforeValidator(_short)]
 Interface = Literal[
-    'voltage', 'effort', 'enabled', 'supply_voltage', 'current', 'temperature'
+    'voltage', 'effort', 'position', 'enabled', 'supply_voltage', 'current', 'temperature'
 ]
 
 
@@ -157,8 +157,8 @@ class ColumnMap(BaseModel):
         for joint, interfaces in self.inputs.items():
             if joint not in self.joints:
                 raise ValueError(f'inputs name {joint!r}{nearest(joint, list(self.joints))}')
-            if not {'voltage', 'effort'} & set(interfaces):
-                raise ValueError(f'the input of {joint!r} needs voltage or effort')
+            if not {'voltage', 'effort', 'position'} & set(interfaces):
+                raise ValueError(f'the input of {joint!r} needs voltage, effort or position')
         return self
 
     @model_validator(mode='after')

@@ -75,7 +75,7 @@ class SameThing:
 CLASSES = (
     SameThing(
         frozenset({'viscous_friction', 'back_emf_scale'}),
-        lambda f, _: f.robot.input == 'voltage' and not f.ever_free,
+        lambda f, _: f.robot.has_motor_law and not f.ever_free,
         'both brake in proportion to speed while the motor is never free',
     ),
     SameThing(

@@ -35,7 +35,7 @@ class Scales:
         angle: the largest joint angle [rad], 1 or more.
         inertia: at the joint [kg m2].
         mass: of the heaviest moving link [kg].
-        input: the largest applied [V or N m].
+        input: the largest at a motor [V or N m].
     """
 
     torque: float
@@ -279,11 +279,13 @@ def amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
 
 def scales_of(model: Model, windows: Windows) -> Scales:
     """Sizes of this robot and this data, for choosing amplitudes."""
+    states = model.laws.true_state(windows.q[:, :-1], windows.dq[:, :-1])
+    applied = model.laws.at_motors(windows.inputs, *states)
     return Scales(
         torque=torque_scale(model.robot),
         rate=max(float(np.sqrt((windows.dq**2).mean())), 1e-3),
         angle=max(float(np.abs(windows.q).max(initial=0.0)), 1.0),
         inertia=inertia_scale(model.robot),
         mass=mass_scale(model.robot),
-        input=max(float(np.abs(windows.inputs).max(initial=0.0)), 1e-9),
+        input=max(float(np.abs(applied).max(initial=0.0)), 1e-9),
     )

@@ -66,10 +66,9 @@ def variables(left: Influence, joint: int) -> Iterator[Variable]:
         yield from _angles(name, left.q[..., j])
         yield from _spread('rate', name, 'rad/s', left.dq[..., j])
     inputs = left.averaged(windows.inputs)
-    unit = 'V' if robot.input == 'voltage' else 'N m'
     for a, actuator in enumerate(robot.actuators):
-        if np.ptp(inputs[..., a]) > 0:
-            yield from _spread('input', actuator.joint, unit, inputs[..., a])
+        if np.ptp(inputs[..., a]) > 0 and robot.input != 'position':  # goals act in the loop alone
+            yield from _spread('input', actuator.joint, robot.input_unit, inputs[..., a])
     if len(robot.joint_names) > 1:  # on a single hinge the load is a function of the angle
         load = left.model.rigid.load(left.q)[..., joint]
         yield from _spread('load', robot.joint_names[joint], 'N m', load)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 MOST_JOINTS = 4
-LABELS = {'voltage': 'voltage [V]', 'torque': 'commanded torque [N m]'}
+LABELS = {'voltage': 'voltage [V]', 'torque': 'commanded torque [N m]', 'position': 'goal [rad]'}
 
 
 def section(missing: MissingTorque, robot: Robot, candidates: Sequence[Curve] = ()) -> Section:
