@@ -18,23 +18,25 @@ from leo_sim.description.robot import load_robot
 PATIENCE = 120.0
 PENDULUM = load_robot('pendulum')
 CONTROL_PERIOD_NS = round(PENDULUM.control_period * 1e9)
-APPLIED = topics.APPLIED['voltage']
 LEO = str(Path(sys.executable).with_name('leo'))
 
 
 class Robot:
     """A robot process in a namespace of its own, and what it said."""
 
-    def __init__(self, node, folder, space: str, **parameters) -> None:
+    def __init__(self, node, folder, space: str, interface='voltage', **parameters) -> None:
         self.node, self.space, self.folder = node, space, folder
+        self.interface = interface
         self.parameters = {'robot': 'pendulum', **parameters}
+        period = load_robot(self.parameters['robot']).control_period
+        self.control_period_ns = round(period * 1e9)
         self.states, self.applied, self.heard = [], [], []
         self.episodes, self.e_stopped = [], []
         self.state_bytes = self._listen(topics.JOINT_STATES, self._on_state)
-        self.applied_bytes = self._listen(APPLIED, self._on_applied)
+        self.applied_bytes = self._listen(topics.APPLIED[interface], self._on_applied)
         self._subscribe(topics.EPISODE, lambda m: self.episodes.append(m.data))
         self._subscribe(topics.E_STOPPED, lambda m: self.e_stopped.append(m.data))
-        kind, name, qos = topics.COMMANDS['voltage']
+        kind, name, qos = topics.COMMANDS[interface]
         self.commands = node.create_publisher(kind, f'{space}/{name}', qos)
         self.process = self.start()
 
@@ -64,7 +66,7 @@ class Robot:
         self.heard.append(time.monotonic())
 
     def _on_applied(self, message) -> None:
-        self.applied.append(Applied.from_message(message, 'voltage'))
+        self.applied.append(Applied.from_message(message, self.interface))
 
     def _subscribe(self, topic, callback, **options) -> None:
         name = f'{self.space}/{topic.name}'
@@ -82,8 +84,8 @@ class Robot:
         self.wait(lambda: self.commands.get_subscription_count() >= 1, 'no listener')
         return self
 
-    def send(self, *volts: float) -> None:
-        self.commands.publish(Command(volts).to_message())
+    def send(self, *values: float) -> None:
+        self.commands.publish(Command(values).to_message())
 
     def obeyed(self, volts: float) -> bool:
         return any(applied.values.tolist() == [volts] for applied in self.applied)
@@ -92,7 +94,7 @@ class Robot:
         """One command in lockstep; what was applied, once its control period is over."""
         start = self.states[-1].stamp_ns
         self.send(*volts)
-        self.wait(lambda: self.states[-1].stamp_ns >= start + CONTROL_PERIOD_NS, 'no answer')
+        self.wait(lambda: self.states[-1].stamp_ns >= start + self.control_period_ns, 'no answer')
         self.wait(lambda: self.applied and self.applied[-1].stamp_ns >= start, 'nothing applied')
         return next(applied for applied in self.applied if applied.stamp_ns >= start)
 

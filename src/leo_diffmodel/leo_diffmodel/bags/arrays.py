@@ -34,8 +34,8 @@ class Run:
         dq: velocities [rad/s, m/s], shape (T, J), or None.
         effort: measured torques [N m], shape (T, J), or None.
         inputs: per actuated joint its interfaces, each shape (T,): `voltage` [V], `effort`
-            [N m] or `position` [rad] (NaN = not known), `enabled` (1 or 0), `supply_voltage` [V], `current` [A],
-            `temperature` [degC]; empty for a passive run.
+            [N m] or `position` [rad] (NaN = not known), `enabled` (1 or 0), `supply_voltage`
+            [V], `current` [A], `temperature` [degC]; empty for a passive run.
     """
 
     t: Floats

@@ -142,7 +142,8 @@ def _note(line: str) -> tuple[str, str]:
 def _column(path: Path, name: str) -> tuple[str, str]:
     joint, _, unit = name.partition(' [')
     if unit[:-1] not in INPUT_UNITS.values() or not unit.endswith(']'):
-        raise UserError(f'{path}: column {name!r} has no unit; write "{joint} [V]", [N m] or [rad]')
+        raise UserError(f'{path}: column {name!r} has no unit; write "{joint} [V]", '
+                        '[N m] or [rad]')
     return joint, unit[:-1]
 
 

@@ -144,7 +144,7 @@ class Robot:
 
     @property
     def bounds(self) -> np.ndarray:
-        """Lowest and highest command of each actuator, (2, A): goals stay within the stops, too."""
+        """Lowest and highest command of each actuator, (2, A); goals stay within the stops."""
         bounds = np.stack([-self.limits, self.limits])
         if self.input != 'position':
             return bounds

@@ -26,7 +26,7 @@ class FeetechDriver(ServoDriver):
     first, last = 'present_position', 'present_current'
 
     def __init__(self, options: DriverOptions) -> None:
-        if options.robot.input != 'voltage':
+        if options.robot.input == 'torque':
             raise UserError(f'{options.robot.name} is driven by torques, which Feetech servos do '
                             'not take; give input: voltage, or other servos')
         super().__init__(options)

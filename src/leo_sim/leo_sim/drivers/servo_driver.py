@@ -55,6 +55,9 @@ class ServoDriver(ABC):
         if bus is None or robot.driver.family != family:
             raise UserError(f'{robot.name} has no servos: give it some in robot.yaml, driver: '
                             f'{family} (docs/your_driver.md)')
+        if robot.input == 'position':
+            raise UserError(f'{robot.name} takes positions, and no driver here sends servos any; '
+                            'drive it by voltage (input: voltage), or with a driver of your own')
         self.info = robot_info(robot, options.state_rate, own_clock=False)
         self.starts = 0
         self._file = bus

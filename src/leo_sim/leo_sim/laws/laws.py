@@ -145,7 +145,7 @@ class Laws:
         return self.sensors.true_state(q, dq)[:2]
 
     def at_motors(self, u: Any, q: Array, dq: Array) -> Any:
-        """What inputs (..., A) put on the motors, V or N m: a servo's loop makes volts of goals."""
+        """What inputs (..., A) put on the motors, V or N m: a loop makes volts of goals."""
         return u if self.servos is None else self.servos.voltage(u, q, dq)
 
     def torques(self, q: Array, dq: Array, motor_speed: Array, u: Any, enabled: Any, load: Any,

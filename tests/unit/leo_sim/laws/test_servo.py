@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from leo_sim.description.constants import Constant
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -44,7 +45,8 @@ def integrated(volts=lambda v: v, gain=GAIN, rate_gain=0.0, supply=SUPPLY, zero=
     for goal in goals:
         for asked, span in ((before, delay), (goal, PERIOD - delay)):
             if span:
-                y = solve_ivp(derivative, (0, span), y, args=(asked,), rtol=1e-10, atol=1e-12).y[:, -1]
+                y = solve_ivp(derivative, (0, span), y, args=(asked,), rtol=1e-10,
+                              atol=1e-12).y[:, -1]
         rows.append([y[0] + zero, y[1]])
         before = goal
     return np.array(rows)
@@ -113,9 +115,8 @@ def test_less_than_a_count_of_error_is_none():
 
 
 def test_the_goal_moves_no_faster_than_its_rate():
-    robot = load_robot('xl330_pendulum')
     path = 'actuators.pivot.goal_rate'
-    limited = robot.with_constants({path: robot.constants['gravity'].__class__(path, 2.0, 'rad/s')})
+    limited = ROBOT.with_constants({path: Constant(path, 2.0, 'rad/s')})
     model = Model(limited, constants=EXACT, engine='rigid', integration_step=5e-4)
     state, goals = model.start('nominal'), np.concatenate([np.zeros(1), np.full(99, 1.0)])
     angles = []
