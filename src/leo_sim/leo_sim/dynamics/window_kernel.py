@@ -54,6 +54,30 @@ class Bent(NamedTuple):
     loaded: int
 
 
+class Looped(NamedTuple):
+    """Position servos' own loops, of N states over K sample periods; see `laws.servo`.
+
+    Attributes:
+        goal: rad, (K, N, J); of no periods where inputs are no goals.
+        torque: What 1 V gives, N m/V, (K, N, J); 0 where there is no motor, or a free one.
+        gain, rate_gain, count, supply: (N or 1, J).
+        scale, zero: A servo reads scale q + zero at the angle q, (N or 1, J).
+        values: Parameters of the laws behind the loop, 0 where there is none, (B, N, 3).
+        acts: 1 at the joints where these act, (B, J).
+    """
+
+    goal: Array
+    torque: Array
+    gain: Array
+    rate_gain: Array
+    count: Array
+    supply: Array
+    scale: Array
+    zero: Array
+    values: Array
+    acts: Indices
+
+
 class Work(NamedTuple):
     """Room for one state: (1, J) but for the inverse of its inertia, (1, J, J)."""
 
@@ -73,11 +97,12 @@ class Work(NamedTuple):
     h: Array
     inverse: Array
     given: Array
+    servo: Array
 
 
 @compiled_without_gil
 def run(tree: Tree, figures: Array, gravity: Array, each: int, driving: Driving, laws: Any,
-        bent: Bent, q: Array, dq: Array) -> None:
+        bent: Bent, behind: Any, looped: Looped, q: Array, dq: Array) -> None:
     """Fill angles and rates (K + 1, N, J) after the first sample.
 
     Args:
@@ -88,6 +113,8 @@ def run(tree: Tree, figures: Array, gravity: Array, each: int, driving: Driving,
         driving: What drives the states, but for the laws.
         laws: Functions of three parameters, angle, rate, torque of the motor and load.
         bent: Their parameters and places.
+        behind: Functions of three parameters and the voltage, behind the servos' loops.
+        looped: The loops.
         q: Angles, the first ones given.
         dq: Rates, the first ones given.
     """
@@ -103,12 +130,14 @@ def run(tree: Tree, figures: Array, gravity: Array, each: int, driving: Driving,
             if bent.loaded:
                 _loaded(tree, own, down, room, work)
             _slowed(driving, laws, bent, n, k, work)
+            _slowed_by_loops(looped, behind, n, k, work)
             for j in range(size):
                 work.q[0, j] += 0.5 * step * work.dq[0, j]
             for _ in range(driving.parts[k]):
                 placed(tree, own, 0, work.q, room)
                 if bent.loaded:
                     bias_torques(tree, own, down, 0, work.none, room, work.load)
+                _looped(looped, behind, n, k, work)
                 _pulled(driving, laws, bent, n, k, work)
                 _kick(tree, own, down, driving, n, room, work)
             for j in range(size):
@@ -143,10 +172,11 @@ def _pulled(driving: Driving, laws: Any, bent: Bent, n: int, k: int, work: Work)
     row = at(driving.level, n)
     for j in range(work.q.shape[1]):
         q, dq, load = work.q[0, j], work.dq[0, j], -work.load[0, j]
-        pull = driving.torque[k, n, j] - driving.falling[k, n, j] * dq
+        pull = driving.torque[k, n, j] - driving.falling[k, n, j] * dq + work.servo[0, j]
         level, motor = driving.level[row, j], 0.0
         if bent.loaded:
             motor = driving.motor[k, n, j] - driving.motor_falling[k, n, j] * dq
+            motor += work.servo[0, j]
         for b in range(bent.dry.shape[0]):
             if bent.acts[b, j]:
                 torque = laws[b](bent.values[b, n, 0], bent.values[b, n, 1], bent.values[b, n, 2],
@@ -157,6 +187,42 @@ def _pulled(driving: Driving, laws: Any, bent: Bent, n: int, k: int, work: Work)
                     pull += torque
         work.pull[0, j], work.level[0, j] = pull, level
         work.held[0, j] = pull - np.sign(dq) * level
+
+
+@compiled_in_place
+def _looped(looped: Looped, behind: Any, n: int, k: int, work: Work) -> Any:
+    """Fill the torques that the servos' loops ask for."""
+    for j in range(work.q.shape[1] if looped.goal.shape[0] else 0):
+        work.servo[0, j] = _answered(looped, behind, n, k, j, work.q[0, j], work.dq[0, j])
+
+
+@compiled_in_place
+def _slowed_by_loops(looped: Looped, behind: Any, n: int, k: int, work: Work) -> Any:
+    """Add how these fall with the rates."""
+    for j in range(work.q.shape[1] if looped.goal.shape[0] else 0):
+        q, dq = work.q[0, j], work.dq[0, j]
+        here = _answered(looped, behind, n, k, j, q, dq)
+        there = _answered(looped, behind, n, k, j, q, dq + PROBE)
+        work.falling[0, j] += (here - there) / PROBE
+
+
+@compiled_in_place
+def _answered(looped: Looped, behind: Any, n: int, k: int, j: int, q: float, dq: float) -> Any:
+    """The torque of one motor, N m, that its loop asks for, back-EMF left out."""
+    torque = looped.torque[k, n, j]
+    if torque == 0.0:
+        return 0.0
+    count = looped.count[at(looped.count, n), j]
+    read = looped.scale[at(looped.scale, n), j] * q + looped.zero[at(looped.zero, n), j]
+    error = count * (np.rint(looped.goal[k, n, j] / count) - np.rint(read / count))
+    duty = looped.gain[at(looped.gain, n), j] * error
+    duty -= looped.rate_gain[at(looped.rate_gain, n), j] * dq
+    volts = min(max(duty, -1.0), 1.0) * looped.supply[at(looped.supply, n), j]
+    for b in range(looped.acts.shape[0]):
+        if looped.acts[b, j]:
+            volts = behind[b](looped.values[b, n, 0], looped.values[b, n, 1],
+                              looped.values[b, n, 2], volts)
+    return torque * volts
 
 
 @compiled_in_place
@@ -191,4 +257,4 @@ def _work(size: int) -> Any:
                 np.empty((1, size)), np.zeros((1, size)), np.empty((1, size)),
                 np.empty((1, size)), np.zeros((1, size)), np.zeros((1, size)),
                 np.ones((1, size)), np.empty((1, 1)), np.empty((1, size, size)),
-                np.empty((3, size)))
+                np.empty((3, size)), np.zeros((1, size)))

@@ -107,7 +107,8 @@ class Effect:
         law: A torque law without memory as a function of numbers: up to three parameters in
             their order (further ones are 0), q, dq, torque of the motor, load; a static method
             that numba can compile. It then runs for whole windows at once. `torque` need not
-            be written.
+            be written. Of a command that acts at once: the parameters and the input; `command`
+            need not be written.
         source: The user's file it was read from; '' for an effect of the catalogue.
         rank: Laws of one hook run in ascending rank.
     """
@@ -141,7 +142,7 @@ class Effect:
             memory: What this method returned before, None at the start (inputs were 0).
             dt: s, a float or an array that broadcasts with u.
         """
-        raise NotImplementedError
+        return self._by_law(p, u), memory
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
         """Torque added at the joints, N m; for `dry` effects the one that opposes dq.
@@ -153,10 +154,13 @@ class Effect:
             motor: Torques of the motors.
             load: Torque of gravity and external forces at the joints, N m, positive along +q.
         """
+        return self._by_law(p, q, dq, motor.torque, load)
+
+    def _by_law(self, p: Values, *of: Any) -> Any:
         if self.law is None:
             raise NotImplementedError
         values = [p[parameter.name] for parameter in self.parameters]
-        return self.law(*values, *[0.0] * (3 - len(values)), q, dq, motor.torque, load)
+        return self.law(*values, *[0.0] * (3 - len(values)), *of)
 
     def remember(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> Any:
         """What the torque hook of an effect that `remembers` knows after dt s at the rates dq.

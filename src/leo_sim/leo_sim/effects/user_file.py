@@ -41,7 +41,7 @@ def _has_law(kind: type[Effect]) -> bool:
     """Whether it has the method of its hook; for a torque, perhaps as a function of numbers."""
     method = getattr(kind, kind.hook, None)
     written = method not in (None, getattr(Effect, kind.hook, None))
-    return written or (kind.hook == 'torque' and kind.law is not None)
+    return written or (kind.hook in ('torque', 'command') and kind.law is not None)
 
 
 def _check_parameters(path: Path, kind: type[Effect]) -> None:

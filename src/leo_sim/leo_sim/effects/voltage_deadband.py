@@ -6,7 +6,7 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
-from leo_sim.effects.base import Effect, in_input_unit, Parameter, Values
+from leo_sim.effects.base import Effect, in_input_unit, Parameter
 
 if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
@@ -26,9 +26,10 @@ class VoltageDeadband(Effect):
     reveal = 'Small and large commands, also while the joint coasts.'
     rank = 30
 
-    def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+    @staticmethod
+    def law(v: Any, _: Any, __: Any, u: Any) -> Any:
         """Inputs that reach the motors."""
-        return np.sign(u) * np.maximum(np.abs(u) - p['v'], 0.0), memory
+        return np.sign(u) * np.maximum(np.abs(u) - v, 0.0)
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
         """Parameters in the unit of the robot's input."""

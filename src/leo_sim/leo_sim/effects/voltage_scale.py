@@ -2,7 +2,7 @@
 """The motor gets k times the command."""
 from typing import Any
 
-from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.effects.base import Effect, Parameter
 
 
 class VoltageScale(Effect):
@@ -19,6 +19,7 @@ class VoltageScale(Effect):
     reveal = 'Runs at 0 V beside driven ones.'
     rank = 20
 
-    def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+    @staticmethod
+    def law(k: Any, _: Any, __: Any, u: Any) -> Any:
         """Inputs that reach the motors."""
-        return p['k'] * u, memory
+        return k * u

@@ -5,6 +5,7 @@ Arrays have the joints (or actuators) as last axis and any leading axes; scanned
 constants are arrays (S, 1, 1).
 """
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -72,6 +73,7 @@ class Laws:
         self._made = robot, effects, values, of_readings
         self.joints, self.input = robot.joint_names, robot.input
         self.actuated = index_of(robot.actuated, len(self.joints))
+        self.actuated_joints = robot.actuated
         self._all_actuated = robot.actuated == tuple(range(len(self.joints)))
         uses = [self._use(robot, i, placed) for i, placed in enumerate(effects)]
         by_hook = {hook: sorted((u for u in uses if u.effect.hook == hook),
@@ -101,10 +103,14 @@ class Laws:
 
     @cached_property
     def straight(self) -> 'Laws':
-        """These laws less the bent ones."""
+        """These laws less the bent ones and the servos' loops: inputs are V or N m."""
+        if not (self.bent or self.servos):
+            return self
         robot, effects, values, of_readings = self._made
         kept = [p for p in effects if p.effect.hook != 'torque' or p.effect.steady]
-        return Laws(robot, kept, values, of_readings) if self.bent else self
+        if self.servos is not None:
+            robot = replace(robot, input='voltage')
+        return Laws(robot, kept, values, of_readings)
 
     def command(self, u: Any, enabled: Any, memory: Memory, h: Any) -> tuple[Any, Any, Memory]:
         """What reaches the motors over the next h s of a held input, and the new memory.
@@ -204,7 +210,7 @@ class Laws:
         if robot.input != 'position':
             return None
         own = Sensors([u for u in sensors if not u.effect.dynamic], self._offset)
-        return Servos(_paths(robot), values, own, behind, self.actuated)
+        return Servos(_paths(robot), values, own, behind, self.actuated, len(self.joints))
 
     def _constants(self, robot: Robot, values: Mapping[str, Any]) -> None:
         joints = _paths(robot)
@@ -214,7 +220,7 @@ class Laws:
         efficiency = stacked([values.get(p + 'efficiency', 1.0) for p in joints])
         self._efficiency = None if np.all(efficiency == 1) else efficiency
         rotors = stacked([values[p + 'rotor_inertia'] for p in joints])
-        self.rotor_inertia = self._at_joints(rotors)
+        self.rotor_inertia = self.at_joints(rotors)
         damping = stacked([values[f'joints.{j}.damping'] for j in self.joints])
         self.damping = damping if np.any(damping) else None
         friction = stacked([values.get(f'joints.{j}.friction', 0.0) for j in self.joints])
@@ -242,9 +248,9 @@ class Laws:
                                   self._resistance, enabled)
         if self._efficiency is not None:
             motor = Motor(*(self._efficiency * figure for figure in motor))
-        return Motor(self._at_joints(motor.torque), self._at_joints(motor.back_emf))
+        return Motor(self.at_joints(motor.torque), self.at_joints(motor.back_emf))
 
-    def _at_joints(self, figures: Any) -> Any:
+    def at_joints(self, figures: Any) -> Any:
         """Figures of actuators (..., A) at their joints (..., J), 0 elsewhere."""
         if self._all_actuated:
             return figures

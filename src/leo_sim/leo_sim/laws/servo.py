@@ -6,7 +6,7 @@ the supply (Rhoban BAM, bam/actuator.py and bam/feetech/actuator.py, commit 060a
 error_gain * (goal - q), clipped; volts = duty * supply; the goal moves at a limited rate).
 """
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,8 +19,29 @@ FINEST = 1e-12
 """Resolution of an encoder that counts nothing, rad."""
 
 
+class Loop(NamedTuple):
+    """Figures of the loops, (..., A).
+
+    Attributes:
+        gain: Duty for an error of 1 rad, 1/rad.
+        rate_gain: Duty for a rate of 1 rad/s, s/rad.
+        count: Of the encoder, rad.
+        supply: V.
+    """
+
+    gain: Any
+    rate_gain: Any
+    count: Any
+    supply: Any
+
+
 class Servos:
     """The loops of all actuators of a robot.
+
+    Attributes:
+        loop: Their figures.
+        after: Command effects behind the loop.
+        sensors: What the servos read of the joints.
 
     Args:
         paths: Of the actuators' constants, as 'actuators.pivot.'.
@@ -28,17 +49,18 @@ class Servos:
         sensors: What the servos read of their joints; nothing that comes late.
         after: Command effects that change the voltage at once: they act behind the loop.
         actuated: The joints of the actuators.
+        size: How many joints there are.
     """
 
     def __init__(self, paths: Sequence[str], values: Mapping[str, Any], sensors: Sensors,
-                 after: Sequence[Use], actuated: Index):
+                 after: Sequence[Use], actuated: Index, size: int):
         def figures(key: str, default: float = 0.0) -> Any:
             return stacked([values.get(path + key, default) for path in paths])
 
-        self._gain, self._rate_gain = figures('position_gain'), figures('rate_gain')
-        self._count = np.maximum(figures('resolution'), FINEST)
-        self._supply = figures('supply')
-        self._sensors, self._after, self._actuated = sensors, after, actuated
+        self.loop = Loop(figures('position_gain'), figures('rate_gain'),
+                         np.maximum(figures('resolution'), FINEST), figures('supply'))
+        self.after, self.sensors, self._actuated = after, sensors, actuated
+        self._size = size
 
     def voltage(self, goal: Any, q: Array, dq: Array) -> Any:
         """What is on the motors, V, (..., A).
@@ -48,14 +70,26 @@ class Servos:
             q: True angles of all joints, (..., J).
             dq: Their rates, (..., J).
         """
-        angle, rate = (read[..., self._actuated] for read in self._sensors.sense(q, dq, {}, 0)[:2])
-        error = self._count * (np.rint(goal / self._count) - np.rint(angle / self._count))
-        duty = np.clip(self._gain * error - self._rate_gain * rate, -1.0, 1.0)
-        volts = duty * self._supply
-        for use in self._after:
+        angle, rate = (read[..., self._actuated] for read in self.sensors.sense(q, dq, {}, 0)[:2])
+        gain, rate_gain, count, supply = self.loop
+        error = count * (np.rint(goal / count) - np.rint(angle / count))
+        volts = np.clip(gain * error - rate_gain * rate, -1.0, 1.0) * supply
+        for use in self.after:
             part = use.effect.command(use.values, volts[..., use.at], None, 0.0)[0]
             volts = put(volts, use.at, part)
         return volts
+
+
+    def reading(self) -> tuple[Any, Any, Any]:
+        """Of joints at an angle q and a rate w the servos read (scale q + zero, rate_scale w).
+
+        Returns:
+            scale, rate_scale and zero, (..., J): their sensors are linear in both.
+        """
+        still = np.zeros(self._size)
+        zero, idle = self.sensors.sense(still, still, {}, 0.0)[:2]
+        one, moving = self.sensors.sense(still + 1.0, still + 1.0, {}, 0.0)[:2]
+        return one - zero, moving - idle, zero
 
 
 class GoalRate(Effect):

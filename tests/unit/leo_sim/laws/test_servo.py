@@ -7,7 +7,9 @@ from scipy.integrate import solve_ivp
 
 from leo_sim.description.constants import Constant
 from leo_sim.description.robot import load_robot
+from leo_sim.dynamics import whole_windows
 from leo_sim.effects import place
+from leo_sim.effects.base import Effect, Parameter
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
@@ -126,3 +128,42 @@ def test_the_goal_moves_no_faster_than_its_rate():
     ramp = np.clip(2.0 * PERIOD * (np.arange(100) - 0.5), 0.0, 1.0)
     ramped = integrated(goals=ramp)[1:, 0]
     assert np.abs(angles - ramped).max() < 2e-3
+
+
+@pytest.mark.parametrize(('name', 'values'), [
+    ('voltage_scale', {'k': 0.6}), ('voltage_deadband', {'v': 0.5}), ('voltage_limit', {'v': 3.0}),
+    ('encoder_scale', {'k': 1.3}), ('encoder_offset', {'o': 0.2}), ('torque_scale', {'k': 0.7}),
+    ('load_dependent_friction', {'mu': 0.2}), ('backlash', {'gap': 0.05}),
+])
+def test_windows_give_what_steps_give_with_every_kind_of_effect(name, values):
+    placed = place(ROBOT, name, 'pivot', **values)
+    constants = {'actuators.pivot.rate_gain': 0.01}
+    on = np.ones((1, len(GOALS), 1), dtype=bool)
+    on[:, 40:50] = False
+    model = Model(ROBOT, [placed], constants, engine='rigid')
+    state = model.start('nominal')
+    alone = [model.sense(state)[0]]
+    for goal, enabled in zip(GOALS, on[0], strict=True):
+        state = model.step(state, [goal], PERIOD, enabled=enabled)
+        alone.append(model.sense(state)[0])
+    at_once = whole_windows.possible(model.laws, np.zeros((1, 1)), GOALS[None, :, None])
+    assert at_once == (name != 'backlash')
+    together = rollout(model, alone[0][None], np.zeros((1, 1)), GOALS[None, :, None], PERIOD, on)
+    np.testing.assert_allclose(together[0][0], np.array(alone), atol=1e-8)
+
+
+def test_a_law_of_the_users_behind_the_loop_that_no_compiler_takes_goes_by_substeps():
+    class Odd(Effect):
+        name, family, hook = 'odd', 'command', 'command'
+        parameters = (Parameter('k', '', neutral=1.0, role='amplitude'),)
+
+        def command(self, p, u, memory, dt):
+            return p['k'] * np.array([float(str(v)) for v in u.ravel()]).reshape(u.shape), memory
+
+    scaled = place(ROBOT, 'voltage_scale', 'pivot', k=0.6)
+    odd, even = (Model(ROBOT, [effect], engine='rigid')
+                 for effect in (place(ROBOT, Odd(), 'pivot', k=0.6), scaled))
+    goals, zero = GOALS[None, :40, None], np.zeros((1, 1))
+    assert not whole_windows.possible(odd.laws, zero, goals)
+    np.testing.assert_allclose(*(rollout(m, zero, zero, goals, PERIOD)[0] for m in (odd, even)),
+                               atol=1e-9)
