@@ -9,14 +9,16 @@ import numpy as np
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_sim.description.robot import load_robot, Robot
+from leo_sim.drivers.base import INTERFACES
 from leo_sim.effects import Placed
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
 PENDULUM, TORQUE = load_robot('pendulum'), load_robot('torque_pendulum')
+POSITION = load_robot('xl330_pendulum')
 NOISE = (1e-3, 0.05)
 DT = 0.01
-LEVELS = {'voltage': 0.5, 'torque': 0.35}
+LEVELS = {'voltage': 0.5, 'torque': 0.35, 'position': 0.35}
 
 
 def steps(robot: Robot, seconds: float, seed: int, hold: float = 0.3) -> np.ndarray:
@@ -43,7 +45,7 @@ def record(
         seconds: length.
         seed: of inputs and noise.
         noise: standard deviation of angle [rad] and rate [rad/s].
-        inputs: [V or N m], shape (N, A); by default `steps`.
+        inputs: [V, N m or rad], shape (N, A); by default `steps`.
         physics: `constants`, `engine`, `integration_step` of the model; `enabled` (N, A) and
             `push` (N, J) of the run.
     """
@@ -66,7 +68,7 @@ def record(
 
 def bag(folder: Path, recording: Recording) -> Path:
     """Write a recording as a rosbag2 folder."""
-    interface = 'voltage' if recording.input == 'voltage' else 'effort'
+    interface = INTERFACES[recording.input]
     runs = [
         Run(e.t, recording.joints, e.q, e.dq,
             inputs={a: {interface: e.inputs[:, i], 'enabled': e.enabled[:, i].astype(float)}
