@@ -52,6 +52,7 @@ setup(
             'leo_ode = leo_sim.description.robots:LEO_ODE',
             'servo_pendulum = leo_sim.description.robots:SERVO_PENDULUM',
             'xl330_pendulum = leo_sim.description.robots:XL330_PENDULUM',
+            'so101 = leo_sim.description.robots:SO101',
             'double_pendulum = leo_sim.description.robots:DOUBLE_PENDULUM',
         ],
         'leo.drivers': [
