@@ -5,9 +5,11 @@ numba's own check of every divisor for zero would take a quarter of the time of 
 kernel and change no bit.
 """
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from numba import njit
+from numba.core.errors import NumbaError
 
 from leo_sim.common import compiled_cache
 
@@ -28,3 +30,14 @@ def compiled_as(signature: Any) -> Callable[..., Any]:
     """For functions that are handed over as values: all of one signature, compiled at once."""
     decorator: Callable[..., Any] = njit(signature, cache=True, error_model='numpy')
     return decorator
+
+
+@cache
+def compiled_law(law: Callable[..., Any] | None, signature: Any) -> Callable[..., float] | None:
+    """A law of numbers, compiled; None where there is none, or one that cannot be compiled."""
+    if law is None:
+        return None
+    try:
+        return compiled_as(signature)(law)
+    except (NumbaError, RuntimeError, TypeError):  # no place to keep it; too many parameters
+        return None

@@ -60,7 +60,7 @@ class Looped(NamedTuple):
     Attributes:
         goal: rad, (K, N, J); of no periods where inputs are no goals.
         torque: What 1 V gives, N m/V, (K, N, J); 0 where there is no motor, or a free one.
-        gain, rate_gain, count, supply: (N or 1, J).
+        gain, rate_gain, grain, supply: (N or 1, J).
         scale, zero: A servo reads scale q + zero at the angle q, (N or 1, J).
         values: Parameters of the laws behind the loop, 0 where there is none, (B, N, 3).
         acts: 1 at the joints where these act, (B, J).
@@ -70,7 +70,7 @@ class Looped(NamedTuple):
     torque: Array
     gain: Array
     rate_gain: Array
-    count: Array
+    grain: Array
     supply: Array
     scale: Array
     zero: Array
@@ -212,9 +212,9 @@ def _answered(looped: Looped, behind: Any, n: int, k: int, j: int, q: float, dq:
     torque = looped.torque[k, n, j]
     if torque == 0.0:
         return 0.0
-    count = looped.count[at(looped.count, n), j]
+    grain = looped.grain[at(looped.grain, n), j]
     read = looped.scale[at(looped.scale, n), j] * q + looped.zero[at(looped.zero, n), j]
-    error = count * (np.rint(looped.goal[k, n, j] / count) - np.rint(read / count))
+    error = grain * (np.rint(looped.goal[k, n, j] / grain) - np.rint(read / grain))
     duty = looped.gain[at(looped.gain, n), j] * error
     duty -= looped.rate_gain[at(looped.rate_gain, n), j] * dq
     volts = min(max(duty, -1.0), 1.0) * looped.supply[at(looped.supply, n), j]

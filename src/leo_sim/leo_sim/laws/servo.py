@@ -25,13 +25,13 @@ class Loop(NamedTuple):
     Attributes:
         gain: Duty for an error of 1 rad, 1/rad.
         rate_gain: Duty for a rate of 1 rad/s, s/rad.
-        count: Of the encoder, rad.
+        grain: A count of the encoder, rad.
         supply: V.
     """
 
     gain: Any
     rate_gain: Any
-    count: Any
+    grain: Any
     supply: Any
 
 
@@ -71,8 +71,8 @@ class Servos:
             dq: Their rates, (..., J).
         """
         angle, rate = (read[..., self._actuated] for read in self.sensors.sense(q, dq, {}, 0)[:2])
-        gain, rate_gain, count, supply = self.loop
-        error = count * (np.rint(goal / count) - np.rint(angle / count))
+        gain, rate_gain, grain, supply = self.loop
+        error = grain * (np.rint(goal / grain) - np.rint(angle / grain))
         volts = np.clip(gain * error - rate_gain * rate, -1.0, 1.0) * supply
         for use in self.after:
             part = use.effect.command(use.values, volts[..., use.at], None, 0.0)[0]
