@@ -21,7 +21,7 @@ from leo_sim.laws.late_readings import act_late
 from leo_sim.laws.placement import added, Index, index_of, put, stacked, Use
 from leo_sim.laws.sensors import Memory as Memory
 from leo_sim.laws.sensors import Sensors
-from leo_sim.laws.servo import goal_rate, Servos
+from leo_sim.laws.servo import around_loop, Servos
 
 TIME = 'time'
 HELD = 'held'  # in the memory of a state whose base does not move
@@ -59,6 +59,7 @@ class Laws:
         sensors: What the encoders read.
         dry: Some joint has dry friction.
         needs_load: A law uses the load torque.
+        actuated_joints: Index of each actuator's joint.
         remembers: A torque or sensor law has a memory.
 
     Args:
@@ -79,7 +80,10 @@ class Laws:
         by_hook = {hook: sorted((u for u in uses if u.effect.hook == hook),
                                 key=lambda u: u.effect.rank)
                    for hook in ('command', 'torque', 'sensor', 'drive')}
-        self._commands, behind = self._around_loop(robot, by_hook['command'], values)
+        self._commands = by_hook['command']
+        behind: list[Use] = []
+        if robot.input == 'position':
+            self._commands, behind = around_loop(self._commands, _paths(robot), values)
         self._late = [u for u in by_hook['sensor'] if u.effect.late and of_readings]
         sensors = [u for u in by_hook['sensor'] if u not in self._late]
         self._motor_side = [u for u in by_hook['torque'] if u.effect.motor_side]
@@ -190,20 +194,6 @@ class Laws:
             names = placed.effect.places(robot)
         index = index_of(tuple(names.index(w) for w in placed.where), len(names))
         return Use(f'{number}:{placed.effect.name}', placed.effect, placed.parameters, index)
-
-    @staticmethod
-    def _around_loop(robot: Robot, commands: Sequence[Use], values: Mapping[str, Any]
-                     ) -> tuple[list[Use], list[Use]]:
-        """Command effects before the motors, or before a servo's loop, and those behind the loop.
-
-        What is late or slow changes a goal; what acts at once changes the voltage.
-        """
-        if robot.input != 'position':
-            return list(commands), []
-        rate = goal_rate(_paths(robot), values)
-        before = [u for u in commands if u.effect.dynamic] + ([rate] if rate else [])
-        return (sorted(before, key=lambda u: u.effect.rank),
-                [u for u in commands if not u.effect.dynamic])
 
     def _loops(self, robot: Robot, values: Mapping[str, Any], sensors: Sequence[Use],
                behind: Sequence[Use]) -> Servos | None:

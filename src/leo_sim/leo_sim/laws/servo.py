@@ -113,7 +113,20 @@ class GoalRate(Effect):
         return np.clip(u, before - 0.5 * most, before + 0.5 * most), end
 
 
-def goal_rate(paths: Sequence[str], values: Mapping[str, Any]) -> Use | None:
+def around_loop(commands: Sequence[Use], paths: Sequence[str], values: Mapping[str, Any]
+                ) -> tuple[list[Use], list[Use]]:
+    """Command effects before the loops and behind them, in their order.
+
+    What is late or slow changes a goal, a limited rate among them; what acts at once changes the
+    voltage.
+    """
+    rate = _goal_rate(paths, values)
+    before = [u for u in commands if u.effect.dynamic] + ([] if rate is None else [rate])
+    behind = [u for u in commands if not u.effect.dynamic]
+    return sorted(before, key=lambda u: u.effect.rank), behind
+
+
+def _goal_rate(paths: Sequence[str], values: Mapping[str, Any]) -> Use | None:
     """The limited rate of the goals, where an actuator has one."""
     rates = stacked([values.get(path + 'goal_rate', np.inf) for path in paths])
     if not np.isfinite(rates).any():
