@@ -11,7 +11,7 @@ import numpy as np
 from leo_learner.ddpg import OrnsteinUhlenbeck
 
 Act = Callable[[np.ndarray], np.ndarray]
-"""Observation (n_obs,) -> input [V or N m] (A,), as `Policy` is one."""
+"""Observation (n_obs,) -> input [V, N m or rad] (A,), as `Policy` is one."""
 
 COLLECT_THETA, COLLECT_SIGMA = 0.15, 0.1
 """Noise while gathering transitions on the robot (docs/reference/leo.md 10)."""

@@ -24,11 +24,11 @@ Step = tuple[np.ndarray, float, bool, bool, dict[str, Any]]
 class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
     """What every environment of a robot shares: spaces, length of an episode, reward.
 
-    Observations are those of robot.yaml; actions are held inputs [V or N m] in actuator order.
+    Observations are those of robot.yaml; actions are held inputs [V, N m or rad] in actuator order.
 
     Attributes:
         sensed: the latest state as the sensors read it; set by `reset` and `step`.
-        applied: the inputs of the latest step after the limits [V or N m], (A,).
+        applied: the inputs of the latest step after the limits [V, N m or rad], (A,).
     """
 
     sensed: State
@@ -91,7 +91,7 @@ class ModelEnv(RobotSpaces):
         return self._begin(self._sensed(self.state)), {}
 
     def step(self, action: np.ndarray) -> Step:
-        """Hold `action` [V or N m] for one control period."""
+        """Hold `action` [V, N m or rad] for one control period."""
         inputs = np.clip(np.asarray(action, float), -self.robot.limits, self.robot.limits)
         sensed = self._sensed(self.state)
         info = self.advance(inputs)

@@ -78,7 +78,7 @@ class RobotEnv(RobotSpaces):
         return self._begin(_state(self._state)), {}
 
     def step(self, action: np.ndarray) -> Step:
-        """Command `action` [V or N m] and wait for the state one control period later."""
+        """Command `action` [V, N m or rad] and wait for the state one control period later."""
         assert self._state is not None, 'reset the environment first'
         before, episode = self._state, self._episode
         inputs = np.clip(np.asarray(action, float), -self.robot.limits, self.robot.limits)

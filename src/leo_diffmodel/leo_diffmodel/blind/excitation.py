@@ -22,7 +22,7 @@ def excitation(robot: Robot, rng: np.random.Generator) -> tuple[Array, Array]:
     """Random steps, a sum of sines, a chirp or a random binary signal at each actuator.
 
     Returns:
-        inputs [V or N m] of each control period, shape (N, A), and whether the motors are on.
+        inputs [V, N m or rad] of each control period, shape (N, A), and whether the motors are on.
     """
     time = np.arange(round(SECONDS / robot.control_period)) * robot.control_period
     level = rng.uniform(*LEVELS[robot.input])

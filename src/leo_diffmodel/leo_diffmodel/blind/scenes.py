@@ -48,7 +48,7 @@ class Given:
     """Inputs fixed beforehand, on a robot without contact.
 
     Attributes:
-        inputs: of each control period [V or N m], shape (N, A).
+        inputs: of each control period [V, N m or rad], shape (N, A).
         enabled: motors on, shape (N, A).
     """
 

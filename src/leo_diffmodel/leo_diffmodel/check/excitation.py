@@ -29,7 +29,7 @@ class Excitation:
         angle: lowest and highest [rad].
         rate: lowest and highest [rad/s].
         input: lowest and highest applied; None without a motor.
-        unit: of the input, V or N m.
+        unit: of the input, V, N m or rad.
         levels: number of different inputs, 0 without a motor.
         moving: share of the time in which the rate stands out of its noise.
         forward: share of the moving time in which the angle grows.

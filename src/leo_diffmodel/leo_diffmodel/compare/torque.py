@@ -39,7 +39,7 @@ class MissingTorque:
         spread: its standard deviation from measurement noise [N m], shape (W, J).
         q: mean joint angle [rad], shape (W, J).
         dq: mean joint rate [rad/s], shape (W, J).
-        inputs: mean input [V or N m], shape (W, A).
+        inputs: mean input [V, N m or rad], shape (W, A).
         windows: the short windows.
         carrying: which spheres the ground presses on at each sample, shape (W, K+1, P); None for
             a robot without a ground.

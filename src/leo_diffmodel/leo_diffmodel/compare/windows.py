@@ -20,7 +20,7 @@ class Windows:
     Attributes:
         q: measured joint angle [rad], shape (W, K+1, J).
         dq: measured joint rate [rad/s], shape (W, K+1, J).
-        inputs: applied input [V or N m], shape (W, K, A); row k acts from sample k to k+1.
+        inputs: applied input [V, N m or rad], shape (W, K, A); row k acts from sample k to k+1.
         enabled: motors on, shape (W, K, A).
         dt: length of each interval [s], shape (W, K).
         start: time of the first sample [s], shape (W,).

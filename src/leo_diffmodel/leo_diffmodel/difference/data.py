@@ -25,7 +25,7 @@ class Transitions:
 
     Attributes:
         q, dq: state before the step [rad, rad/s], (N, J).
-        inputs: held input [V or N m], (N, A).
+        inputs: held input [V, N m or rad], (N, A).
         q_next, dq_next: measured state after it, (N, J).
         q_model, dq_model: what the model predicts for it, (N, J).
         period: length of every step [s].

@@ -73,7 +73,7 @@ class DifferenceModel:
         Args:
             q: joint angles, as measured, (..., J).
             dq: joint rates, as measured, (..., J).
-            inputs: held inputs [V or N m], (..., A).
+            inputs: held inputs [V, N m or rad], (..., A).
         """
         each = self.members(q, dq, inputs)
         mean = each.mean(axis=0)
@@ -101,7 +101,7 @@ class DifferenceModel:
         Args:
             model: the correction belongs to.
             before: its state.
-            inputs: held inputs [V or N m], (A,).
+            inputs: held inputs [V, N m or rad], (A,).
             correction: of `judge`, (C,).
         """
         dt = model.robot.control_period

@@ -177,7 +177,7 @@ def correction(
         difference: the difference model.
         q: joint angles, (J,).
         dq: joint rates, (J,).
-        inputs: what is held [V or N m], (A,).
+        inputs: what is held [V, N m or rad], (A,).
     """
     following = model.step(model.state_from(q, dq), inputs, model.robot.control_period)
     state = corrected.state_from(q, dq)

@@ -21,7 +21,7 @@ def menu(robot: Robot, levels: Array, seconds: float) -> list[Run]:
 
     Args:
         robot: the robot.
-        levels: largest input to use on each actuator [V or N m], shape (A,).
+        levels: largest input to use on each actuator [V, N m or rad], shape (A,).
         seconds: length of each run.
     """
     time = np.arange(max(1, round(seconds / robot.control_period))) * robot.control_period

@@ -17,7 +17,7 @@ class Run:
     Attributes:
         name: short, for tables.
         about: what it does, in words.
-        inputs: of each control period [V or N m], shape (N, A).
+        inputs: of each control period [V, N m or rad], shape (N, A).
         enabled: motors on (False: free, no current) in each period, shape (N,).
         start: pose of the robot that it begins in; '' takes the one the robot starts in.
     """

@@ -29,7 +29,7 @@ class Seen:
     """What the robot has been through already.
 
     Attributes:
-        levels: largest input on each actuator [V or N m], shape (A,).
+        levels: largest input on each actuator [V, N m or rad], shape (A,).
         speed: largest speed of each joint [rad/s], shape (J,).
         low, high: angles of each joint [rad], shape (J,).
         period: time from state to state [s].

@@ -90,7 +90,7 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memor
         q: True angles (..., J).
         dq: True rates (..., J).
         memory: What the effects remember.
-        inputs: V or N m, (..., A).
+        inputs: V, N m or rad, (..., A).
         enabled: Booleans (..., A) or None for all.
         h: Substep s: a float, or an array that broadcasts with q.
         count: Number of substeps.

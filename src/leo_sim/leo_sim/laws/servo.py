@@ -79,7 +79,6 @@ class Servos:
             volts = put(volts, use.at, part)
         return volts
 
-
     def reading(self) -> tuple[Any, Any, Any]:
         """Of joints at an angle q and a rate w the servos read (scale q + zero, rate_scale w).
 

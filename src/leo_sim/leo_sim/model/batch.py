@@ -42,7 +42,7 @@ def rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any 
         model: Its effect parameters and constants may be arrays (S, 1, 1).
         q0: Measured angles at the start, (..., W, J).
         dq0: Measured rates at the start, (..., W, J).
-        inputs: V or N m held from sample k to k + 1, (..., W, K, A).
+        inputs: V, N m or rad held from sample k to k + 1, (..., W, K, A).
         dt: s, (W, K), or a float.
         enabled: Booleans (..., W, K, A), or None for all motors on.
         history: The samples before.

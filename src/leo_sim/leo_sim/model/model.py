@@ -166,7 +166,7 @@ class Model:
 
         Args:
             state: Before.
-            inputs: V or N m per actuator, (A,), acting after the driver's clip.
+            inputs: V, N m or rad per actuator, (A,), acting after the driver's clip.
             dt: s, > 0.
             enabled: Booleans (A,); None = all motors on.
             push: Extra torque on the links held over dt, N m (N for slides), (J,).

@@ -78,7 +78,7 @@ class Task:
         Args:
             memory: `Memory()` at the start of an episode, then what this method returned.
             before: State at the start of the step.
-            inputs: V or N m applied in it, (..., A).
+            inputs: V, N m or rad applied in it, (..., A).
             after: State at its end; quantities of joints are those of this state.
             ended: What `terminated` says of it, where that is known already.
         """

@@ -29,7 +29,7 @@ class Push:
     """A command on one actuator, held for some periods.
 
     Attributes:
-        command: V or N m, (A,).
+        command: V, N m or rad, (A,).
         states: read meanwhile, the first when it began.
     """
 

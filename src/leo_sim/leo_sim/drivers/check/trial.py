@@ -86,7 +86,7 @@ class Trial:
         return state
 
     def write(self, values: np.ndarray) -> Applied | None:
-        """Send values [V or N m], (A,)."""
+        """Send values [V, N m or rad], (A,)."""
         applied: Applied | None = self._patiently(lambda: self.driver.write(values))
         return applied
 
