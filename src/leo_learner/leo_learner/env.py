@@ -24,7 +24,7 @@ Step = tuple[np.ndarray, float, bool, bool, dict[str, Any]]
 class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
     """What every environment of a robot shares: spaces, length of an episode, reward.
 
-    Observations are those of robot.yaml; actions are held inputs [V, N m or rad] in actuator order.
+    Observations are those of robot.yaml; actions are inputs [V, N m or rad] in actuator order.
 
     Attributes:
         sensed: the latest state as the sensors read it; set by `reset` and `step`.

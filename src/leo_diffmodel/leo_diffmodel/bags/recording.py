@@ -38,7 +38,7 @@ class Episode:
         t: since the first state of the recording [s], shape (T,), increasing.
         q: joint positions [rad, m], shape (T, J), columns in `Recording.joints` order.
         dq: joint velocities [rad/s, m/s], shape (T, J).
-        inputs: [V, N m or rad], shape (T, A), columns in `Recording.actuators` order; row k acts from
+        inputs: [V, N m or rad], shape (T, A), columns as `Recording.actuators`; row k acts from
             t[k] to t[k + 1] (mean of what was held meanwhile), the last row from t[-1] on.
         enabled: False where the motor was free (torque off, or a passive log), shape (T, A).
         effort: measured torques [N m], shape (T, J), NaN where not measured; None without any.
