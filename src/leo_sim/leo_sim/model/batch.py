@@ -142,7 +142,7 @@ def warmed(model: Model, history: History, dq: Any, memory: Memory
             if laws.remembers:
                 memory = laws.remember(q, rate, memory, h)
             if laws.gap is not None:
-                memory = _play(model, memory, q, rate, u, on, h)
+                memory = _play(model, memory, q + (i + 0.5) * h * rate, rate, u, on, h)
     return memory, past
 
 

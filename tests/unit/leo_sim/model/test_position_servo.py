@@ -11,7 +11,7 @@ from leo_sim.dynamics import whole_windows
 from leo_sim.effects import place
 from leo_sim.effects.base import Effect, Parameter
 from leo_sim.model import Model
-from leo_sim.model.batch import rollout
+from leo_sim.model.batch import History, rollout
 
 ROBOT = load_robot('xl330_pendulum')
 MASS, LENGTH, INERTIA, G = 0.49, 0.1, 1.0e-4, 9.81
@@ -167,3 +167,23 @@ def test_a_law_of_the_users_behind_the_loop_that_no_compiler_takes_goes_by_subst
     assert not whole_windows.possible(odd.laws, zero, goals)
     np.testing.assert_allclose(*(rollout(m, zero, zero, goals, PERIOD)[0] for m in (odd, even)),
                                atol=1e-9)
+
+
+@pytest.mark.parametrize(('name', 'values', 'most'), [
+    ('command_delay', {'delay': 0.02}, 1e-4), ('backlash', {'gap': 0.03}, 1e-3),
+])
+def test_windows_amid_a_run_know_what_went_before(name, values, most):
+    """The states between are those of another integrator; half a second later none is off."""
+    effects = [place(ROBOT, name, 'pivot', **values)]
+    run = simulated(effects, {}, engine='rk4')
+    starts, before, ahead = np.arange(30, 100, 10), 30, 50
+
+    def cut(of: np.ndarray, first: int, count: int) -> np.ndarray:
+        return np.stack([of[i + first:i + first + count] for i in starts])
+
+    q, dq, u = run[:, :1], run[:, 1:], GOALS[:, None]
+    history = History(cut(q, -before, before), cut(dq, -before, before), cut(u, -before, before),
+                      None, np.full((len(starts), before), PERIOD))
+    angles = rollout(Model(ROBOT, effects), q[starts], dq[starts], cut(u, 0, ahead), PERIOD,
+                     history=history)[0]
+    assert np.abs(angles - cut(q, 0, ahead + 1))[:, -1].max() < most
