@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole windows of a fixed-base robot in one compiled call.
 
-What `substep.integrate` does one sample period after the other, for laws without a memory. What
-changes with the rates alone, and linearly, while the input is held (`Laws.steady`) is found once
-for all samples; other laws are asked in every substep, by their compiled functions. NumPy's
-overhead per substep is most of the time of a small robot: there this is several times as fast
-(benchmarks/whole_windows.py).
+What `substep.integrate` does one sample period after the other. Commands and sensors may have a
+memory, as no motion changes what they remember or is changed by it; of what acts on the joints
+only play in the gear has one here. What changes with the rates alone, and linearly, while the
+input is held (`Laws.steady`) is found once for all samples; other laws are asked in every substep,
+by their compiled functions. NumPy's overhead per substep is most of the time of a small robot:
+there this is several times as fast (benchmarks/whole_windows.py).
 """
 from collections.abc import Callable
 from functools import cache
 import math
-from typing import Any, NamedTuple
+from typing import Any
 import warnings
 
 import numba
@@ -20,8 +21,9 @@ import numpy as np
 from leo_sim.common.broadcasting import Array, rows
 from leo_sim.common.compiled import compiled_as
 from leo_sim.dynamics.spatial import Spatial
-from leo_sim.dynamics.substep import PROBE, substeps
-from leo_sim.dynamics.window_kernel import Bent, Driving
+from leo_sim.dynamics.substep import DRIVE, PROBE, rested
+from leo_sim.dynamics.window_input import Held, Pieces, pieces
+from leo_sim.dynamics.window_kernel import Bent, Driving, Play
 from leo_sim.dynamics.window_kernel import run as run_states
 from leo_sim.laws.laws import Laws, Memory
 from leo_sim.laws.placement import Use
@@ -31,34 +33,16 @@ MOST_BENT = 4
 LAW = numba.float64(*[numba.float64] * 7)
 
 
-class Held(NamedTuple):
-    """What is held over K sample periods.
-
-    Attributes:
-        inputs: V or N m, (..., W, K, A).
-        periods: s, (W, K).
-        enabled: Booleans (..., W, K, A), or None for all motors on.
-        push: Extra torque on the links, N m, (..., W, K, J), or None.
-        memory: What the effects remember; it stays.
-    """
-
-    inputs: Array
-    periods: Array
-    enabled: Any
-    push: Any
-    memory: Memory
-
-
 def possible(laws: Laws, q: Array, inputs: Array) -> bool:
     """Whether these laws can be run for whole windows at once, of one scan at most."""
-    plain = not (laws.dynamic or laws.remembers) and laws.gap is None and laws.ground is None
+    plain = not laws.recalls and laws.ground is None
     few = len(laws.bent) <= MOST_BENT and q.ndim < 4 and inputs.ndim < 5
     return plain and few and all(_compiled(use) for use in laws.bent)
 
 
 def run(laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: float
         ) -> tuple[Any, Any]:
-    """True angles and rates at all samples, (K + 1, ..., W, J).
+    """Measured angles and rates at all samples, (K + 1, ..., W, J).
 
     Args:
         laws: Of the model, `possible` ones.
@@ -68,18 +52,46 @@ def run(laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: flo
         held: What is held over the sample periods.
         longest: Substep, s.
     """
-    level, *axes = _first(laws.straight, held)
+    cut, size = pieces(laws, held, longest), q.shape[-1]
+    play, (level, *axes) = _play(laws, q, dq, held), _first(laws.straight, cut, held.memory)
+    axes += [np.shape(v)[:-1] for v in play]
     axes += [np.shape(v)[:-1] for use in laws.bent for v in use.values.values()]
-    axes += [np.shape(v)[:-2] for v in (held.push, held.enabled) if v is not None]
-    lead, size = np.broadcast_shapes(q.shape[:-1], dq.shape[:-1], tree.leading, *axes), q.shape[-1]
-    driving = _driving(laws, held, level, (lead, size), longest)
-    angles, rates = (np.empty((len(driving.parts) + 1, math.prod(lead), size)) for _ in range(2))
+    axes += [np.shape(v)[1:-1] for v in (cut.push, cut.enabled) if v is not None]
+    lead = np.broadcast_shapes(q.shape[:-1], dq.shape[:-1], tree.leading, *axes)
+    driving = _driving(laws, cut, held.memory, level, (lead, size))
+    angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
     angles[0], rates[0] = rows(q, lead, size, True), rows(dq, lead, size, True)
     with warnings.catch_warnings():  # functions as values
         warnings.simplefilter('ignore', NumbaExperimentalFeatureWarning)
-        run_states(tree.tree, *tree.world, tree.each(lead), driving, *_bent(laws, lead, size),
+        run_states(tree.tree, *tree.world, tree.each(lead), driving,
+                   Play(*(rows(v, lead, size) for v in play)), *_bent(laws, lead, size),
                    angles, rates)
-    return angles.reshape(-1, *lead, size), rates.reshape(-1, *lead, size)
+    states = (x.reshape(-1, *lead, size) for x in (angles, rates))
+    return _sensed(laws, cut, held.memory, *states)
+
+
+def _sensed(laws: Laws, cut: Pieces, memory: Memory, q: Array, dq: Array) -> tuple[Any, Any]:
+    """What the encoders read at the samples, of true states at the ends of all pieces."""
+    at = [0, *(cut.ends + 1)]
+    if not laws.sensors.dynamic:
+        return laws.sense(q[at], dq[at], memory)
+    read = []
+    for n in range(len(q)):
+        if n:
+            memory = laws.remember(q[n], dq[n], memory, cut.h[n - 1][:, None])
+        if n in at:
+            *states, memory = laws.sensors.sense(q[n], dq[n], memory, 0.0)
+            read.append(states)
+    angles, rates = (np.stack(np.broadcast_arrays(*each)) for each in zip(*read, strict=True))
+    return angles, rates
+
+
+def _play(laws: Laws, q: Array, dq: Array, held: Held) -> tuple[Any, Any, Any]:
+    """Gap, slip and rate of the motor sides at the start, each (..., J)."""
+    if laws.gap is None:
+        return (np.zeros(len(laws.joints)),) * 3
+    slip, speed = rested(laws, q, dq, held.memory)[DRIVE]
+    return laws.gap, slip, speed
 
 
 def _compiled(use: Use) -> Callable[..., float] | None:
@@ -113,55 +125,47 @@ def _bent(laws: Laws, lead: tuple[int, ...], size: int) -> tuple[Any, Bent]:
     return tuple(functions), Bent(values, acts, dry, int(laws.needs_load))
 
 
-def _first(laws: Laws, held: Held) -> tuple[Any, ...]:
+def _first(laws: Laws, cut: Pieces, memory: Memory) -> tuple[Any, ...]:
     """Level of dry friction, and the leading axes of all that drives the first period."""
     still = np.zeros(len(laws.joints))
-    u = laws.command(held.inputs[..., 0, :], None, held.memory, 0.0)[0]
-    torques = laws.torques(still, still, still, u, None, None, held.memory)
+    torques = laws.torques(still, still, still, cut.inputs[0], None, None, memory)
     level = 0.0 if torques.level is None else torques.level
     parts = (torques.motor, torques.joint, level, laws.rotor_inertia)
     return level, *(np.shape(part)[:-1] for part in parts)
 
 
-def _driving(laws: Laws, held: Held, level: Any, axes: tuple[tuple[int, ...], int],
-             longest: float) -> Driving:
+def _driving(laws: Laws, cut: Pieces, memory: Memory, level: Any,
+             axes: tuple[tuple[int, ...], int]) -> Driving:
     """One row for every state; their leading axes and number of joints are given."""
-    (lead, size), periods = axes, held.periods
-    parts = np.array([substeps(float(p), longest) for p in periods.max(axis=0)])
-    h = (periods.T / parts[:, None])[:, None, :, None]
+    (lead, size), count = axes, len(cut.parts)
     low, high = (rows(stop, (), size) for stop in laws.stops or (-np.inf, np.inf))
-    shape = (len(parts), *(1,) * (2 - len(lead)), *lead)
+    shape = (count, *(1,) * (2 - len(lead)), *lead)
     torque, falling, motor, motor_falling = (
-        _all(values, shape, size) for values in _torques(laws, size, held))
+        _all(values, shape, size) for values in _torques(laws, size, cut, memory))
     return Driving(torque, falling, motor, motor_falling,
                    rows(level, lead, size), rows(laws.rotor_inertia, lead, size), low, high,
-                   _all(h, shape, 1)[..., 0], parts)
+                   _all(cut.h[:, None, :, None], shape, 1)[..., 0], cut.parts, cut.first)
 
 
-def _torques(laws: Laws, size: int, held: Held) -> tuple[Any, ...]:
-    """`torque`, `falling`, `motor`, `motor_falling` of `Driving`, (K, ..., W, J)."""
-    free = held.enabled is not None and not np.all(held.enabled)
-    on = _samples_first(held.enabled) if free else None
-    u, on, _ = laws.command(_samples_first(held.inputs), on, held.memory, 0.0)
-    still = np.zeros(size)
-    here, there = (laws.straight.torques(still, speed, speed, u, on, None, held.memory)
+def _torques(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, ...]:
+    """`torque`, `falling`, `motor`, `motor_falling` of `Driving`, (P, ..., W, J)."""
+    still, u, on = np.zeros(size), _scanned(cut.inputs), cut.enabled
+    on = None if on is None else _scanned(on)
+    here, there = (laws.straight.torques(still, speed, speed, u, on, None, memory)
                    for speed in (still, still + PROBE))
     torque, motor = here.motor + here.joint, (here.motor - there.motor) / PROBE
     falling = motor + (here.joint - there.joint) / PROBE
-    if held.push is not None:
-        torque = torque + _samples_first(held.push)
+    if cut.push is not None:
+        torque = torque + _scanned(cut.push)
     return torque, falling, here.motor, motor
 
 
-def _samples_first(values: Any) -> Any:
-    """Values (..., W, K, A) as (K, ..., W, A), with an axis for what is scanned."""
-    first = np.moveaxis(np.asarray(values), -2, 0)
-    return first if first.ndim > 3 else first[:, None]
+def _scanned(values: Any) -> Any:
+    """Values (P, ..., W, A) with an axis for what is scanned."""
+    return values if values.ndim > 3 else values[:, None]
 
 
 def _all(values: Array, shape: tuple[int, ...], tail: int) -> Any:
-    """Values (K, S, W, tail), or less of that, for all rows: (K, N, tail)."""
+    """Values (P, S, W, tail), or less of that, for all rows: (P, N, tail)."""
     full = np.broadcast_to(values, (*shape, tail))
     return np.ascontiguousarray(full).reshape(shape[0], -1, tail)
-
-

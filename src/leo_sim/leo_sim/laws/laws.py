@@ -56,7 +56,8 @@ class Laws:
         sensors: What the encoders read.
         dry: Some joint has dry friction.
         needs_load: A law uses the load torque.
-        remembers: A torque or sensor law has a memory.
+        recalls: A torque law has a memory.
+        remembers: A torque or sensor law has one.
 
     Args:
         robot: The robot.
@@ -94,7 +95,8 @@ class Laws:
         self._drives(by_hook['drive'])
         self.ground: Any = _ground(effects, values) if robot.contacts else None
         self.sensors = Sensors(sensors, self._offset)
-        self.remembers = bool(self._remembering) or self.sensors.dynamic
+        self.recalls = bool(self._remembering)
+        self.remembers = self.recalls or self.sensors.dynamic
 
     @cached_property
     def straight(self) -> 'Laws':

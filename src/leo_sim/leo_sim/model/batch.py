@@ -7,6 +7,7 @@ import numpy as np
 from leo_sim.common.broadcasting import paired
 from leo_sim.dynamics import whole_windows
 from leo_sim.dynamics.substep import DRIVE, rested, slowing, substeps
+from leo_sim.dynamics.window_input import Held
 from leo_sim.laws.laws import HELD, Memory, TIME
 from leo_sim.model.model import Model
 from leo_sim.model.window_shares import Batch, shares
@@ -88,9 +89,9 @@ def _rolled(model: Model, q0: Any, dq0: Any, inputs: Any, periods: Any, enabled:
     q, dq, settled = laws.sensors.true_state(q0, dq0, past)
     memory = {**memory, **settled}
     if whole_windows.possible(laws, q, inputs):
-        given = whole_windows.Held(inputs, periods, enabled, push, memory)
-        states = whole_windows.run(laws, model.spatial, q, dq, given, model.integration_step)
-        return _samples_last(laws.sense(*states, memory))
+        given = Held(inputs, periods, enabled, push, memory)
+        read = whole_windows.run(laws, model.spatial, q, dq, given, model.integration_step)
+        return _samples_last(read)
     measured = [laws.sense(q, dq, memory)]
     for k in range(inputs.shape[-2]):
         h, count = _substep(periods[:, k], model.integration_step)
