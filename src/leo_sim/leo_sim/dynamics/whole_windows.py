@@ -53,10 +53,10 @@ def run(laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: flo
         longest: Substep, s.
     """
     cut, size = pieces(laws, held, longest), q.shape[-1]
-    play, (level, *axes) = _play(laws, q, dq, held), _first(laws.straight, cut, held.memory)
+    play, (level, *axes) = _play(laws, q, dq, held), _first(laws.straight, held)
     axes += [np.shape(v)[:-1] for v in play]
     axes += [np.shape(v)[:-1] for use in laws.bent for v in use.values.values()]
-    axes += [np.shape(v)[1:-1] for v in (cut.push, cut.enabled) if v is not None]
+    axes += [np.shape(v)[:-2] for v in (held.push, held.enabled) if v is not None]
     lead = np.broadcast_shapes(q.shape[:-1], dq.shape[:-1], tree.leading, *axes)
     driving = _driving(laws, cut, held.memory, level, (lead, size))
     angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
@@ -125,10 +125,11 @@ def _bent(laws: Laws, lead: tuple[int, ...], size: int) -> tuple[Any, Bent]:
     return tuple(functions), Bent(values, acts, dry, int(laws.needs_load))
 
 
-def _first(laws: Laws, cut: Pieces, memory: Memory) -> tuple[Any, ...]:
+def _first(laws: Laws, held: Held) -> tuple[Any, ...]:
     """Level of dry friction, and the leading axes of all that drives the first period."""
     still = np.zeros(len(laws.joints))
-    torques = laws.torques(still, still, still, cut.inputs[0], None, None, memory)
+    u = laws.command(held.inputs[..., 0, :], None, held.memory, 0.0)[0]
+    torques = laws.torques(still, still, still, u, None, None, held.memory)
     level = 0.0 if torques.level is None else torques.level
     parts = (torques.motor, torques.joint, level, laws.rotor_inertia)
     return level, *(np.shape(part)[:-1] for part in parts)
@@ -149,20 +150,14 @@ def _driving(laws: Laws, cut: Pieces, memory: Memory, level: Any,
 
 def _torques(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, ...]:
     """`torque`, `falling`, `motor`, `motor_falling` of `Driving`, (P, ..., W, J)."""
-    still, u, on = np.zeros(size), _scanned(cut.inputs), cut.enabled
-    on = None if on is None else _scanned(on)
+    still, u, on = np.zeros(size), cut.inputs, cut.enabled
     here, there = (laws.straight.torques(still, speed, speed, u, on, None, memory)
                    for speed in (still, still + PROBE))
     torque, motor = here.motor + here.joint, (here.motor - there.motor) / PROBE
     falling = motor + (here.joint - there.joint) / PROBE
     if cut.push is not None:
-        torque = torque + _scanned(cut.push)
+        torque = torque + cut.push
     return torque, falling, here.motor, motor
-
-
-def _scanned(values: Any) -> Any:
-    """Values (P, ..., W, A) with an axis for what is scanned."""
-    return values if values.ndim > 3 else values[:, None]
 
 
 def _all(values: Array, shape: tuple[int, ...], tail: int) -> Any:

@@ -32,12 +32,12 @@ class Held(NamedTuple):
 
 
 class Pieces(NamedTuple):
-    """What is constant over each of P periods.
+    """What is constant over each of P periods, for S values of what is scanned (1 for none).
 
     Attributes:
-        inputs: At the motors, V or N m, (P, ..., W, A).
-        enabled: Which are on, or for what share of the time, (P, ..., W, A); None for all on.
-        push: Extra torque on the links, N m, (P, ..., W, J), or None.
+        inputs: At the motors, V or N m, (P, S, W, A).
+        enabled: Which are on, or for what share of the time, (P, S, W, A); None for all on.
+        push: Extra torque on the links, N m, (P, S, W, J), or None.
         h: Substep, s, (P, W).
         parts: Substeps in each of them, (P,).
         first: 1 where a sample period begins, (P,).
@@ -57,7 +57,7 @@ def pieces(laws: Laws, held: Held, longest: float) -> Pieces:
     """Cut what is held; no substep takes longer than `longest` s."""
     parts = np.array([substeps(float(p), longest) for p in held.periods.max(axis=0)])
     h, push = held.periods.T / parts[:, None], held.push
-    push = None if push is None else np.moveaxis(np.asarray(push), -2, 0)
+    push = None if push is None else _samples_first(push)
     if not (laws.dynamic or laws.sensors.dynamic):
         one, ends = np.ones_like(parts), np.arange(len(parts))
         return Pieces(*_steadily(laws, held), push, h, parts, one, ends)
@@ -69,8 +69,8 @@ def pieces(laws: Laws, held: Held, longest: float) -> Pieces:
 
 def _steadily(laws: Laws, held: Held, of: Any = slice(None)) -> tuple[Any, Any]:
     """Inputs at the motors and which are on, the same over a sample period."""
-    on = None if _all_on(held) else np.moveaxis(np.asarray(held.enabled), -2, 0)
-    u, on, _ = laws.command(np.moveaxis(held.inputs, -2, 0), on, held.memory, 0.0)
+    on = None if _all_on(held) else _samples_first(held.enabled)
+    u, on, _ = laws.command(_samples_first(held.inputs), on, held.memory, 0.0)
     return u[of], None if on is None else on[of]
 
 
@@ -80,14 +80,19 @@ def _changing(laws: Laws, held: Held, of: Indices, h: Array) -> tuple[Any, Any]:
     for k in of:
         on = None if _all_on(held) else held.enabled[..., k, :]
         u, on, memory = laws.command(held.inputs[..., k, :], on, memory, h[k][:, None])
-        steps.append((u, 1.0 if on is None else on))
-    u, on = (np.stack(np.broadcast_arrays(*each)) for each in zip(*steps, strict=True))
-    return u, None if np.all(on == 1.0) else np.broadcast_to(_as_wide(on, u), u.shape)
+        steps.append(np.broadcast_arrays(u, 1.0 if on is None else on))
+    u, on = (_scanned(np.stack(np.broadcast_arrays(*each))) for each in zip(*steps, strict=True))
+    return u, None if np.all(on == 1.0) else on
 
 
-def _as_wide(on: Array, u: Array) -> Array:
-    """Shares with as many axes as the inputs; the first is that of the periods."""
-    return on.reshape(len(on), *(1,) * (u.ndim - on.ndim), *on.shape[1:])
+def _samples_first(values: Any) -> Any:
+    """Values (..., W, K, A) as (K, S, W, A)."""
+    return _scanned(np.moveaxis(np.asarray(values), -2, 0))
+
+
+def _scanned(values: Any) -> Any:
+    """Values (P, S, W, A); without what is scanned S is 1."""
+    return values if values.ndim > 3 else values[:, None]
 
 
 def _all_on(held: Held) -> bool:
