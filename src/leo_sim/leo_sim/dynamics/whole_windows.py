@@ -53,7 +53,7 @@ def run(laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: flo
         longest: Substep, s.
     """
     cut, size = pieces(laws, held, longest), q.shape[-1]
-    play, (level, *axes) = _play(laws, q, dq, held), _first(laws.straight, held)
+    play, (level, *axes) = _play(laws, q, dq, held), _first(laws, held)
     axes += [np.shape(v)[:-1] for v in play]
     axes += [np.shape(v)[:-1] for use in laws.bent for v in use.values.values()]
     axes += [np.shape(v)[:-2] for v in (held.push, held.enabled) if v is not None]
@@ -129,7 +129,7 @@ def _first(laws: Laws, held: Held) -> tuple[Any, ...]:
     """Level of dry friction, and the leading axes of all that drives the first period."""
     still = np.zeros(len(laws.joints))
     u = laws.command(held.inputs[..., 0, :], None, held.memory, 0.0)[0]
-    torques = laws.torques(still, still, still, u, None, None, held.memory)
+    torques = laws.straight.torques(still, still, still, u, None, None, held.memory)
     level = 0.0 if torques.level is None else torques.level
     parts = (torques.motor, torques.joint, level, laws.rotor_inertia)
     return level, *(np.shape(part)[:-1] for part in parts)

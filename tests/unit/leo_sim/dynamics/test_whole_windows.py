@@ -103,6 +103,17 @@ def test_memories_go_on_from_the_samples_before(effect, where, parameter, monkey
     assert np.abs(whole[0] - rollout(Model(robot), **given)[0]).max() > 1e-3
 
 
+def test_a_delay_behind_scanned_late_readings_goes_on_from_a_command_that_was_held(monkeypatch):
+    robot = load_robot('pendulum')
+    given = windows(robot)
+    past = *np.zeros((2, WINDOWS, 4, 1)), np.full((WINDOWS, 4, 1), 2.0), None, np.full((1, 4), 0.01)
+    model = Model(robot, [place(robot, 'measurement_delay', 'all', delay=0.013 * SCAN),
+                          place(robot, 'command_delay', 'all', delay=0.02)])
+    whole, one = both(model, monkeypatch, **given, history=past)
+    assert whole[0].shape == (3, WINDOWS, SAMPLES + 1, 1)
+    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+
+
 @pytest.mark.filterwarnings('error')
 def test_constants_of_the_body_can_be_scanned(monkeypatch):
     robot = load_robot('double_pendulum')
