@@ -106,7 +106,8 @@ def test_memories_go_on_from_the_samples_before(effect, where, parameter, monkey
 def test_a_delay_behind_scanned_late_readings_goes_on_from_a_command_that_was_held(monkeypatch):
     robot = load_robot('pendulum')
     given = windows(robot)
-    past = *np.zeros((2, WINDOWS, 4, 1)), np.full((WINDOWS, 4, 1), 2.0), None, np.full((1, 4), 0.01)
+    held, periods = np.full((WINDOWS, 4, 1), 2.0), np.full((1, 4), 0.01)
+    past = *np.zeros((2, WINDOWS, 4, 1)), held, None, periods
     model = Model(robot, [place(robot, 'measurement_delay', 'all', delay=0.013 * SCAN),
                           place(robot, 'command_delay', 'all', delay=0.02)])
     whole, one = both(model, monkeypatch, **given, history=past)
