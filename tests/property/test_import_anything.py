@@ -83,12 +83,13 @@ lines = st.lists(
 
 @SETTINGS
 @given(st.one_of(st.just(list(COLUMNS)), st.lists(st.sampled_from((*COLUMNS, '', '1')))),
-       st.one_of(lines, rising), st.sampled_from(ENDS))  # fmt: skip
-@example([], [[], [], []], '\n')
-@example(list(COLUMNS), [[], []], '\n')
-@example(list(COLUMNS), [['9' * 200_000, '1', '1', '1']] * 2, '\n')
-def test_any_table(header, rows, end):
-    text = end.join(','.join(map(str, row)) for row in [header, *rows])
+       st.one_of(lines, rising), st.sampled_from(ENDS), st.sampled_from(',;\t'))  # fmt: skip
+@example([], [[], [], []], '\n', ',')
+@example(list(COLUMNS), [[], []], '\n', ',')
+@example(list(COLUMNS), [['9' * 200_000, '1', '1', '1']] * 2, '\n', ',')
+@example(list(COLUMNS), [['0,1', '1', '1', '1'], ['0,2', '1', '1', '1']], '\n', ';')
+def test_any_table(header, rows, end, sign):
+    text = end.join(sign.join(map(str, row)) for row in [header, *rows])
     imported(text.encode(), 'log.csv')
 
 

@@ -14,6 +14,7 @@
       pivot:
         voltage: {expression: duty * supply}
         enabled: torque_on                 # 0 = motor free
+        # position: {column: goal, unit: deg}  # of a position servo: where it was told to go
     constants:                             # of the robot, what the log knows of them
       links.weight.mass: {column: payload, unit: g}
 
@@ -35,6 +36,7 @@ from leo_msgs_py.errors import UserError
 
 from ..yaml_config import nearest
 from .expression import Column, evaluate
+from .log_format import LogFormat
 
 QUANTITIES: dict[str, tuple[str, ...]] = {
     'position': ('rad', 'm'),
@@ -48,6 +50,8 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
     'time': ('s',),
 }
 """What a column can be, and the units a bag has it in."""
+DRIVING = {'voltage', 'effort', 'position'}
+"""What drives a joint; position = the goal of a servo's own loop."""
 
 
 class ColumnSpec(BaseModel):
@@ -121,7 +125,7 @@ def _short(value: object) -> object:
 Spec = Annotated[ColumnSpec, BeforeValidator(_short)]
 Time = Annotated[TimeSpec, BeforeValidator(_short)]
 Interface = Literal[
-    'voltage', 'effort', 'enabled', 'supply_voltage', 'current', 'temperature'
+    'voltage', 'effort', 'position', 'enabled', 'supply_voltage', 'current', 'temperature'
 ]
 
 
@@ -135,17 +139,12 @@ class JointColumns(BaseModel):
     effort: Spec | None = None
 
 
-class ColumnMap(BaseModel):
+class ColumnMap(LogFormat):
     """A whole column map (module docstring shows the file)."""
 
     model_config = ConfigDict(extra='forbid', frozen=True)
 
     robot: str | None = None
-    format: Literal['csv', 'json', 'mat'] | None = None
-    delimiter: str = Field(default=',', min_length=1, max_length=1)
-    header: list[str] | None = None
-    records: str | None = None
-    fields: dict[str, str | list[str]] = {}
     columns: dict[str, str] = {}
     time: Time
     joints: dict[str, JointColumns] = Field(min_length=1)
@@ -157,8 +156,10 @@ class ColumnMap(BaseModel):
         for joint, interfaces in self.inputs.items():
             if joint not in self.joints:
                 raise ValueError(f'inputs name {joint!r}{nearest(joint, list(self.joints))}')
-            if not {'voltage', 'effort'} & set(interfaces):
-                raise ValueError(f'the input of {joint!r} needs voltage or effort')
+            if not DRIVING & set(interfaces):
+                raise ValueError(
+                    f'the input of {joint!r} needs voltage or effort, or the position it goes to'
+                )
         return self
 
     @model_validator(mode='after')
@@ -172,10 +173,13 @@ def unit_factor(unit: str | None, quantity: str, where: str, targets: Sequence[s
     """Return what brings a column in `unit` to the first fitting target, 1 where none is given.
 
     Raises:
-        UserError: the unit is not known, or one of something else.
+        UserError: the unit is not known, one of something else, or per cent of an unknown range.
     """
     if unit is None or unit in targets:
         return 1.0
+    if unit == '%' and quantity in ('position', 'velocity'):
+        raise UserError(f'{where}: per cent of a range is no {quantity}; give scale: rad for 1 %, '
+                        'and no unit')
     try:
         fitting = [t for t in targets if t != 'degC' and units.same_dimension(unit, t)]
     except UserError as error:
