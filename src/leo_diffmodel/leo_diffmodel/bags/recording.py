@@ -58,7 +58,7 @@ class Recording:
 
     Attributes:
         path: the folder or file.
-        sha256: of the bytes of its .mcap files.
+        sha256: of the bytes of its .mcap or .db3 files.
         joints: joint names, in the robot's order.
         actuators: joints of the actuators, in actuator order.
         input: `voltage`, `torque` or `none` (a passive log).
@@ -109,10 +109,10 @@ class Recording:
 def read_bag(
     path: str | Path, robot: Robot | str | Path, topic_map: str | Path | TopicMap | None = None,
 ) -> Recording:
-    """Read any robot's rosbag2 MCAP bag, finished or not, at any and at uneven rates.
+    """Read any robot's rosbag2 bag, MCAP or SQLite, finished or not, at any and uneven rates.
 
     Args:
-        path: a rosbag2 folder or one .mcap file.
+        path: a rosbag2 folder, or one .mcap or .db3 file.
         robot: the robot whose joints and actuators are wanted, its name or its folder.
         topic_map: a YAML file for other names, signs and timing (see `topic_map`).
 

@@ -142,14 +142,12 @@ class JointColumns(BaseModel):
 class ColumnMap(LogFormat):
     """A whole column map (module docstring shows the file)."""
 
-    model_config = ConfigDict(extra='forbid', frozen=True)
-
     robot: str | None = None
-    columns: dict[str, str] = {}
+    columns: dict[str, str] = Field(default_factory=dict)
     time: Time
     joints: dict[str, JointColumns] = Field(min_length=1)
-    inputs: dict[str, dict[Interface, Spec]] = {}
-    constants: dict[str, Spec] = {}
+    inputs: dict[str, dict[Interface, Spec]] = Field(default_factory=dict)
+    constants: dict[str, Spec] = Field(default_factory=dict)
 
     @model_validator(mode='after')
     def _inputs_drive_joints(self) -> ColumnMap:

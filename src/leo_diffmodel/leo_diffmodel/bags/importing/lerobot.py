@@ -118,10 +118,10 @@ def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
         frames = parquet.ParquetFile(file).read(columns=list(wanted))
     except (ArrowException, OSError) as error:
         raise UserError(f'{file} does not read: {one_line(error)}') from None
-    missing = [n for n in (*wanted, EPISODE) if frames.column_names.count(n) != 1 or n not in wanted]
-    if missing:
-        raise UserError(f'{file} or meta/info.json lacks {missing[0]}; there are '
-                        f'{", ".join(frames.column_names)}')
+    for name in (*wanted, EPISODE):
+        if name not in wanted or frames.column_names.count(name) != 1:
+            raise UserError(f'{file} or meta/info.json lacks {name}; there are '
+                            f'{", ".join(frames.column_names)}')
     return {
         column: values
         for name, columns in wanted.items()
