@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 import yaml
 
-from leo_diffmodel.bags.importing.convert import import_logs
+from leo_diffmodel.bags.importing.convert import import_logs, load_map
 from leo_diffmodel.bags.importing.expression import evaluate, FUNCTIONS
+from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -69,6 +70,17 @@ def imported(content: bytes, name: str, column_map: Any = None) -> None:
             told(lambda: read_bag(bag, PENDULUM))
 
 
+def guessed(content: bytes, name: str) -> None:
+    """Guess a map: one line, or a map that is one but for what is left to be filled in."""
+    with tempfile.TemporaryDirectory() as folder:
+        log, mapping = Path(folder, name), Path(folder, 'map.yaml')
+        log.write_bytes(content)
+        if told(lambda: guess_map(log, mapping)) is not None:
+            assert 'time' in yaml.safe_load(mapping.read_text())
+            told(lambda: load_map(mapping))
+            imported(content, name, yaml.safe_load(mapping.read_text()))
+
+
 rising = st.builds(
     lambda rows: [[0.01 * k, *row] for k, row in enumerate(rows)],
     st.lists(st.tuples(*[st.sampled_from(CELLS)] * 3), max_size=4),
@@ -91,6 +103,7 @@ lines = st.lists(
 def test_any_table(header, rows, end, sign):
     text = end.join(sign.join(map(str, row)) for row in [header, *rows])
     imported(text.encode(), 'log.csv')
+    guessed(text.encode(), 'log.csv')
 
 
 @SETTINGS
@@ -111,6 +124,7 @@ whole = st.builds(lambda rows: [dict(zip(COLUMNS, row, strict=True)) for row in 
 @given(st.one_of(records, columns, whole, st.fixed_dictionaries({'a': records}), cells),
        st.sampled_from(PLACES), st.sampled_from(FIELDS))  # fmt: skip
 def test_any_json(content, place, fields):
+    guessed(json.dumps(content).encode(), 'log.json')
     imported(json.dumps(content).encode(), 'log.json', MAP | {'records': place, 'fields': fields})
 
 

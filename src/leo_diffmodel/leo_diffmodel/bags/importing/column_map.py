@@ -87,7 +87,8 @@ class ColumnSpec(BaseModel):
             UserError: no such column, or a unit of something else.
         """
         targets = QUANTITIES[quantity] if unit is None else (unit,)
-        factor = self.sign * self.scale * unit_factor(self.unit, quantity, log, targets)
+        where = f'{log}, {self.column or self.expression}'
+        factor = self.sign * self.scale * unit_factor(self.unit, quantity, where, targets)
         with np.errstate(over='ignore', invalid='ignore'):
             return factor * self._raw(columns, quantity, log) + self.offset
 
@@ -175,6 +176,8 @@ def unit_factor(unit: str | None, quantity: str, where: str, targets: Sequence[s
     """
     if unit is None or unit in targets:
         return 1.0
+    if unit == '?':
+        raise UserError(f'{where}: fill in the unit of {quantity} in the column map')
     if unit == '%' and quantity in ('position', 'velocity'):
         raise UserError(f'{where}: per cent of a range is no {quantity}; give scale: rad for 1 %, '
                         'and no unit')

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 import json
 from pathlib import Path
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -27,9 +27,6 @@ from leo_sim.common.yaml_file import read_text, shown
 from ..yaml_config import parse_config
 from .expression import Column, Table
 from .log_format import LogFormat
-
-if TYPE_CHECKING:
-    from pyarrow import ChunkedArray
 
 EPISODE, FRAME = 'episode_index', 'frame_index'
 WIDEST = 1000
@@ -107,21 +104,14 @@ def read_lerobot(folder: Path, _: LogFormat) -> list[Table]:
 
 
 def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
-    """Return the frames of one file; columns of what it should have by info.json."""
-    try:
-        from pyarrow import ArrowException, parquet
-    except ImportError:
-        raise UserError('reading LeRobot data sets needs pyarrow: pip install pyarrow') from None
+    """Return the frames of one file: the columns that it should have by info.json."""
     wanted = {name: feature.columns(name) for name, feature in features.items()}
     wanted = {name: columns for name, columns in wanted.items() if columns}
-    try:
-        frames = parquet.ParquetFile(file).read(columns=list(wanted))
-    except (ArrowException, OSError) as error:
-        raise UserError(f'{file} does not read: {one_line(error)}') from None
+    frames = _stored(file, list(wanted))
     for name in (*wanted, EPISODE):
-        if name not in wanted or frames.column_names.count(name) != 1:
+        if name not in wanted or name not in frames:
             raise UserError(f'{file} or meta/info.json lacks {name}; there are '
-                            f'{", ".join(frames.column_names)}')
+                            f'{", ".join(frames)}')
     return {
         column: values
         for name, columns in wanted.items()
@@ -130,19 +120,27 @@ def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
     }
 
 
-def _numbers(values: ChunkedArray, width: int, where: str) -> Column:
-    """Return the numbers of a feature, shape (width, frames); NaN for what is missing."""
-    from pyarrow import ArrowException
-
+def _stored(file: Path, names: list[str]) -> dict[str, list[Any]]:
+    """Return what is stored of features, by name: numbers or lists, one for each frame."""
     try:
-        rows = values.to_pylist()
-        lists = [row if isinstance(row, list) else [row] * width for row in rows]
-        numbers = np.array([row if row != [None] else [None] * width for row in lists], float)
-    except (ArrowException, ValueError, TypeError, OverflowError):
-        raise UserError(f'{where} is not {width} numbers in every frame') from None
-    if numbers.shape != (len(rows), width):
-        raise UserError(f'{where} has not {width} numbers in every frame')
-    return numbers.T
+        from pyarrow import ArrowException, parquet
+    except ImportError:
+        raise UserError('reading LeRobot data sets needs pyarrow: pip install pyarrow') from None
+    try:
+        frames = parquet.ParquetFile(file).read(columns=names)
+        columns = zip(frames.column_names, frames.columns, strict=True)
+        return {name: column.to_pylist() for name, column in columns}
+    except (ArrowException, OSError, ValueError, OverflowError) as error:
+        raise UserError(f'{file} does not read: {one_line(error)}') from None
+
+
+def _numbers(rows: list[Any], width: int, where: str) -> Column:
+    """Return the numbers of a feature, shape (width, frames); NaN for what is missing."""
+    lists = [row if isinstance(row, list) else [row] * width for row in rows]
+    try:
+        return np.array(lists, dtype=float).reshape(len(rows), width).T
+    except (ValueError, TypeError, OverflowError):
+        raise UserError(f'{where} has not {width} numbers in every frame') from None
 
 
 def _episodes(table: Table, folder: Path) -> Iterator[Table]:
