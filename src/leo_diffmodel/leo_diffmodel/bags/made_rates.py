@@ -17,7 +17,7 @@ from .states import Floats, Stamps, StateLog
 ALIKE = 0.02
 """Of the roughness of a difference: what a speed that is made of it may be off by."""
 ROUGH = 1e-4
-"""Of the speed: what is smoother has no noise to be told by, and its differences are good rates."""
+"""Of the speed: what is smoother has no noise to be told by, and its differences are good."""
 MOST = 0.9
 FEWEST = 20
 
