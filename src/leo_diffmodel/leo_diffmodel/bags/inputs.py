@@ -77,9 +77,8 @@ def _refuse_goals(contents: BagContents, robot: Robot) -> None:
     topic = contents.topics.get(APPLIED['position'].name)
     if topic is not None and topic.messages and robot.input != 'position':
         raise UserError(
-            f'{contents.path} holds position goals ({topic.name}), and {robot.name} takes '
-            f'{robot.input}; give a model with input: position, or a topic map with input: none, '
-            'which takes the motors for free'
+            f'{contents.path} was driven by position goals ({topic.name}), and {robot.name} takes '
+            f'{robot.input}; give a model of the servos themselves, with input: position'
         )
 
 

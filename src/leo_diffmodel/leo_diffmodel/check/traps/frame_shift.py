@@ -37,7 +37,7 @@ def frame_shift(recording: Recording) -> list[Finding]:
     if recording.input != 'position':
         return []
     joints = [recording.joints.index(name) for name in recording.actuators]
-    moving = [(j, a) for a, j in enumerate(joints) if _moves(recording, j)]
+    moving = [(j, a) for a, j in enumerate(joints) if _moves(_usable(recording, a), j)]
     if not moving:
         return []
     told = {_first(*_shares(recording, j, a)) for j, a in moving} - {None}
@@ -73,17 +73,20 @@ def _told(row: int | None, period: float) -> Finding:
     return Finding('frame', OK, what)
 
 
-def _moves(recording: Recording, j: int) -> bool:
+def _usable(recording: Recording, a: int) -> list[Episode]:
+    """Return the episodes that are long enough and have the motor on throughout."""
+    return [e for e in recording.episodes if len(e.t) > PAST + 1 and e.enabled[:, a].all()]
+
+
+def _moves(episodes: list[Episode], j: int) -> bool:
     """Say whether a joint moves in enough frames."""
-    moved = (np.abs(np.diff(e.q[:, j])) > FLOOR for e in recording.episodes if len(e.t) > PAST + 1)
-    return sum(int(m.sum()) for m in moved) >= FEWEST
+    return sum(int((np.abs(np.diff(e.q[:, j])) > FLOOR).sum()) for e in episodes) >= FEWEST
 
 
 def _shares(recording: Recording, j: int, a: int) -> tuple[Array, Array]:
     """Return the share of each goal in the angle of joint j, and its standard deviation, (R,)."""
-    long = [e for e in recording.episodes if len(e.t) > PAST + 1]
-    columns, angle = (np.concatenate(x) for x in zip(*(_rows(e, j, a) for e in long),
-                                                     strict=True))  # fmt: skip
+    rows = [_rows(e, j, a) for e in _usable(recording, a)]
+    columns, angle = (np.concatenate(parts) for parts in zip(*rows, strict=True))
     gain = np.linalg.pinv(columns)
     shares = gain @ angle
     left = float(((angle - columns @ shares) ** 2).mean()) + FLOOR**2

@@ -58,7 +58,7 @@ def test_episodes_of_several_files_become_a_bag_with_goals(data, tmp_path):
 
 def test_a_robot_that_takes_volts_is_not_driven_by_goals(data, tmp_path):
     bag = import_logs([data], MAP, tmp_path / 'bag')
-    with pytest.raises(UserError, match=r'holds position goals .* pendulum takes voltage; give'):
+    with pytest.raises(UserError, match=r'was driven by position goals .* pendulum takes voltage; give'):
         read_bag(bag, PENDULUM)
 
 

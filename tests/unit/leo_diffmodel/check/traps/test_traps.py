@@ -144,7 +144,7 @@ def test_differences_of_a_coarse_encoder_are_told():
     q = np.sin(t)
     coarse = recorded(2 * TICK * np.round(q / (2 * TICK)), q, t)
     found = only(positions_only(coarse))
-    assert found.severity == 'warning' and 'coarse to 0.063 rad/s at pivot, 10 %' in found.what
+    assert found.severity == 'warning' and 'coarse to 0.063 rad/s at pivot, 9 %' in found.what
     fine = recorded(1e-6 * np.round(q / 1e-6), q, t)
     assert only(positions_only(fine)).severity == 'ok'
     assert 'were made anew' in only(positions_only(replace(coarse, rates='made'))).what
