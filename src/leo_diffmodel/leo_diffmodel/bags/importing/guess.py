@@ -2,7 +2,7 @@
 """`leo import LOG --guess`: a column map with what was guessed, and why, to be looked over.
 
 Names of columns say what they are, numbers say the unit; what neither says is left as '?', which
-an import refuses. Only the first episode is looked at.
+an import refuses.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ DRIVEN_BY = (
 )
 """Quantities that drive a joint and whether as a goal: of several the first is taken."""
 SI = {'velocity': 'rad/s', 'effort': 'N m', 'voltage': 'V'}
+ANGULAR = {'deg': 'deg/s'}
 Roles = Mapping[str, Role]
 
 
@@ -45,10 +46,10 @@ def guess_map(log: Path, file: Path) -> Path:
     if file.exists():
         raise UserError(f'{file} is there already; name another one (-o MAP.yaml)')
     log_format = _log_format(log)
-    table = read_tables(log, log_format)[0]
-    roles = {name: role_of(name) for name in table if np.isfinite(table[name]).any()}
+    tables = read_tables(log, log_format)
+    whole = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
     with np.errstate(all='ignore'):
-        lines = list(_lines(log, log_format, table, roles))
+        lines = list(_lines(log, log_format, tables[0], whole))
     return write_whole(file, '\n'.join([*lines, '']))
 
 
@@ -74,17 +75,18 @@ def _records(content: Any, place: str = '', deep: int = 0) -> str | None:
     return next((found for found in inside if found is not None), None)
 
 
-def _lines(log: Path, log_format: LogFormat, table: Table, roles: Roles) -> Iterator[str]:
-    """Yield the lines of the map.
+def _lines(log: Path, log_format: LogFormat, first: Table, table: Table) -> Iterator[str]:
+    """Yield the lines of the map, from the first episode and all of them in one table.
 
     Raises:
         UserError: no column is a position.
     """
+    roles = {name: role_of(name) for name in table if np.isfinite(table[name]).any()}
     joints = _joints(roles)
     if not joints:
         raise UserError(f'{log}: no column is named as a position is; there are '
                         f'{_named(table)}. Write the map by hand: leo import --help shows one')
-    time = _rising(table, roles)
+    time = _rising(first, roles)
     driving = {joint: found for joint in joints if (found := _driving(roles, joint))}
     used = {time, *(column for columns in joints.values() for column in columns.values()),
             *(column for _, column in driving.values())}
@@ -93,7 +95,7 @@ def _lines(log: Path, log_format: LogFormat, table: Table, roles: Roles) -> Iter
     yield '# robot: NAME  # of the model'
     if log_format.records:
         yield _entry('records', log_format.records, 'the first list of rows')
-    yield _time(time, table, roles)
+    yield _time(time, first, roles)
     yield from _part('joints', {j: list(c.items()) for j, c in joints.items()}, roles, table)
     yield from _part('inputs', {j: [found] for j, found in driving.items()}, roles, table)
     yield f'# not used: {_named(name for name in table if name not in used) or "nothing"}'
@@ -168,6 +170,8 @@ def _angle_unit(table: Table, roles: Roles) -> Unit:
 def _unit(quantity: str, role: Role, values: Column, angle: Unit) -> Unit:
     if role.unit:
         return Unit(role.unit, 'its name says so')
+    if quantity == 'velocity' and angle.name != 'rad':
+        return Unit(ANGULAR.get(angle.name, '?'), 'as the angles')
     if quantity != 'position':
         return Unit(SI[quantity], 'nothing says another')
     if 'gripper' in role.joint and angle.name == 'deg' and is_per_cent(values):

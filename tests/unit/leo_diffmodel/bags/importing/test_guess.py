@@ -71,6 +71,13 @@ def test_of_json_the_rows_are_found(tmp_path):
     assert said['inputs'] == {'joint': {'position': {'column': 'goal_position', 'unit': 'rad'}}}
 
 
+@pytest.mark.parametrize(('reach', 'unit'), [(1, 'rad/s'), (50, '?'), (170, 'deg/s')])
+def test_rates_are_in_the_unit_of_their_angles(tmp_path, reach, unit):
+    log = tmp_path / 'log.csv'
+    log.write_text(f't,q,dq\n0,{reach},1\n0.1,{-reach},1\n')
+    assert guessed(log)['joints']['joint']['velocity']['unit'] == unit
+
+
 def lerobot(tmp_path: Path, reach: float) -> Path:
     t = np.arange(60) / 30
     state = np.stack([reach * np.sin(t), 50 + 40 * np.sin(t)], axis=1)
@@ -81,6 +88,12 @@ def test_a_lerobot_data_set_in_degrees(tmp_path):
     said = guessed(lerobot(tmp_path, 120))
     assert said['joints']['shoulder_pan']['position']['unit'] == 'deg'
     assert said['inputs']['gripper']['position'] == {'column': 'action.gripper.pos', 'unit': '?'}
+
+
+def test_all_episodes_say_the_unit(tmp_path):
+    still, moved = np.full((40, 2), 1.0), np.full((40, 2), 130.0)
+    data = write_lerobot(tmp_path / 'data', [(still, still), (moved, moved)])
+    assert guessed(data)['joints']['shoulder_pan']['position']['unit'] == 'deg'
 
 
 def test_what_may_be_degrees_or_per_cent_is_left_open_and_refused(tmp_path):

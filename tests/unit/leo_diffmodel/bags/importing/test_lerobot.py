@@ -56,9 +56,18 @@ def test_episodes_of_several_files_become_a_bag_with_goals(data, tmp_path):
     np.testing.assert_allclose(goals[:40], np.radians(moves(40, 0)[1][:, 0]))
 
 
+def test_a_free_motor_has_no_goal(data, tmp_path):
+    free = {'position': GOAL, 'enabled': {'expression': 'frame_index >= 3'}}
+    mapping = ColumnMap.model_validate({'time': 'timestamp', 'inputs': {'pivot': free},
+                                        'joints': {'pivot': {'position': ANGLE}}})  # fmt: skip
+    topic = load(import_logs([data], mapping, tmp_path / 'bag')).topics['/robot/applied_position']
+    goals = np.array([m.position[0] for _, m in deserialize(topic, topic.type)])
+    assert np.flatnonzero(np.isnan(goals)).tolist() == [0, 1, 2, 40, 41, 42, 70, 71, 72]
+
+
 def test_a_robot_that_takes_volts_is_not_driven_by_goals(data, tmp_path):
     bag = import_logs([data], MAP, tmp_path / 'bag')
-    with pytest.raises(UserError, match=r'was driven by position goals .* pendulum takes voltage; give'):
+    with pytest.raises(UserError, match=r'driven by position goals .* pendulum takes voltage; g'):
         read_bag(bag, PENDULUM)
 
 

@@ -12,6 +12,7 @@ from leo_diffmodel.bags.importing import import_logs
 from leo_diffmodel.bags.importing.column_map import ColumnMap
 from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
+from leo_diffmodel.check.check import Bag, look_at
 from leo_diffmodel.check.finding import Finding
 from leo_diffmodel.check.traps import traps
 from leo_diffmodel.check.traps.angle_units import angle_units
@@ -21,6 +22,7 @@ from leo_diffmodel.check.traps.frame_shift import frame_shift
 from leo_diffmodel.check.traps.positions_only import positions_only
 from leo_diffmodel.check.traps.slow import slow
 from leo_sim.description.robot import load_robot
+from leo_sim.model import Model
 
 PENDULUM = load_robot('pendulum')
 LIMITED = replace(PENDULUM, joints=tuple(
@@ -223,5 +225,7 @@ def test_a_lerobot_data_set_has_them_all(tmp_path):
         'inputs': {'pivot': {'position': {'column': names[1], 'unit': 'deg'}}},
     })  # fmt: skip
     bag = import_logs([data], mapping, tmp_path / 'bag')
-    found = traps(read_bag(bag, PENDULUM, TopicMap(input='none')), LIMITED)
-    assert {f.code for f in found} == {'even_stamps', 'slow', 'positions_only', 'asked'}
+    recording = read_bag(bag, PENDULUM, TopicMap(input='none'))
+    found = {f.code for f in traps(recording, LIMITED)}
+    assert found == {'even_stamps', 'slow', 'positions_only', 'asked'}
+    assert found < {f.code for f in look_at(Bag(recording), Model(PENDULUM), np.full(2, 0.01))}
