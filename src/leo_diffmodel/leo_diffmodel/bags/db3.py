@@ -19,6 +19,8 @@ from urllib.parse import quote
 from leo_msgs_py.errors import one_line, UserError
 
 SUFFIX = '.db3'
+_HEADER = 100
+"""Bytes of SQLite's own header (sqlite.org/fileformat2.html)."""
 _TOPICS = 'SELECT id, name, type, serialization_format, offered_qos_profiles FROM topics'
 _MESSAGES = 'SELECT topic_id, timestamp, data FROM messages'
 
@@ -55,7 +57,8 @@ class Db3File:
     """The topics and messages of one file.
 
     Attributes:
-        damaged: rows that are no message; reading ends where the file itself is damaged.
+        damaged: rows that are no message, and ends of files; reading ends where the file itself
+            is damaged, or cut.
     """
 
     def __init__(self, path: Path) -> None:
@@ -79,7 +82,14 @@ class Db3File:
 
     def _opened(self) -> sqlite3.Connection:
         """Open the file to read it; what a killed recorder left in its -wal is read, too."""
-        database = sqlite3.connect(f'file:{quote(str(self.path.absolute()))}?mode=ro', uri=True)
+        with self.path.open('rb') as stream:
+            is_cut = _pages(stream.read(_HEADER))[0] > self.path.stat().st_size
+        if is_cut:
+            database = sqlite3.connect(':memory:')
+            database.deserialize(_shortened(self.path.read_bytes()))
+        else:
+            place = quote(str(self.path.absolute()))
+            database = sqlite3.connect(f'file:{place}?mode=ro', uri=True)
         database.text_factory = lambda text: text.decode(errors='replace')
         return database
 
@@ -97,3 +107,20 @@ class Db3File:
                 yield StoredMessage(*row)
             else:
                 self.damaged += 1
+
+
+def _pages(header: bytes) -> tuple[int, int]:
+    """Return how long a database is by its header, and how long each of its pages [bytes]."""
+    if len(header) < _HEADER or not header.startswith(b'SQLite format 3\0'):
+        return 0, 1
+    size = int.from_bytes(header[16:18], 'big')
+    size = 65536 if size == 1 else size  # which two bytes cannot say
+    return size * int.from_bytes(header[28:32], 'big'), size
+
+
+def _shortened(data: bytes) -> bytes:
+    """Return a database that was cut as one of the pages that are left, without a log beside."""
+    _, size = _pages(data[:_HEADER])
+    count = len(data) // max(size, 1)
+    head = data[:18] + b'\1\1' + data[20:28] + count.to_bytes(4, 'big')
+    return head + data[32 : count * size]

@@ -95,6 +95,17 @@ def test_what_is_no_bag_is_said_in_one_line(bags, tmp_path, change, message):
         read_bag(file, PENDULUM)
 
 
+@pytest.mark.parametrize('share', [0.3, 0.6, 0.95])
+def test_a_cut_file_is_read_up_to_the_cut(bags, tmp_path, share):
+    file = copied(bags, tmp_path)
+    with file.open('r+b') as stream:
+        stream.truncate(int(share * file.stat().st_size))
+    whole, cut = read_bag(bags[1], PENDULUM), read_bag(file, PENDULUM)
+    assert any('damaged in 1 places' in warning for warning in cut.warnings)
+    states = [sum(len(e.t) for e in recording.episodes) for recording in (cut, whole)]
+    assert share - 0.25 < states[0] / states[1] < 1  # the index is at the end
+
+
 def test_a_file_of_something_else(tmp_path):
     for content in (b'', b'no database at all, just text that goes on'):
         (tmp_path / 'x.db3').write_bytes(content)
