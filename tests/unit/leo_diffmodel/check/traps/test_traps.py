@@ -229,3 +229,13 @@ def test_a_lerobot_data_set_has_them_all(tmp_path):
     found = {f.code for f in traps(recording, LIMITED)}
     assert found == {'even_stamps', 'slow', 'positions_only', 'asked'}
     assert found < {f.code for f in look_at(Bag(recording), Model(PENDULUM), np.full(2, 0.01))}
+
+
+@pytest.mark.parametrize('size', [0.0, 1.0, 1e150, 1e300])
+@pytest.mark.parametrize('period', [1e-9, 1 / 30, 1e6])
+@pytest.mark.filterwarnings('error')
+def test_numbers_of_any_size(size, period):
+    q, goal = np.random.default_rng(0).normal(size=(2, 200)) * size
+    with np.errstate(all='ignore'):
+        log = recorded(q, goal, period * np.arange(200))
+    assert all('\n' not in f.what for f in traps(log, LIMITED))
