@@ -33,9 +33,9 @@ class Run:
         q: positions [rad, m], shape (T, J).
         dq: velocities [rad/s, m/s], shape (T, J), or None.
         effort: measured torques [N m], shape (T, J), or None.
-        inputs: per actuated joint its interfaces, each shape (T,): `voltage` [V] or `effort`
-            [N m] (NaN = not known) or `position`, the goal of its servo [rad, m], `enabled` (1 or
-            0), `supply_voltage` [V], `current` [A], `temperature` [degC]; empty for a passive run.
+        inputs: per actuated joint its interfaces, each shape (T,): `voltage` [V], `effort`
+            [N m] or `position` [rad] (NaN = not known), `enabled` (1 or 0), `supply_voltage`
+            [V], `current` [A], `temperature` [degC]; empty for a passive run.
     """
 
     t: Floats
@@ -102,7 +102,7 @@ def _messages(run: Run, number: int, stamps: list[int]) -> Iterator[tuple[Topic,
 
 
 def _columns(run: Run) -> Iterator[tuple[Topic, list[str], Sequence[Floats]]]:
-    """Yield (topic, joints, what is in `effort`, of goals in `position`, of each message)."""
+    """Yield (topic, joints, the values of each message)."""
     for interface, topic in {**APPLIED, 'current': CURRENT}.items():
         driven = {j: columns for j, columns in run.inputs.items() if interface in columns}
         if driven:

@@ -12,9 +12,8 @@
         velocity: speed                    # short for {column: speed}; may be left out
     inputs:                                # left out for a passive log
       pivot:
-        voltage: {expression: duty * supply}
+        voltage: {expression: duty * supply}   # or effort; or position, the goal of a servo
         enabled: torque_on                 # 0 = motor free
-        # position: {column: goal, unit: deg}  # of a position servo: where it was told to go
     constants:                             # of the robot, what the log knows of them
       links.weight.mass: {column: payload, unit: g}
 
@@ -50,8 +49,6 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
     'time': ('s',),
 }
 """What a column can be, and the units a bag has it in."""
-DRIVING = {'voltage', 'effort', 'position'}
-"""What drives a joint; position = the goal of a servo's own loop."""
 
 
 class ColumnSpec(BaseModel):
@@ -155,10 +152,8 @@ class ColumnMap(LogFormat):
         for joint, interfaces in self.inputs.items():
             if joint not in self.joints:
                 raise ValueError(f'inputs name {joint!r}{nearest(joint, list(self.joints))}')
-            if not DRIVING & set(interfaces):
-                raise ValueError(
-                    f'the input of {joint!r} needs voltage or effort, or the position it goes to'
-                )
+            if not {'voltage', 'effort', 'position'} & set(interfaces):
+                raise ValueError(f'the input of {joint!r} needs voltage, effort or position')
         return self
 
     @model_validator(mode='after')

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from leo_msgs_py.errors import UserError
 
 from ..arrays import LONGEST, Run, write_runs
+from ..types import APPLIED
 from ..yaml_config import nearest, read_config
-from .column_map import ColumnMap, ColumnSpec, DRIVING, QUANTITIES, unit_factor
+from .column_map import ColumnMap, ColumnSpec, QUANTITIES, unit_factor
 from .constants import known_constants
 from .expression import Column, evaluate, Table
 from .lerobot import is_lerobot
@@ -60,7 +61,7 @@ def _sources(mapping: ColumnMap) -> list[str]:
     return [
         str(spec.column or spec.expression)
         for interfaces in mapping.inputs.values() for name, spec in interfaces.items()
-        if name in DRIVING
+        if name in APPLIED
     ]
 
 
