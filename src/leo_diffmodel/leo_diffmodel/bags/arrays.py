@@ -33,9 +33,9 @@ class Run:
         q: positions [rad, m], shape (T, J).
         dq: velocities [rad/s, m/s], shape (T, J), or None.
         effort: measured torques [N m], shape (T, J), or None.
-        inputs: per actuated joint its interfaces, each shape (T,): `voltage` [V] or `effort`
-            [N m] (NaN = not known), `enabled` (1 or 0), `supply_voltage` [V], `current` [A],
-            `temperature` [degC]; empty for a passive run.
+        inputs: per actuated joint its interfaces, each shape (T,): `voltage` [V], `effort`
+            [N m] or `position` [rad] (NaN = not known), `enabled` (1 or 0), `supply_voltage`
+            [V], `current` [A], `temperature` [degC]; empty for a passive run.
     """
 
     t: Floats
@@ -90,7 +90,8 @@ def _messages(run: Run, number: int, stamps: list[int]) -> Iterator[tuple[Topic,
         dq, effort = (() if values is None else values[k] for values in (run.dq, run.effort))
         yield STATES, stamp, cdr.joint_state(stamp, run.joints, run.q[k], dq, effort)
         for topic, joints, rows in columns:
-            yield topic, stamp, cdr.joint_state(stamp, joints, effort=rows[k])
+            field = 'position' if topic is APPLIED['position'] else 'effort'
+            yield topic, stamp, cdr.joint_state(stamp, joints, **{field: rows[k]})
         for joint, interfaces in run.inputs.items():
             if 'supply_voltage' in interfaces:
                 yield SUPPLY, stamp, cdr.supply(stamp, joint, interfaces['supply_voltage'][k])
@@ -101,7 +102,7 @@ def _messages(run: Run, number: int, stamps: list[int]) -> Iterator[tuple[Topic,
 
 
 def _columns(run: Run) -> Iterator[tuple[Topic, list[str], Sequence[Floats]]]:
-    """Yield (topic, joints, what is in `effort` of each message)."""
+    """Yield (topic, joints, the values of each message)."""
     for interface, topic in {**APPLIED, 'current': CURRENT}.items():
         driven = {j: columns for j, columns in run.inputs.items() if interface in columns}
         if driven:

@@ -39,8 +39,9 @@ EPISODE = Topic('/robot/episode', UINT32, _LATCHED)
 APPLIED = {
     'voltage': Topic('/robot/applied_voltage', JOINT_STATE, _RELIABLE),
     'effort': Topic('/robot/applied_effort', JOINT_STATE, _RELIABLE),
+    'position': Topic('/robot/applied_position', JOINT_STATE, _RELIABLE),
 }
-"""What was applied, in `effort`, by its interface: V or N m, NaN = motor free."""
+"""What was applied by its interface: V or N m in `effort`, rad in `position`; NaN = motor free."""
 CURRENT = Topic('/robot/current', JOINT_STATE, _RELIABLE)
 SUPPLY = Topic('/robot/supply', 'sensor_msgs/msg/BatteryState', _RELIABLE)
 TEMPERATURE = Topic('/robot/temperature', 'sensor_msgs/msg/Temperature', _RELIABLE)

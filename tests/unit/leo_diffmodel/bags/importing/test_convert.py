@@ -138,7 +138,7 @@ SIMPLE = 'time: t\njoints: {pivot: {position: q}}\n'
         ('t,q\n0,1\n1,1\n', SIMPLE + 'inputs: {pivt: {voltage: q}}\n',
          "inputs name 'pivt'; did you mean 'pivot'?"),
         ('t,q\n0,1\n1,1\n', SIMPLE + 'inputs: {pivot: {enabled: q}}\n',
-         "the input of 'pivot' needs voltage or effort"),
+         "the input of 'pivot' needs voltage, effort or position"),
         ('t,q\n0,1\n1,1\n', SIMPLE + 'columns: {x: q * tt}\n',
          "column x: expression 'q * tt': no column 'tt'"),
         ('t,q\n0,1\n1,1\n', 'time: {}\njoints: {pivot: {position: q}}\n',
