@@ -19,6 +19,9 @@ EFFECTS = {
         ('stribeck_friction', 'all', {'c': 0.001, 'c_static': 0.002, 'v_s': 0.3}),
     ),
     'load-dependent friction': (('load_dependent_friction', 'all', {'mu': 0.05}),),
+    'a delay of commands': (('command_delay', 'all', {'delay': 0.012}),),
+    'rates that lag': (('velocity_lag', 'all', {'tau': 0.01}),),
+    'play in the gear': (('backlash', 'all', {'gap': 0.01}),),
 }
 WIDTHS = (8, 60, 400)
 

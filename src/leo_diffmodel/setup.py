@@ -34,6 +34,7 @@ setup(
         'mcap>=1.3',
         'numpy>=1.26.4',
         'pillow>=10.1',
+        'pyarrow>=14',
         'pydantic>=2',
         'pyyaml',
         'rich',

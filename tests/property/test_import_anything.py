@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 import yaml
 
-from leo_diffmodel.bags.importing.convert import import_logs
+from leo_diffmodel.bags.importing.convert import import_logs, load_map
 from leo_diffmodel.bags.importing.expression import evaluate, FUNCTIONS
+from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -69,6 +70,17 @@ def imported(content: bytes, name: str, column_map: Any = None) -> None:
             told(lambda: read_bag(bag, PENDULUM))
 
 
+def guessed(content: bytes, name: str) -> None:
+    """Guess a map: one line, or a map that is one but for what is left to be filled in."""
+    with tempfile.TemporaryDirectory() as folder:
+        log, mapping = Path(folder, name), Path(folder, 'map.yaml')
+        log.write_bytes(content)
+        if told(lambda: guess_map(log, mapping)) is not None:
+            assert 'time' in yaml.safe_load(mapping.read_text())
+            told(lambda: load_map(mapping))
+            imported(content, name, yaml.safe_load(mapping.read_text()))
+
+
 rising = st.builds(
     lambda rows: [[0.01 * k, *row] for k, row in enumerate(rows)],
     st.lists(st.tuples(*[st.sampled_from(CELLS)] * 3), max_size=4),
@@ -83,13 +95,15 @@ lines = st.lists(
 
 @SETTINGS
 @given(st.one_of(st.just(list(COLUMNS)), st.lists(st.sampled_from((*COLUMNS, '', '1')))),
-       st.one_of(lines, rising), st.sampled_from(ENDS))  # fmt: skip
-@example([], [[], [], []], '\n')
-@example(list(COLUMNS), [[], []], '\n')
-@example(list(COLUMNS), [['9' * 200_000, '1', '1', '1']] * 2, '\n')
-def test_any_table(header, rows, end):
-    text = end.join(','.join(map(str, row)) for row in [header, *rows])
+       st.one_of(lines, rising), st.sampled_from(ENDS), st.sampled_from(',;\t'))  # fmt: skip
+@example([], [[], [], []], '\n', ',')
+@example(list(COLUMNS), [[], []], '\n', ',')
+@example(list(COLUMNS), [['9' * 200_000, '1', '1', '1']] * 2, '\n', ',')
+@example(list(COLUMNS), [['0,1', '1', '1', '1'], ['0,2', '1', '1', '1']], '\n', ';')
+def test_any_table(header, rows, end, sign):
+    text = end.join(sign.join(map(str, row)) for row in [header, *rows])
     imported(text.encode(), 'log.csv')
+    guessed(text.encode(), 'log.csv')
 
 
 @SETTINGS
@@ -110,6 +124,7 @@ whole = st.builds(lambda rows: [dict(zip(COLUMNS, row, strict=True)) for row in 
 @given(st.one_of(records, columns, whole, st.fixed_dictionaries({'a': records}), cells),
        st.sampled_from(PLACES), st.sampled_from(FIELDS))  # fmt: skip
 def test_any_json(content, place, fields):
+    guessed(json.dumps(content).encode(), 'log.json')
     imported(json.dumps(content).encode(), 'log.json', MAP | {'records': place, 'fields': fields})
 
 

@@ -192,7 +192,7 @@ def find_files(path: Path) -> tuple[Path, ...]:
     if others:
         raise UserError(
             f'{path} holds {others[0].name}, not a plain .mcap; convert it with: '
-            'ros2 bag convert (storage_id: mcap), or rosbags-convert'
+            'leo bag cut (a plain .db3), ros2 bag convert (storage_id: mcap), or rosbags-convert'
         )
     raise UserError(f'no .mcap file in {path}; give a rosbag2 folder or its .mcap')
 

@@ -12,6 +12,8 @@ from mcap.records import Channel, Message, Metadata, Schema
 
 from leo_msgs_py.mcap_file import find_files, McapFile
 
+from .db3 import Db3File, find_databases, StoredTopic
+
 _LATEST = 2**63 - 1
 
 
@@ -40,7 +42,7 @@ class BagContents:
 
     Attributes:
         path: the folder or file that was asked for.
-        files: its MCAP files in order.
+        files: its MCAP (or SQLite) files in order.
         topics: by name.
         metadata: metadata records by name; `leo` is ours.
         finished: whether every file has its footer.
@@ -68,16 +70,35 @@ def load(path: Path) -> BagContents:
     """Read a bag into memory, up to the cut where it is not finished.
 
     Raises:
-        UserError: there is no MCAP bag at `path`.
+        UserError: there is no bag at `path`.
     """
-    files = find_files(path)
     topics: dict[str, TopicLog] = {}
     metadata: dict[str, Mapping[str, str]] = {}
-    read = [_load_file(McapFile(file), topics, metadata) for file in files]
+    files = find_databases(path)
+    finished, damaged = True, sum(_load_database(Db3File(file), topics) for file in files)
+    if not files:
+        files = find_files(path)
+        read = [_load_file(McapFile(file), topics, metadata) for file in files]
+        finished = all(file.finished for file in read)
+        damaged = sum(file.damaged for file in read)
     for topic in topics.values():
         topic.messages.sort(key=lambda message: message.log_ns)
-    return BagContents(path, files, topics, metadata, all(file.finished for file in read),
-                       sum(file.damaged for file in read))
+    return BagContents(path, files, topics, metadata, finished, damaged)
+
+
+def _load_database(file: Db3File, topics: dict[str, TopicLog]) -> int:
+    """Add what a SQLite file holds in CDR; return how much of it was damaged."""
+    channels: dict[int, list[Logged]] = {}
+    for row in file.records():
+        if isinstance(row, StoredTopic):
+            if row.encoding == 'cdr':
+                log = topics.setdefault(row.name, TopicLog(row.name, row.type, row.qos))
+                channels[row.number] = log.messages
+        elif row.log_ns < 0:
+            file.damaged += 1
+        elif row.topic in channels:
+            channels[row.topic].append(Logged(row.log_ns, row.data, row.log_ns))
+    return file.damaged
 
 
 def _load_file(

@@ -16,6 +16,7 @@ from mcap.writer import CompressionType, MCAP0_MAGIC, Writer
 
 from leo_msgs_py.mcap_file import DAMAGE, find_files, McapFile
 
+from .db3 import find_databases
 from .metadata import write_metadata
 
 _FOOTER_SIZE = 9 + 20 + 8
@@ -41,6 +42,8 @@ def finish_bag(path: Path) -> BagState:
         UserError: there is no bag at `path`.
         OSError: the folder is read-only, or the disk full.
     """
+    if find_databases(path):  # a database needs no index of ours
+        return BagState.FINISHED
     files = find_files(path)
     states = [_finish_file(file) for file in files]
     for state in (BagState.RECORDING, BagState.DAMAGED):

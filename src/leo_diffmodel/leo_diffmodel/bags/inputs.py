@@ -53,7 +53,8 @@ def read_inputs(
     """Return the best inputs a bag has, None for a passive one.
 
     Raises:
-        UserError: the topic map asks for inputs that are not there.
+        UserError: the topic map asks for inputs that are not there, or the robot was driven by
+            goals that its model cannot take.
     """
     readers = {
         'applied': _applied, 'dynamic_joint_states': _dynamic, 'commands': _commanded,
@@ -67,7 +68,19 @@ def read_inputs(
                 return found
     if wanted in readers:
         raise UserError(f'{contents.path} has no input on {wanted}, which the topic map asks for')
+    if wanted == 'auto':
+        _refuse_goals(contents, robot)
     return None
+
+
+def _refuse_goals(contents: BagContents, robot: Robot) -> None:
+    """Refuse position goals for a robot that takes volts or torques: it was not passive."""
+    topic = contents.topics.get(APPLIED['position'].name)
+    if topic is not None and topic.messages and robot.input != 'position':
+        raise UserError(
+            f'{contents.path} was driven by position goals ({topic.name}), and {robot.name} takes '
+            f'{robot.input}; give a model of the servos themselves, with input: position'
+        )
 
 
 def _applied(

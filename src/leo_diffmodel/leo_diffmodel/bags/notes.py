@@ -21,6 +21,7 @@ _MANY_UNUSED = 0.02
 
 def reading_notes(
     contents: BagContents, states: StateLog, segments: Segments, turns: int, used: int,
+    made: str = '',
 ) -> list[str]:
     """Return what was left out, mended or split.
 
@@ -30,6 +31,7 @@ def reading_notes(
         segments: where they were split.
         turns: wraps by whole turns that were undone.
         used: states that are in an episode.
+        made: which differences of the positions the velocities were; '' for none.
     """
     unused = len(states.q) - used
     broken = sum(topic.broken for topic in contents.topics.values())
@@ -42,7 +44,8 @@ def reading_notes(
         (broken, f'{broken} messages could not be decoded; left out'),
         (states.dropped, f'{states.dropped} samples with NaN left out'),
         (not states.stamped, 'joint states carry no stamps; log times taken instead'),
-        (states.dq is None, 'no velocities; differentiated from the positions'),
+        (made, f'the velocities are {made} differences of the positions; differentiated anew'),
+        (states.dq is None and not made, 'no velocities; differentiated from the positions'),
         (turns, f'{turns} wraps by whole turns undone'),
         (gaps, f'{gaps} gaps; split there'),
         (jumps, f'{jumps} jumps no model can make; split there'),

@@ -18,6 +18,7 @@ from leo_sim.common.yaml_file import shown
 
 from .contents import BagContents, load
 from .inputs import InputLog, read_inputs
+from .made_rates import without_made_rates
 from .notes import input_notes, reading_notes
 from .period import command_period
 from .runs import Held, split_runs
@@ -58,7 +59,7 @@ class Recording:
 
     Attributes:
         path: the folder or file.
-        sha256: of the bytes of its .mcap files.
+        sha256: of the bytes of its .mcap or .db3 files.
         joints: joint names, in the robot's order.
         actuators: joints of the actuators, in actuator order.
         input: `voltage`, `torque` or `none` (a passive log).
@@ -67,6 +68,8 @@ class Recording:
         metadata: the `leo` record: robot, start pose, held base, noise, seed; empty for foreign
             bags.
         warnings: what a user should know about the data, one line each.
+        rates: `measured`, `absent`, or `made`: logged, but differences of the positions. Where
+            they are not measured, `dq` is differentiated from `q`.
     """
 
     path: Path
@@ -78,6 +81,7 @@ class Recording:
     episodes: tuple[Episode, ...]
     metadata: Mapping[str, str]
     warnings: tuple[str, ...] = ()
+    rates: str = 'measured'
 
     @property
     def name(self) -> str:
@@ -109,10 +113,10 @@ class Recording:
 def read_bag(
     path: str | Path, robot: Robot | str | Path, topic_map: str | Path | TopicMap | None = None,
 ) -> Recording:
-    """Read any robot's rosbag2 MCAP bag, finished or not, at any and at uneven rates.
+    """Read any robot's rosbag2 bag, MCAP or SQLite, finished or not, at any and uneven rates.
 
     Args:
-        path: a rosbag2 folder or one .mcap file.
+        path: a rosbag2 folder, or one .mcap or .db3 file.
         robot: the robot whose joints and actuators are wanted, its name or its folder.
         topic_map: a YAML file for other names, signs and timing (see `topic_map`).
 
@@ -130,7 +134,8 @@ def read_bag(
             'Name the one to use in a topic map (topics: {joint_states: ...})'
         )
     try:
-        states, turns = unwrapped(read_states(topic, robot.joint_names, mapping))
+        states, made = without_made_rates(read_states(topic, robot.joint_names, mapping))
+        states, turns = unwrapped(states)
     except UserError as error:
         raise UserError(f'{path}: {error}') from error
     segments = split(states, find_topic(contents, 'episode', mapping))
@@ -146,9 +151,10 @@ def read_bag(
         command_period=command_period(contents, robot, mapping, states, inputs),
         episodes=episodes, metadata=_metadata(contents, mapping),
         warnings=(
-            *reading_notes(contents, states, segments, turns, used),
+            *reading_notes(contents, states, segments, turns, used, made),
             *input_notes(contents, robot, mapping, inputs),
         ),
+        rates='made' if made else 'measured' if states.dq is not None else 'absent',
     )
 
 

@@ -22,6 +22,7 @@ from leo_diffmodel.check.shift import shifted
 from leo_diffmodel.check.stuck import stuck
 from leo_diffmodel.check.timing import length, reading, timing
 from leo_diffmodel.check.traces import traces_of
+from leo_diffmodel.check.traps import traps
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.provenance import provenance
@@ -139,6 +140,7 @@ def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
         *reading(recording),
         *held,
         *rates(recording),
+        *traps(recording, model.robot),
         *stuck(recording),
         *forces(_on_time(bag, held, late), model),
     ]
@@ -169,7 +171,10 @@ def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
     recordings = [bag.recording for bag in bags]
     seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
     short = Finding('short', ERROR, why, (), 'record 20 s or more with a changing input')
-    found = [replace(f, bag=str(r.path)) for r in recordings for f in (*timing(r), *reading(r))]
+    found = [
+        replace(f, bag=str(r.path))
+        for r in recordings for f in (*timing(r), *reading(r), *traps(r, model.robot))
+    ]  # fmt: skip
     return Check(
         _sorted([short, length(recordings), *found]), (), (), (), None, seconds,
         provenance(recordings, model),

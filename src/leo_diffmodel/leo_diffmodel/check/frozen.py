@@ -61,8 +61,8 @@ def frozen(recording: Recording) -> list[Frozen]:
 def _angle(e: Episode, j: int) -> list[tuple[float, float, float]]:
     """Stretches, with their value, of one angle although the speed adds up."""
     area = np.r_[0.0, np.cumsum(0.5 * np.diff(e.t) * (e.dq[1:, j] + e.dq[:-1, j]))]
-    least = max(LEAST_MOVE, RESOLUTIONS * _resolution(e.q[:, j]))
-    slowest = max(SLOWEST * float(np.abs(e.dq[:, j]).max()), 2 * _resolution(e.dq[:, j]))
+    least = max(LEAST_MOVE, RESOLUTIONS * resolution(e.q[:, j]))
+    slowest = max(SLOWEST * float(np.abs(e.dq[:, j]).max()), 2 * resolution(e.dq[:, j]))
     return [
         (float(e.t[a]), float(e.t[b]), float(e.q[a, j]))
         for a, b in _constant(e.t, e.q[:, j])
@@ -72,7 +72,7 @@ def _angle(e: Episode, j: int) -> list[tuple[float, float, float]]:
 
 def _speed(e: Episode, j: int) -> list[tuple[float, float, float]]:
     """Stretches, with their value, of one speed that the angle does not go along with."""
-    coarse = RESOLUTIONS * _resolution(e.dq[:, j])
+    coarse = RESOLUTIONS * resolution(e.dq[:, j])
     out = []
     for a, b in _constant(e.t, e.dq[:, j]):
         seconds = float(e.t[b] - e.t[a])
@@ -90,8 +90,8 @@ def _constant(t: Array, values: Array) -> list[tuple[int, int]]:
     return list(zip(first[long].tolist(), last[long].tolist(), strict=True))
 
 
-def _resolution(values: Array) -> float:
-    """The smallest step between neighbouring samples; 0 where there is none."""
+def resolution(values: Array) -> float:
+    """The smallest step between neighbouring samples (N,); 0 where there is none."""
     step = np.abs(np.diff(values))
     moved = step[step > 0]
     return float(np.quantile(moved, 0.05)) if moved.size else 0.0

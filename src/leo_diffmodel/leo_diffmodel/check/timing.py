@@ -14,7 +14,10 @@ from leo_diffmodel.check.finding import Finding, OK, times, WARNING
 JITTER = 0.2
 SLOW_STATES = 1.5
 SHORT_SECONDS = 10.0
-HARMLESS = ('still being recorded', 'no velocities; differentiated', 'wraps by whole turns')
+HARMLESS = (
+    'still being recorded', 'no velocities; differentiated', 'differentiated anew',
+    'wraps by whole turns',
+)  # fmt: skip
 
 
 def timing(recording: Recording) -> list[Finding]:

@@ -146,15 +146,17 @@ def explain(
         return _without_search(asked, 'untestable', sentence, reason.split(': ', 1)[-1], untold)
     step = errors.step_seconds(recordings, step)
     everything = [*recordings, *hold_out]
-    found = search(everything, model, posed, settings, extra, progress, began + within)
+    free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
+    facts = Facts(model.robot, bool(free))
+    found = search(everything, model, posed, settings, extra, progress, began + within,
+                   alike=facts.alike)  # fmt: skip
     own = own_constants(model, hold_out)
     found = _completed(found, own)
     progress('what no known effect explains')
     outside = find(everything, found) if found.complete else None
     found = beside(found, outside) if outside else found
     held = held_windows(everything, found, model)
-    free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
-    context = Context(found, model, Facts(model.robot, bool(free)), held, step, settings,
+    context = Context(found, model, facts, held, step, settings,
                       tuple(r.name for r in everything), own)  # fmt: skip
     context = context.undisturbed((outside and outside.attempt.fit) or found.final)
     unknown = _told(everything, outside, context) if outside else None

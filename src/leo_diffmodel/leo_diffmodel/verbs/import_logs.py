@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`leo import LOG… --map MAP.yaml -o BAG`."""
+"""`leo import LOG… --map MAP.yaml -o BAG`, and `leo import LOG --guess`."""
 
 from __future__ import annotations
 
+import argparse
 import json
 from pathlib import Path
 import shlex
@@ -12,6 +13,7 @@ from rich.progress import track
 
 from leo_diffmodel.bags.importing.column_map import ColumnMap
 from leo_diffmodel.bags.importing.convert import import_logs, load_map, shipped_maps
+from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.info import bag_info, BagInfo
 from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
@@ -21,6 +23,7 @@ EXAMPLES = """\
   leo import swing.csv --map my_robot.yaml -o bags/swing
   leo import results/*.csv --map dfki_simple_pendulum -o bags/dfki          # one bag
   leo import results/*.csv --map dfki_simple_pendulum -o bags --bag-per-log # one bag each
+  leo import my_dataset --guess                             # a LeRobot data set: write its map
 
 a column map:
   robot: servo_pendulum                  # optional
@@ -35,14 +38,20 @@ a column map:
     pivot:
       voltage: {expression: duty * supply}
       enabled: torque_on                 # 0 = motor free
+      # position: {column: goal, unit: deg}  # of a position servo: where it was told to go
   constants:                             # of the robot, known of this log
     links.weight.mass: {column: payload, unit: g}
 """
 
 
 def main(argv: list[str]) -> int:
-    """Import logs; 0 when the bags are written."""
+    """Import logs, or guess their column map; 0 when it is written."""
     options = _parser().parse_args(argv)
+    if options.guess:
+        return _guess(options)
+    if not (options.map and options.output):
+        raise UserError('leo import needs --map MAP.yaml and -o BAG; without a map, begin with: '
+                        f'leo import {shlex.quote(options.logs[0])} --guess')
     console = Terminal(stderr=True)
     column_map = load_map(options.map)
     bags = [
@@ -63,15 +72,33 @@ def main(argv: list[str]) -> int:
     return 0
 
 
+def _guess(options: argparse.Namespace) -> int:
+    """Write the column map of the first log; the others are taken for its like."""
+    log = Path(options.logs[0])
+    file = guess_map(log, Path(options.output or f'{log.resolve().stem}_map.yaml'))
+    logs = ' '.join(map(shlex.quote, options.logs))
+    command = f'leo import {logs} --map {shlex.quote(str(file))} -o BAG'
+    if options.json:
+        print(json.dumps({'map': str(file), 'next': command}, indent=2))
+    else:
+        print(f"wrote {file}: look it over, and fill in what is '?'\nnext: {command}")
+    return 0
+
+
 def _parser() -> Parser:
     parser = Parser(
         'leo import',
-        'Turn CSV, JSON or MATLAB logs into a bag, an episode per run.',
+        'Turn CSV, JSON or MATLAB logs or LeRobot data sets into a bag, an episode per run.',
         f'{EXAMPLES}\nshipped maps: {", ".join(shipped_maps())}',
     )
-    parser.add_argument('logs', nargs='+', metavar='LOG', help='a CSV, JSON or MATLAB file')
-    parser.add_argument('--map', required=True, help='column map: a YAML file or a shipped one')
-    parser.add_argument('-o', '--output', required=True, metavar='BAG', help='folder to make')
+    parser.add_argument('logs', nargs='+', metavar='LOG',
+                        help='a CSV, JSON or MATLAB file, or the folder of a LeRobot data set')
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument('--map', help='column map: a YAML file or a shipped one')
+    which.add_argument('--guess', action='store_true',
+                       help='write a column map with what was guessed and why')
+    parser.add_argument('-o', '--output', metavar='BAG',
+                        help='folder to make; with --guess the file (LOG_map.yaml)')
     parser.add_argument(
         '--bag-per-log', action='store_true', help='one bag per log, in the folder BAG',
     )

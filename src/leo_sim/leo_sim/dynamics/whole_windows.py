@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole windows of a fixed-base robot in one compiled call.
 
-What `substep.integrate` does one sample period after the other, for laws without a memory. What
-changes with the rates alone, and linearly, while the input is held (`Laws.steady`) is found once
-for all samples; other laws are asked in every substep, by their compiled functions. NumPy's
-overhead per substep is most of the time of a small robot: there this is several times as fast
-(benchmarks/whole_windows.py).
+What `substep.integrate` does one sample period after the other. Commands and sensors may have a
+memory, as no motion changes what they remember or is changed by it; of what acts on the joints
+only play in the gear has one here. What changes with the rates alone, and linearly, while the
+input is held (`Laws.steady`) is found once for all samples; other laws are asked in every substep,
+by their compiled functions. NumPy's overhead per substep is most of the time of a small robot:
+there this is several times as fast (benchmarks/whole_windows.py).
 """
 from collections.abc import Callable
 import math
@@ -18,13 +19,13 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array, rows
 from leo_sim.common.compiled import compiled_law
-from leo_sim.dynamics.held import every_row, Held, samples_first
 from leo_sim.dynamics.spatial import Spatial
-from leo_sim.dynamics.substep import PROBE, substeps
-from leo_sim.dynamics.window_kernel import Bent, Driving
+from leo_sim.dynamics.substep import DRIVE, PROBE, rested
+from leo_sim.dynamics.window_input import every_row, Held, Pieces, pieces
+from leo_sim.dynamics.window_kernel import Bent, Driving, Play
 from leo_sim.dynamics.window_kernel import run as run_states
 from leo_sim.dynamics.window_loops import loop_axes, looped, loops_possible
-from leo_sim.laws.laws import Laws
+from leo_sim.laws.laws import Laws, Memory
 from leo_sim.laws.placement import Use
 
 MOST_BENT = 4
@@ -34,14 +35,14 @@ LAW = numba.float64(*[numba.float64] * 7)
 
 def possible(laws: Laws, q: Array, inputs: Array) -> bool:
     """Whether these laws can be run for whole windows at once, of one scan at most."""
-    plain = not (laws.dynamic or laws.remembers) and laws.gap is None and laws.ground is None
+    plain = not laws.recalls and laws.ground is None
     few = len(laws.bent) <= MOST_BENT and q.ndim < 4 and inputs.ndim < 5
     return plain and few and all(_compiled(use) for use in laws.bent) and loops_possible(laws)
 
 
 def run(laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: float
         ) -> tuple[Any, Any]:
-    """True angles and rates at all samples, (K + 1, ..., W, J).
+    """Measured angles and rates at all samples, (K + 1, ..., W, J).
 
     Args:
         laws: Of the model, `possible` ones.
@@ -51,19 +52,47 @@ def run(laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: flo
         held: What is held over the sample periods.
         longest: Substep, s.
     """
-    level, *axes = _first(laws.straight, held)
+    cut, size = pieces(laws, held, longest), q.shape[-1]
+    play, (level, *axes) = _play(laws, q, dq, held), _first(laws, held)
+    axes += [np.shape(v)[:-1] for v in play]
     axes += [np.shape(v)[:-1] for use in laws.bent for v in use.values.values()]
     axes += [np.shape(v)[:-2] for v in (held.push, held.enabled) if v is not None]
     axes += loop_axes(laws)
-    lead, size = np.broadcast_shapes(q.shape[:-1], dq.shape[:-1], tree.leading, *axes), q.shape[-1]
-    driving = _driving(laws, held, level, (lead, size), longest)
-    angles, rates = (np.empty((len(driving.parts) + 1, math.prod(lead), size)) for _ in range(2))
+    lead = np.broadcast_shapes(q.shape[:-1], dq.shape[:-1], tree.leading, *axes)
+    driving = _driving(laws, cut, held.memory, level, (lead, size))
+    angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
     angles[0], rates[0] = rows(q, lead, size, True), rows(dq, lead, size, True)
     with warnings.catch_warnings():  # functions as values
         warnings.simplefilter('ignore', NumbaExperimentalFeatureWarning)
-        run_states(tree.tree, *tree.world, tree.each(lead), driving, *_bent(laws, lead, size),
-                   *looped(laws, held, (lead, size), len(driving.parts)), angles, rates)
-    return angles.reshape(-1, *lead, size), rates.reshape(-1, *lead, size)
+        run_states(tree.tree, *tree.world, tree.each(lead), driving,
+                   Play(*(rows(v, lead, size) for v in play)), *_bent(laws, lead, size),
+                   *looped(laws, cut, held.memory, (lead, size)), angles, rates)
+    states = (x.reshape(-1, *lead, size) for x in (angles, rates))
+    return _sensed(laws, cut, held.memory, *states)
+
+
+def _sensed(laws: Laws, cut: Pieces, memory: Memory, q: Array, dq: Array) -> tuple[Any, Any]:
+    """What the encoders read at the samples, of true states at the ends of all pieces."""
+    at = [0, *(cut.ends + 1)]
+    if not laws.sensors.dynamic:
+        return laws.sense(q[at], dq[at], memory)
+    read = []
+    for n in range(len(q)):
+        if n:
+            memory = laws.remember(q[n], dq[n], memory, cut.h[n - 1][:, None])
+        if n in at:
+            *states, memory = laws.sensors.sense(q[n], dq[n], memory, 0.0)
+            read.append(states)
+    angles, rates = (np.stack(np.broadcast_arrays(*each)) for each in zip(*read, strict=True))
+    return angles, rates
+
+
+def _play(laws: Laws, q: Array, dq: Array, held: Held) -> tuple[Any, Any, Any]:
+    """Gap, slip and rate of the motor sides at the start, each (..., J)."""
+    if laws.gap is None:
+        return (np.zeros(len(laws.joints)),) * 3
+    slip, speed = rested(laws, q, dq, held.memory)[DRIVE]
+    return laws.gap, slip, speed
 
 
 def _compiled(use: Use) -> Callable[..., float] | None:
@@ -93,37 +122,34 @@ def _first(laws: Laws, held: Held) -> tuple[Any, ...]:
     """Level of dry friction, and the leading axes of all that drives the first period."""
     still = np.zeros(len(laws.joints))
     u = laws.command(held.inputs[..., 0, :], None, held.memory, 0.0)[0]
-    torques = laws.torques(still, still, still, u, None, None, held.memory)
+    torques = laws.straight.torques(still, still, still, u, None, None, held.memory)
     level = 0.0 if torques.level is None else torques.level
     parts = (torques.motor, torques.joint, level, laws.rotor_inertia)
     return level, *(np.shape(part)[:-1] for part in parts)
 
 
-def _driving(laws: Laws, held: Held, level: Any, axes: tuple[tuple[int, ...], int],
-             longest: float) -> Driving:
+def _driving(laws: Laws, cut: Pieces, memory: Memory, level: Any,
+             axes: tuple[tuple[int, ...], int]) -> Driving:
     """One row for every state; their leading axes and number of joints are given."""
-    (lead, size), periods = axes, held.periods
-    parts = np.array([substeps(float(p), longest) for p in periods.max(axis=0)])
-    h = (periods.T / parts[:, None])[:, None, :, None]
+    (lead, size), count = axes, len(cut.parts)
     low, high = (rows(stop, (), size) for stop in laws.stops or (-np.inf, np.inf))
-    shape = (len(parts), *(1,) * (2 - len(lead)), *lead)
+    shape = (count, *(1,) * (2 - len(lead)), *lead)
     torque, falling, motor, motor_falling = (
-        every_row(values, shape, size) for values in _torques(laws, size, held))
+        every_row(values, shape, size) for values in _torques(laws, size, cut, memory))
     return Driving(torque, falling, motor, motor_falling,
                    rows(level, lead, size), rows(laws.rotor_inertia, lead, size), low, high,
-                   every_row(h, shape, 1)[..., 0], parts)
+                   every_row(cut.h[:, None, :, None], shape, 1)[..., 0], cut.parts, cut.first)
 
 
-def _torques(laws: Laws, size: int, held: Held) -> tuple[Any, ...]:
-    """`torque`, `falling`, `motor`, `motor_falling` of `Driving`, (K, ..., W, J)."""
-    u, on, _ = laws.command(samples_first(held.inputs), held.on, held.memory, 0.0)
+def _torques(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, ...]:
+    """`torque`, `falling`, `motor`, `motor_falling` of `Driving`, (P, ..., W, J)."""
+    still, u, on = np.zeros(size), cut.inputs, cut.enabled
     if laws.servos is not None:  # what their loops ask for is found in every substep
         u = np.zeros_like(u)
-    still = np.zeros(size)
-    here, there = (laws.straight.torques(still, speed, speed, u, on, None, held.memory)
+    here, there = (laws.straight.torques(still, speed, speed, u, on, None, memory)
                    for speed in (still, still + PROBE))
     torque, motor = here.motor + here.joint, (here.motor - there.motor) / PROBE
     falling = motor + (here.joint - there.joint) / PROBE
-    if held.push is not None:
-        torque = torque + samples_first(held.push)
+    if cut.push is not None:
+        torque = torque + cut.push
     return torque, falling, here.motor, motor

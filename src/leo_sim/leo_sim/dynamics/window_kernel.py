@@ -13,7 +13,7 @@ from leo_sim.dynamics.tree_kernel import bias_torques, inertia, placed, Room, ro
 
 
 class Driving(NamedTuple):
-    """What drives N states over K sample periods.
+    """What drives N states over K periods, of samples or of substeps.
 
     Attributes:
         torque: Of motors and joints at rates of 0, gravity left out, N m, (K, N, J).
@@ -24,6 +24,7 @@ class Driving(NamedTuple):
         low, high: Stops, rad, (1, J).
         h: Substep, s, (K, N).
         parts: Substeps in a period, (K,).
+        first: 1 where a sample period begins, (K,).
     """
 
     torque: Array
@@ -36,6 +37,21 @@ class Driving(NamedTuple):
     high: Array
     h: Array
     parts: Indices
+    first: Indices
+
+
+class Play(NamedTuple):
+    """Dead zones between the motors and their joints.
+
+    Attributes:
+        gap: Their width, 0 where there is none, rad, (N or 1, J).
+        slip: Angle of each motor side less that of its joint at the start, rad, (N or 1, J).
+        speed: Rate of each motor side at the start, rad/s, (N or 1, J).
+    """
+
+    gap: Array
+    slip: Array
+    speed: Array
 
 
 class Bent(NamedTuple):
@@ -92,8 +108,12 @@ class Work(NamedTuple):
     falling: Array
     level: Array
     motor: Array
+    drive: Array
+    rotor: Array
+    gap: Array
+    slip: Array
+    speed: Array
     none: Array
-    one: Array
     h: Array
     inverse: Array
     given: Array
@@ -101,8 +121,8 @@ class Work(NamedTuple):
 
 
 @compiled_without_gil
-def run(tree: Tree, figures: Array, gravity: Array, each: int, driving: Driving, laws: Any,
-        bent: Bent, behind: Any, looped: Looped, q: Array, dq: Array) -> None:
+def run(tree: Tree, figures: Array, gravity: Array, each: int, driving: Driving, play: Play,
+        laws: Any, bent: Bent, behind: Any, looped: Looped, q: Array, dq: Array) -> None:
     """Fill angles and rates (K + 1, N, J) after the first sample.
 
     Args:
@@ -111,6 +131,7 @@ def run(tree: Tree, figures: Array, gravity: Array, each: int, driving: Driving,
         gravity: m/s2, one for each of the figures.
         each: How many states in a row have the same figures; see `tree_kernel.dynamics`.
         driving: What drives the states, but for the laws.
+        play: Of their motors.
         laws: Functions of three parameters, angle, rate, torque of the motor and load.
         bent: Their parameters and places.
         behind: Functions of three parameters and the voltage, behind the servos' loops.
@@ -125,12 +146,16 @@ def run(tree: Tree, figures: Array, gravity: Array, each: int, driving: Driving,
         own, down = figures[s], gravity[s]
         for j in range(size):
             work.q[0, j], work.dq[0, j] = q[0, n, j], dq[0, n, j]
+            work.gap[0, j] = play.gap[at(play.gap, n), j]
+            work.slip[0, j] = play.slip[at(play.slip, n), j]
+            work.speed[0, j] = play.speed[at(play.speed, n), j]
         for k in range(driving.parts.shape[0]):
             work.h[0, 0] = step = driving.h[k, n]
-            if bent.loaded:
+            if bent.loaded and driving.first[k]:
                 _loaded(tree, own, down, room, work)
-            _slowed(driving, laws, bent, n, k, work)
-            _slowed_by_loops(looped, behind, n, k, work)
+            if driving.first[k]:
+                _slowed(driving, laws, bent, n, k, work)
+                _slowed_by_loops(looped, behind, n, k, work)
             for j in range(size):
                 work.q[0, j] += 0.5 * step * work.dq[0, j]
             for _ in range(driving.parts[k]):
@@ -139,7 +164,7 @@ def run(tree: Tree, figures: Array, gravity: Array, each: int, driving: Driving,
                     bias_torques(tree, own, down, 0, work.none, room, work.load)
                 _looped(looped, behind, n, k, work)
                 _pulled(driving, laws, bent, n, k, work)
-                _kick(tree, own, down, driving, n, room, work)
+                _kick(tree, own, down, driving, n, k, room, work)
             for j in range(size):
                 work.q[0, j] -= 0.5 * step * work.dq[0, j]
                 q[k + 1, n, j], dq[k + 1, n, j] = work.q[0, j], work.dq[0, j]
@@ -174,9 +199,12 @@ def _pulled(driving: Driving, laws: Any, bent: Bent, n: int, k: int, work: Work)
         q, dq, load = work.q[0, j], work.dq[0, j], -work.load[0, j]
         pull = driving.torque[k, n, j] - driving.falling[k, n, j] * dq + work.servo[0, j]
         level, motor = driving.level[row, j], 0.0
-        if bent.loaded:
-            motor = driving.motor[k, n, j] - driving.motor_falling[k, n, j] * dq
+        if bent.loaded or work.gap[0, j] > 0.0:
+            speed = work.speed[0, j] if work.gap[0, j] > 0.0 else dq
+            motor = driving.motor[k, n, j] - driving.motor_falling[k, n, j] * speed
             motor += work.servo[0, j]
+        if work.gap[0, j] > 0.0:
+            pull -= driving.motor[k, n, j] - driving.motor_falling[k, n, j] * dq
         for b in range(bent.dry.shape[0]):
             if bent.acts[b, j]:
                 torque = laws[b](bent.values[b, n, 0], bent.values[b, n, 1], bent.values[b, n, 2],
@@ -185,7 +213,7 @@ def _pulled(driving: Driving, laws: Any, bent: Bent, n: int, k: int, work: Work)
                     level += abs(torque)
                 else:
                     pull += torque
-        work.pull[0, j], work.level[0, j] = pull, level
+        work.pull[0, j], work.level[0, j], work.drive[0, j] = pull, level, motor
         work.held[0, j] = pull - np.sign(dq) * level
 
 
@@ -226,7 +254,7 @@ def _answered(looped: Looped, behind: Any, n: int, k: int, j: int, q: float, dq:
 
 
 @compiled_in_place
-def _kick(tree: Tree, figures: Array, gravity: float, driving: Driving, n: int, room: Room,
+def _kick(tree: Tree, figures: Array, gravity: float, driving: Driving, n: int, k: int, room: Room,
           work: Work) -> Any:
     """Kick the rates of a state whose links are placed, and drift its angles by one substep."""
     size, step, answer = work.q.shape[1], work.h[0, 0], work.inverse[0]
@@ -234,6 +262,11 @@ def _kick(tree: Tree, figures: Array, gravity: float, driving: Driving, n: int, 
     inertia(tree, room, answer)
     for j in range(size):
         answer[j, j] += driving.rotor[rotor, j] + 0.5 * step * work.falling[0, j]
+        if work.gap[0, j] > 0.0:
+            falling = driving.motor_falling[k, n, j]
+            work.rotor[0, j] = driving.rotor[rotor, j] + 0.5 * step * falling
+            work.motor[0, j] = work.speed[0, j] + step * work.drive[0, j] / work.rotor[0, j]
+            answer[j, j] -= work.rotor[0, j]
     inverted(size, 0, answer)
     bias_torques(tree, figures, gravity, 0, work.dq, room, work.bias)
     if size > 1:
@@ -244,9 +277,11 @@ def _kick(tree: Tree, figures: Array, gravity: float, driving: Driving, n: int, 
         for j in range(size):
             work.given[kind, j] = 0.0
     swept(0, work.free, work.motor, work.inverse, work.h, work.level, driving.low, driving.high,
-          work.none, work.one, work.none, work.q, work.dq, work.given)
+          work.gap, work.rotor, work.slip, work.q, work.dq, work.given)
     for j in range(size):
         work.dq[0, j] = work.free[0, j]
+        work.speed[0, j] = work.motor[0, j] if work.gap[0, j] > 0.0 else work.free[0, j]
+        work.slip[0, j] += step * (work.speed[0, j] - work.free[0, j])
         work.q[0, j] += step * work.free[0, j]
 
 
@@ -256,5 +291,6 @@ def _work(size: int) -> Any:
                 np.empty((1, size)), np.empty((1, size)), np.empty((1, size)),
                 np.empty((1, size)), np.zeros((1, size)), np.empty((1, size)),
                 np.empty((1, size)), np.zeros((1, size)), np.zeros((1, size)),
-                np.ones((1, size)), np.empty((1, 1)), np.empty((1, size, size)),
-                np.empty((3, size)), np.zeros((1, size)))
+                np.ones((1, size)), np.zeros((1, size)), np.zeros((1, size)),
+                np.zeros((1, size)), np.zeros((1, size)), np.empty((1, 1)),
+                np.empty((1, size, size)), np.empty((3, size)), np.zeros((1, size)))

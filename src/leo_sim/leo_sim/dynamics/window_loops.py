@@ -8,9 +8,9 @@ import numpy as np
 
 from leo_sim.common.broadcasting import rows
 from leo_sim.common.compiled import compiled_law
-from leo_sim.dynamics.held import every_row, Held, samples_first
+from leo_sim.dynamics.window_input import every_row, Pieces
 from leo_sim.dynamics.window_kernel import Looped
-from leo_sim.laws.laws import Laws
+from leo_sim.laws.laws import Laws, Memory
 from leo_sim.laws.servo import Servos
 
 MOST_BEHIND = 3
@@ -19,9 +19,12 @@ BEHIND = numba.float64(*[numba.float64] * 4)
 
 
 def loops_possible(laws: Laws) -> bool:
-    """Whether all that acts behind the loops can be compiled; True without loops."""
-    behind = [] if laws.servos is None else laws.servos.after
-    return len(behind) <= MOST_BEHIND and all(compiled_law(u.effect.law, BEHIND) for u in behind)
+    """Whether all that acts behind the loops can be compiled, and no gear has play."""
+    if laws.servos is None:
+        return True
+    behind = laws.servos.after
+    few = laws.gap is None and len(behind) <= MOST_BEHIND
+    return few and all(compiled_law(u.effect.law, BEHIND) for u in behind)
 
 
 def loop_axes(laws: Laws) -> list[tuple[int, ...]]:
@@ -32,7 +35,7 @@ def loop_axes(laws: Laws) -> list[tuple[int, ...]]:
     return [np.shape(v)[:-1] for v in (*laws.servos.loop, *laws.servos.reading(), *values)]
 
 
-def looped(laws: Laws, held: Held, axes: tuple[tuple[int, ...], int], periods: int
+def looped(laws: Laws, cut: Pieces, memory: Memory, axes: tuple[tuple[int, ...], int]
            ) -> tuple[tuple[Any, ...], Looped]:
     """The laws behind the loops, and the loops, for states of leading axes and so many joints."""
     (lead, size), servos = axes, laws.servos
@@ -48,8 +51,8 @@ def looped(laws: Laws, held: Held, axes: tuple[tuple[int, ...], int], periods: i
         acts[b, np.array(laws.actuated_joints)[use.at]] = 1
         for i, parameter in enumerate(use.effect.parameters):
             values[b, :, i] = rows(use.values[parameter.name], lead, 1)[:, 0]
-    shape = (periods, *(1,) * (2 - len(lead)), *lead)
-    goal, torque = (every_row(part, shape, size) for part in _per_volt(laws, size, held))
+    shape = (len(cut.parts), *(1,) * (2 - len(lead)), *lead)
+    goal, torque = (every_row(part, shape, size) for part in _per_volt(laws, size, cut, memory))
     gain, rate_gain, grain, supply, scale, zero = (
         rows(figure, lead, size) for figure in _figures(laws, servos))
     return tuple(functions), Looped(goal, torque, gain, rate_gain, grain, supply, scale, zero,
@@ -63,13 +66,12 @@ def _figures(laws: Laws, servos: Servos) -> tuple[Any, ...]:
     return gain, rate_gain * rate_scale, grain, supply, scale, zero
 
 
-def _per_volt(laws: Laws, size: int, held: Held) -> tuple[Any, Any]:
-    """Goals rad at the joints, and what 1 V there gives, N m, (K, ..., W, J)."""
-    on, still = held.on, np.zeros(size)
-    goals = laws.command(samples_first(held.inputs), on, held.memory, 0.0)[0]
-    none, one = (laws.straight.torques(still, still, still, u, on, None, held.memory).motor
-                 for u in (np.zeros_like(goals), np.ones_like(goals)))
-    return laws.at_joints(goals), one - none
+def _per_volt(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, Any]:
+    """Goals rad at the joints, and what 1 V there gives, N m, (P, ..., W, J)."""
+    still = np.zeros(size)
+    none, one = (laws.straight.torques(still, still, still, u, cut.enabled, None, memory).motor
+                 for u in (np.zeros_like(cut.inputs), np.ones_like(cut.inputs)))
+    return laws.at_joints(cut.inputs), one - none
 
 
 def _as_it_is(a: float, b: float, c: float, u: float) -> float:

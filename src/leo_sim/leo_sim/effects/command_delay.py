@@ -44,6 +44,8 @@ class CommandDelay(Effect):
         if memory is None:
             memory = np.zeros((2, 1, *np.shape(u)))
         u = np.broadcast_to(u, np.broadcast_shapes(np.shape(u), memory.shape[2:]))
+        scanned = (1,) * (u.ndim + 2 - memory.ndim)
+        memory = memory.reshape(*memory.shape[:2], *scanned, *memory.shape[2:])
         memory = np.broadcast_to(memory, (*memory.shape[:2], *u.shape))
         if np.array_equal(memory[1, -1], u):
             return memory

@@ -60,7 +60,8 @@ class Laws:
         dry: Some joint has dry friction.
         needs_load: A law uses the load torque.
         actuated_joints: Index of each actuator's joint.
-        remembers: A torque or sensor law has a memory.
+        recalls: A torque law has a memory.
+        remembers: A torque or sensor law has one.
 
     Args:
         robot: The robot.
@@ -103,7 +104,8 @@ class Laws:
         self.sensors = Sensors(sensors, self._offset)
         self.servos = self._loops(robot, values, sensors, behind)
         self.steady = not (self.dynamic or self.bent or self.servos)
-        self.remembers = bool(self._remembering) or self.sensors.dynamic
+        self.recalls = bool(self._remembering)
+        self.remembers = self.recalls or self.sensors.dynamic
 
     @cached_property
     def straight(self) -> 'Laws':

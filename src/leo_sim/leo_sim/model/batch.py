@@ -6,8 +6,8 @@ import numpy as np
 
 from leo_sim.common.broadcasting import paired
 from leo_sim.dynamics import whole_windows
-from leo_sim.dynamics.held import Held
 from leo_sim.dynamics.substep import DRIVE, rested, slowing, substeps
+from leo_sim.dynamics.window_input import Held
 from leo_sim.laws.laws import HELD, Memory, TIME
 from leo_sim.model.model import Model
 from leo_sim.model.window_shares import Batch, shares
@@ -90,8 +90,8 @@ def _rolled(model: Model, q0: Any, dq0: Any, inputs: Any, periods: Any, enabled:
     memory = {**memory, **settled}
     if whole_windows.possible(laws, q, inputs):
         given = Held(inputs, periods, enabled, push, memory)
-        states = whole_windows.run(laws, model.spatial, q, dq, given, model.integration_step)
-        return _samples_last(laws.sense(*states, memory))
+        read = whole_windows.run(laws, model.spatial, q, dq, given, model.integration_step)
+        return _samples_last(read)
     measured = [laws.sense(q, dq, memory)]
     for k in range(inputs.shape[-2]):
         h, count = _substep(periods[:, k], model.integration_step)

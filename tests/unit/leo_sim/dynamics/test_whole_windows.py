@@ -31,6 +31,19 @@ LAWS = {
     'friction by load': (('load_dependent_friction', 'all', {'mu': 0.1 * SCAN}),
                          ('torque_scale', 'all', {'k': 0.9}),
                          ('coulomb_friction', 'all', {'c': 0.01})),
+    'a scanned delay': (('command_delay', 'all', {'delay': 0.007 * SCAN}),
+                        ('torque_ripple', 'all', {'a': 0.05, 'n': 3.0, 'phase': 1.0})),
+    'a lag behind a limit': (('actuator_lag', 'all', {'tau': 0.02}),
+                             ('voltage_limit', 'all', {'v': 1.5})),
+    'rates that lag': (('velocity_lag', 'all', {'tau': 0.01 * SCAN}),
+                       ('quadratic_drag', 'all', {'d': 0.001})),
+    'late readings': (('measurement_delay', 'all', {'delay': 0.012 * SCAN}),),
+    'play in the gear': (('backlash', 'all', {'gap': 0.02 * SCAN}),
+                         ('coulomb_friction', 'all', {'c': 0.01})),
+    'play, load and drag': (('backlash', 'all', {'gap': 0.02}),
+                            ('load_dependent_friction', 'all', {'mu': 0.1}),
+                            ('quadratic_drag', 'all', {'d': 0.001 * SCAN}),
+                            ('viscous_friction', 'all', {'b': 0.01})),
 }  # fmt: skip
 
 
@@ -76,6 +89,32 @@ def test_joints_come_to_rest_at_their_stops(monkeypatch):
     assert whole[0] == pytest.approx(one[0], abs=1e-9)
 
 
+@pytest.mark.parametrize(('effect', 'where', 'parameter'), [
+    ('backlash', 'elbow', 'gap'), ('command_delay', 'all', 'delay'),
+    ('velocity_lag', 'shoulder', 'tau'), ('measurement_delay', 'all', 'delay')])
+def test_memories_go_on_from_the_samples_before(effect, where, parameter, monkeypatch):
+    robot = load_robot('double_pendulum')
+    given = windows(robot)
+    angles, rates = RNG.uniform(-0.5, 0.5, (2, WINDOWS, 4, 2))
+    past = angles, rates, given['inputs'][:, :4], None, np.full((WINDOWS, 4), 0.01)
+    model = Model(robot, [place(robot, effect, where, **{parameter: 0.013})])
+    whole, one = both(model, monkeypatch, **given, history=past)
+    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+    assert np.abs(whole[0] - rollout(Model(robot), **given)[0]).max() > 1e-3
+
+
+def test_a_delay_behind_scanned_late_readings_goes_on_from_a_command_that_was_held(monkeypatch):
+    robot = load_robot('pendulum')
+    given = windows(robot)
+    held, periods = np.full((WINDOWS, 4, 1), 2.0), np.full((1, 4), 0.01)
+    past = *np.zeros((2, WINDOWS, 4, 1)), held, None, periods
+    model = Model(robot, [place(robot, 'measurement_delay', 'all', delay=0.013 * SCAN),
+                          place(robot, 'command_delay', 'all', delay=0.02)])
+    whole, one = both(model, monkeypatch, **given, history=past)
+    assert whole[0].shape == (3, WINDOWS, SAMPLES + 1, 1)
+    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+
+
 @pytest.mark.filterwarnings('error')
 def test_constants_of_the_body_can_be_scanned(monkeypatch):
     robot = load_robot('double_pendulum')
@@ -94,11 +133,19 @@ def test_laws_of_one_joint_act_there_alone(monkeypatch):
     assert whole[0] == pytest.approx(one[0], abs=1e-9)
 
 
-@pytest.mark.parametrize(('effect', 'first'), [
-    ('command_delay', 'delay'), ('velocity_lag', 'tau'), ('backlash', 'gap')])
-def test_laws_with_a_memory_are_left_to_sample_periods(effect, first):
+class Fading(Effect):
+    """A torque law with a memory."""
+
+    name, family, hook, remembers = 'fading', 'load', 'torque', True
+    parameters = (Parameter('s', 'N m', role='amplitude'),)
+
+    def torque(self, p, q, dq, motor, load, memory):
+        return p['s'] * np.ones_like(q)
+
+
+def test_torque_laws_with_a_memory_are_left_to_sample_periods():
     robot = load_robot('pendulum')
-    laws = Model(robot, [place(robot, effect, 'pivot', **{first: 0.01})]).laws
+    laws = Model(robot, [place(robot, Fading(), 'pivot', s=0.01)]).laws
     assert not whole_windows.possible(laws, np.zeros((1, 1)), np.zeros((1, 1, 1)))
 
 

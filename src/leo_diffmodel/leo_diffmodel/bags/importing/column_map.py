@@ -35,6 +35,7 @@ from leo_msgs_py.errors import UserError
 
 from ..yaml_config import nearest
 from .expression import Column, evaluate
+from .log_format import LogFormat
 
 QUANTITIES: dict[str, tuple[str, ...]] = {
     'position': ('rad', 'm'),
@@ -83,7 +84,8 @@ class ColumnSpec(BaseModel):
             UserError: no such column, or a unit of something else.
         """
         targets = QUANTITIES[quantity] if unit is None else (unit,)
-        factor = self.sign * self.scale * unit_factor(self.unit, quantity, log, targets)
+        where = f'{log}, {self.column or self.expression}'
+        factor = self.sign * self.scale * unit_factor(self.unit, quantity, where, targets)
         with np.errstate(over='ignore', invalid='ignore'):
             return factor * self._raw(columns, quantity, log) + self.offset
 
@@ -135,22 +137,15 @@ class JointColumns(BaseModel):
     effort: Spec | None = None
 
 
-class ColumnMap(BaseModel):
+class ColumnMap(LogFormat):
     """A whole column map (module docstring shows the file)."""
 
-    model_config = ConfigDict(extra='forbid', frozen=True)
-
     robot: str | None = None
-    format: Literal['csv', 'json', 'mat'] | None = None
-    delimiter: str = Field(default=',', min_length=1, max_length=1)
-    header: list[str] | None = None
-    records: str | None = None
-    fields: dict[str, str | list[str]] = {}
-    columns: dict[str, str] = {}
+    columns: dict[str, str] = Field(default_factory=dict)
     time: Time
     joints: dict[str, JointColumns] = Field(min_length=1)
-    inputs: dict[str, dict[Interface, Spec]] = {}
-    constants: dict[str, Spec] = {}
+    inputs: dict[str, dict[Interface, Spec]] = Field(default_factory=dict)
+    constants: dict[str, Spec] = Field(default_factory=dict)
 
     @model_validator(mode='after')
     def _inputs_drive_joints(self) -> ColumnMap:
@@ -172,10 +167,15 @@ def unit_factor(unit: str | None, quantity: str, where: str, targets: Sequence[s
     """Return what brings a column in `unit` to the first fitting target, 1 where none is given.
 
     Raises:
-        UserError: the unit is not known, or one of something else.
+        UserError: the unit is not known, one of something else, or per cent of an unknown range.
     """
     if unit is None or unit in targets:
         return 1.0
+    if unit == '?':
+        raise UserError(f'{where}: fill in the unit of {quantity} in the column map')
+    if unit == '%' and quantity in ('position', 'velocity'):
+        raise UserError(f'{where}: per cent of a range is no {quantity}; give scale: rad for 1 %, '
+                        'and no unit')
     try:
         fitting = [t for t in targets if t != 'degC' and units.same_dimension(unit, t)]
     except UserError as error:

@@ -13,8 +13,7 @@ from leo_sim.common.names import nearest
 from leo_sim.description.robot import load_robot
 
 from .column_map import ColumnMap
-from .expression import Column
-from .tables import Table
+from .expression import Column, Table
 
 SAME = 1e-9
 

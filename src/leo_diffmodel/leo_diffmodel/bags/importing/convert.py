@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 from leo_msgs_py.errors import UserError
 
 from ..arrays import LONGEST, Run, write_runs
+from ..types import APPLIED
 from ..yaml_config import nearest, read_config
 from .column_map import ColumnMap, ColumnSpec, QUANTITIES, unit_factor
 from .constants import known_constants
-from .expression import Column, evaluate
-from .tables import read_tables, Table
+from .expression import Column, evaluate, Table
+from .lerobot import is_lerobot
+from .tables import read_tables
 
 Rows = NDArray[np.int64]
 
@@ -29,7 +31,7 @@ def import_logs(
     """Write logs to one bag, an episode per run in them, and return its folder.
 
     Args:
-        logs: CSV, JSON or MATLAB files.
+        logs: CSV, JSON or MATLAB files, folders of LeRobot data sets.
         column_map: a YAML file, or the name of a shipped map.
         bag: the folder to make.
 
@@ -45,11 +47,22 @@ def import_logs(
     if not runs:
         raise UserError('no logs to import; name at least one file')
     metadata = {'imported_from': ', '.join(log.name for log in paths), 'column_map': where}
+    if mapping.inputs:
+        metadata['inputs_from'] = ', '.join(_sources(mapping))
     if mapping.robot:
         metadata['robot'] = mapping.robot
     if mapping.constants:
         metadata['constants'] = json.dumps(known_constants(tables, mapping))
     return write_runs(Path(bag), runs, metadata)
+
+
+def _sources(mapping: ColumnMap) -> list[str]:
+    """Return the columns and expressions that drive the joints, as the map names them."""
+    return [
+        str(spec.column or spec.expression)
+        for interfaces in mapping.inputs.values() for name, spec in interfaces.items()
+        if name in APPLIED
+    ]
 
 
 def load_map(source: str | Path | ColumnMap) -> ColumnMap:
@@ -86,7 +99,23 @@ def read_runs(log: Path, mapping: ColumnMap) -> list[Run]:
 
 def _tables(log: Path, mapping: ColumnMap) -> list[Table]:
     """Return the tables of a log with the computed columns."""
+    if is_lerobot(log):
+        _say_their_unit(log, mapping)
     return [_computed(log, table, mapping) for table in read_tables(log, mapping)]
+
+
+def _say_their_unit(log: Path, mapping: ColumnMap) -> None:
+    """Refuse angles of a LeRobot data set whose unit the map leaves open, as the data set does."""
+    specs = [spec for columns in mapping.joints.values()
+             for spec in (columns.position, columns.velocity)]
+    specs += [columns.get('position') for columns in mapping.inputs.values()]
+    for spec in specs:
+        if spec and spec.column and spec.unit is None and spec.scale == 1.0:
+            raise UserError(
+                f'{log}: say the unit of {spec.column}: a LeRobot data set may hold degrees '
+                '(unit: deg), radians (unit: rad) or per cent of the calibrated range (scale: '
+                'radians for 1 %)'
+            )
 
 
 def _computed(log: Path, table: Table, mapping: ColumnMap) -> Table:

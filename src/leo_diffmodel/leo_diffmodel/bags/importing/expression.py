@@ -17,6 +17,9 @@ from leo_sim.common.yaml_file import shown
 from ..yaml_config import nearest
 
 Column = NDArray[np.float64]
+Table = dict[str, Column]
+"""Columns by name, all of one length."""
+
 
 class Function(NamedTuple):
     """A function of columns and how many of them it takes."""
@@ -96,6 +99,9 @@ class _Evaluator(ast.NodeVisitor):
                 f'{nearest(node.id, list(self._names))}'
             )
         return self._names[node.id]
+
+    def visit_Attribute(self, node: ast.Attribute) -> Any:
+        return self.visit_Name(ast.Name(ast.unparse(node)))  # a column named as action.elbow
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> Any:
         return self._operator(node.op)(1.0 * self.visit(node.operand))

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Logs as tables: CSV rows, JSON records, MATLAB arrays; several episodes where a log has them."""
+"""Logs as tables: CSV rows, JSON records, MATLAB arrays, LeRobot frames; one for each episode."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-import csv
 from itertools import chain
 import json
 import math
@@ -15,108 +14,74 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.errors import one_line, UserError
-from leo_sim.common.yaml_file import read_text, shown
+from leo_sim.common.yaml_file import read_text
 
-from .column_map import ColumnMap
-from .expression import Column
+from .csv_log import read_csv
+from .expression import Column, Table
+from .lerobot import is_lerobot, read_lerobot
+from .log_format import LogFormat
 
-Table = dict[str, Column]
-"""Columns by name, all of one length."""
-
-_WORDS = {'true': 1.0, 'false': 0.0, '': float('nan')}
 _PATH = re.compile(r'[^.\[\]]+|\[\d+\]|\[\*\]')
 
 
-def read_tables(log: Path, column_map: ColumnMap) -> list[Table]:
+def read_tables(log: Path, log_format: LogFormat) -> list[Table]:
     """Return the tables of a log, one per episode, each with at least one column.
 
     Raises:
         UserError: no such file, an unknown format, or not a log as the map says.
     """
-    if not log.is_file():
-        raise UserError(f'no log {log}')
-    name = column_map.format or log.suffix.lower().lstrip('.')[:9]
-    readers: dict[str, Callable[[Path, ColumnMap], list[Table]]] = {
-        'csv': _read_csv, 'txt': _read_csv, 'json': _read_json, 'mat': _read_mat,
+    readers: dict[str, Callable[[Path, LogFormat], list[Table]]] = {
+        'csv': read_csv, 'txt': read_csv, 'json': _read_json, 'mat': _read_mat,
+        'lerobot': read_lerobot,
     }
+    name = format_of(log, log_format)
     if name not in readers:
         raise UserError(f'{log}: unknown format {name!r}; name one (format: csv, json or mat)')
-    tables = readers[name](log, column_map)
+    tables = readers[name](log, log_format)
     if not tables or not all(tables):
         raise UserError(f'{log} has no columns of numbers')
     return tables
 
 
-def _read_csv(log: Path, column_map: ColumnMap) -> list[Table]:
-    rows = _rows(log, column_map.delimiter)
-    header, first = column_map.header, 0
-    if header is None and rows:
-        header, first = [cell.strip().lstrip('#').strip() for cell in rows[0][1]], 1
-    if header is None or len(rows) <= first:
-        raise UserError(f'{log} is empty')
+def format_of(log: Path, log_format: LogFormat) -> str:
+    """Return the format of a log: what the map says, else what its name ends in.
+
+    Raises:
+        UserError: no such file, or a folder that is no LeRobot data set.
+    """
+    if is_lerobot(log):
+        return 'lerobot'
+    if log.is_dir():
+        raise UserError(f'{log} is a folder without meta/info.json, so no LeRobot data set; '
+                        'name files')
+    if not log.is_file():
+        raise UserError(f'no log {log}')
+    return log_format.format or log.suffix.lower().lstrip('.')[:9]
+
+
+def _read_json(log: Path, log_format: LogFormat) -> list[Table]:
     try:
-        numbers = np.array([cells for _, cells in rows[first:]], dtype=float)
-    except ValueError:
-        numbers = np.array([_careful(log, *row, header) for row in rows[first:]])
-    if numbers.shape[1] != len(header):
-        raise UserError(f'{log} has {numbers.shape[1]} columns, its header {len(header)}')
-    return [dict(zip(header, numbers.T, strict=True))]
-
-
-def _rows(log: Path, delimiter: str) -> list[tuple[int, list[str]]]:
-    """Return the lines that are not blank: their numbers and cells."""
-    reader = csv.reader(_text(log).splitlines(), delimiter=delimiter)
-    try:
-        return [(reader.line_num, row) for row in reader if any(map(str.strip, row)) or row[1:]]
-    except csv.Error as error:
-        raise UserError(f'{log} line {reader.line_num}: {error}') from None
-
-
-def _text(log: Path) -> str:
-    return read_text(log).removeprefix('\ufeff')
-
-
-def _careful(log: Path, line: int, row: Sequence[str], header: Sequence[str]) -> list[float]:
-    """Convert a row with empty cells or true and false; say where a cell is no number."""
-    if len(row) != len(header):
-        raise UserError(f'{log} line {line}: {len(row)} values, {len(header)} columns')
-    return [
-        _number(cell, f'{log} line {line}, {name}')
-        for cell, name in zip(row, header, strict=True)
-    ]
-
-
-def _number(cell: Any, where: str) -> float:
-    text = str(cell).strip()
-    try:
-        return _WORDS[text.lower()] if text.lower() in _WORDS else float(text)
-    except ValueError:
-        raise UserError(f'{where}: {shown(text)} is not a number') from None
-
-
-def _read_json(log: Path, column_map: ColumnMap) -> list[Table]:
-    try:
-        content = json.loads(_text(log))
+        content = json.loads(read_text(log).removeprefix('\ufeff'))
     except RecursionError:
         raise UserError(f'{log} is nested too deeply for a log') from None
     except ValueError as error:
         raise UserError(f'{log} is not JSON: {error}') from None
-    if column_map.fields:
-        return _fields(log, content, column_map)
-    records, beside = _follow(content, column_map.records or '', log), _beside(content, column_map)
+    if log_format.fields:
+        return _fields(log, content, log_format)
+    records, beside = _follow(content, log_format.records or '', log), _beside(content, log_format)
     if isinstance(records, dict):
         return [_same_length(log, {key: _array(log, key, v) for key, v in records.items()})]
     if not isinstance(records, list) or not records or not _are_mappings(records):
-        raise UserError(f'{log}: no list of records at {column_map.records or "the top"!r}')
+        raise UserError(f'{log}: no list of records at {log_format.records or "the top"!r}')
     names = [name for name, value in records[0].items() if not isinstance(value, list | dict)]
     rows = {name: np.array([_value(record.get(name)) for record in records]) for name in names}
     return [_filled(beside, len(records)) | rows]
 
 
-def _beside(content: Any, column_map: ColumnMap) -> dict[str, float]:
+def _beside(content: Any, log_format: LogFormat) -> dict[str, float]:
     """Return the numbers that a log has beside its records, at each level on the way there."""
     found: dict[str, float] = {}
-    for part in _PATH.findall(column_map.records or ''):
+    for part in _PATH.findall(log_format.records or ''):
         if isinstance(content, dict):
             found |= {name: _value(v) for name, v in content.items() if _is_number(v)}
         content = content[int(part[1:-1]) if part.startswith('[') else part]
@@ -144,7 +109,7 @@ def _value(value: Any) -> float:
         return math.nan
 
 
-def _read_mat(log: Path, column_map: ColumnMap) -> list[Table]:
+def _read_mat(log: Path, log_format: LogFormat) -> list[Table]:
     import scipy.io
 
     try:
@@ -154,20 +119,20 @@ def _read_mat(log: Path, column_map: ColumnMap) -> list[Table]:
     except Exception as error:  # of a damaged file anything
         raise UserError(f'{log} is not a MATLAB file: {one_line(error)}') from error
     content = {name: value for name, value in content.items() if not name.startswith('__')}
-    if column_map.fields:
-        return _fields(log, content, column_map)
+    if log_format.fields:
+        return _fields(log, content, log_format)
     arrays = {name: _array(log, name, value) for name, value in content.items()}
     longest = max((len(array) for array in arrays.values()), default=0)
     return [{name: array for name, array in arrays.items() if len(array) == longest}]
 
 
-def _fields(log: Path, content: Any, column_map: ColumnMap) -> list[Table]:
+def _fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
     """Return one table per match of `[*]`, with the columns that `fields` names."""
     found = {
         name: list(chain.from_iterable(
             _expand(content, path, log) for path in ([paths] if isinstance(paths, str) else paths)
         ))
-        for name, paths in column_map.fields.items()
+        for name, paths in log_format.fields.items()
     }
     counts = {name: len(v) for name, v in found.items() if len(v) != 1 or not _is_number(v[0])}
     if len(set(counts.values())) != 1:

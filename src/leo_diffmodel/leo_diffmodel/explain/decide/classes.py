@@ -26,6 +26,10 @@ class Facts:
     robot: Robot
     ever_free: bool
 
+    def alike(self, a: Candidate, b: Candidate) -> bool:
+        """Whether two effects are one, or the same thing in the data."""
+        return a == b or same_thing(a, b, self) is not None
+
     @property
     def one_hinge(self) -> bool:
         """One joint on a fixed base: all inertia acts about one axis."""

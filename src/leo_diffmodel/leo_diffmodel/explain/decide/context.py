@@ -12,7 +12,7 @@ from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.decide.classes import Facts, same_thing
+from leo_diffmodel.explain.decide.classes import Facts
 from leo_diffmodel.explain.decide.headline import Headline, headline
 from leo_diffmodel.explain.decide.held import undisturbed
 from leo_diffmodel.explain.estimate.estimator import Estimate
@@ -23,6 +23,7 @@ from leo_diffmodel.explain.estimate.telling import completed
 from leo_diffmodel.explain.select.evidence import score, Scored
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import widens
+from leo_diffmodel.explain.select.stable import share
 from leo_diffmodel.explain.settings import SETTINGS, Settings
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
@@ -76,8 +77,8 @@ class Context:
         return score(Estimate(chosen.at.posed, fitted))
 
     def share(self, candidate: Candidate) -> float:
-        """Share of the turns that choose an effect, by any name or as part of a wider law."""
-        return float(np.mean([self.holds(names, candidate) for names in self.found.turns]))
+        """Share of the turns that hold an effect, by any name, or as part of another one."""
+        return share(self.found.turns, [candidate], self.facts.alike)
 
     def holds(self, names: Iterable[Candidate], candidate: Candidate) -> bool:
         """Whether a set has an effect, the same thing by another name, or a wider law of it."""
@@ -85,7 +86,7 @@ class Context:
 
     def alike(self, a: Candidate, b: Candidate) -> bool:
         """Whether two effects are one, or the same thing in the data."""
-        return a == b or same_thing(a, b, self.facts) is not None
+        return self.facts.alike(a, b)
 
     def undisturbed(self, fitted: Fit) -> Context:
         """This search, read on the windows that hold no hand push."""

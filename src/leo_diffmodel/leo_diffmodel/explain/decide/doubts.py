@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from collections import Counter
 
-import numpy as np
-
 from leo_diffmodel.explain.decide.classes import same_thing
 from leo_diffmodel.explain.decide.context import Context
 from leo_diffmodel.explain.decide.disagree import disagreements
@@ -16,6 +14,7 @@ from leo_diffmodel.explain.estimate.scan import amplitude_indices
 from leo_diffmodel.explain.problem.limits import at_limit
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.sets import supported, widens
+from leo_diffmodel.explain.select.stable import share
 
 MOST_INSTEAD = 3
 """Names told of those that were chosen instead."""
@@ -125,10 +124,8 @@ def _comparable(context: Context, other: Scored) -> bool:
 
 
 def kept(context: Context) -> float:
-    """Share of the held-out turns whose set has all chosen effects, and perhaps more."""
-    chosen = context.found.chosen.names
-    return float(np.mean([all(context.holds(names, c) for c in chosen)
-                          for names in context.found.turns]))  # fmt: skip
+    """Share of the held-out turns whose set holds all chosen effects, and perhaps more."""
+    return share(context.found.turns, context.found.chosen.names, context.facts.alike)
 
 
 def beside(context: Context) -> str:
@@ -136,7 +133,7 @@ def beside(context: Context) -> str:
     rows, chosen = stability(context), context.found.chosen.names
     if not chosen or rows[0]['share'] >= context.settings.stable:
         return ''
-    more = Counter(c.label for names in context.found.turns if len(names) > len(chosen)
+    more = Counter(c.label for names in context.found.turns
                    for c in names if not context.holds(chosen, c) and not any(
                        widens(c, d) for d in chosen))  # fmt: skip
     told = [f'{label} in {n / len(context.found.turns):.0%}'

@@ -26,7 +26,10 @@ RIDGE = 1e-9
 NORMAL = 0.455
 """Median of the square of a standard normal variable."""
 FARTHEST = 3.0
-"""Standard deviations that leaving a fold out may move the parameters: the step is linear."""
+"""Standard deviations that leaving a fold out may move a parameter: the step is linear. A longer
+step keeps its direction, along which parameters make up for each other.
+"""
+TINY = 1e-300
 
 
 @dataclass(frozen=True)
@@ -234,12 +237,16 @@ def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[in
         alone = free & fitted.hypothesis.own & (np.diagonal(gram) == 0)
         told = free & ~alone
         if told.any() and other.any():
-            step = _step(gram, slopes, other, told)
-            move[told] = np.clip(step, -bound[told], bound[told])
+            move[told] = _within(_step(gram, slopes, other, told), bound[told])
         if alone.any():
             move[alone] = _followed(grams[~other].sum(axis=0), move, alone)
         moves[int(number)] = move
     return moves
+
+
+def _within(step: Array, bound: Array) -> Array:
+    """A step shortened to stay within bounds (P,); it keeps its direction."""
+    return step * min(1.0, float((bound / np.maximum(np.abs(step), TINY)).min()))
 
 
 def _step(gram: Array, slopes: Array, other: Array, free: Array) -> Array:

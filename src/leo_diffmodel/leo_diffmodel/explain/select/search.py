@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import eq
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.select import sets as choice
 from leo_diffmodel.explain.select.evidence import Scored, Weight
 from leo_diffmodel.explain.select.sets import Names, Sets
+from leo_diffmodel.explain.select.stable import Alike, narrowed
 from leo_diffmodel.explain.settings import Settings
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -86,6 +88,7 @@ def search(
     extra: Sequence[Effect] = (),
     told: Progress = lambda _: None,
     until: float = np.inf,
+    alike: Alike = eq,
 ) -> Search:
     """Choose the effects that the recordings support.
 
@@ -97,6 +100,7 @@ def search(
         extra: a user's own effects.
         told: hears what is being tried.
         until: when to stop with the best so far [s of `time.monotonic`].
+        alike: whether two effects are one, or the same thing in the data.
     """
     fits = estimator(posed, model, recordings, settings)
     pool = [limited(c, model) for c in candidates(model, extra)]
@@ -105,6 +109,7 @@ def search(
     best = choice.search(found, fits.first(Hypothesis(constants=constants), pool))
     best = choice.canonical(found, choice.contested(found, best))
     turns = tuple(s.names for s in choice.turns(found))
+    best = narrowed(found, best, turns, alike)
     empty = found.known[frozenset()]
     told('the last fit')
     final = _largest_first(fits, fits.finished(best.at))

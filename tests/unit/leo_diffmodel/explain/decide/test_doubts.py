@@ -41,6 +41,16 @@ def test_a_narrower_law_in_some_turns_is_not():
     assert instead(made, STRIBECK) == ['coulomb_friction:pivot']
 
 
+def test_a_law_of_all_joints_is_that_of_each_and_the_rest_is_told():
+    double = {c.label: c for c in candidates(Model('double_pendulum'))}
+    elbow, both = double['coulomb_friction:elbow'], double['stribeck_friction:all']
+    made = context([elbow], ([elbow], 40), ([both], 20))
+    assert made.share(elbow) == kept(made) == 1.0
+    assert stability(made)[0]['share'] == pytest.approx(2 / 3)
+    assert beside(made) == 'beside them the held-out turns choose stribeck_friction:all in 33%'
+    assert context([both], ([both], 40), ([elbow], 20)).share(both) == pytest.approx(2 / 3)
+
+
 def test_turns_with_more_effects_keep_the_chosen_ones_sure_and_are_told():
     made = context([COULOMB], ([COULOMB], 40), ([COULOMB, BIAS], 20))
     assert kept(made) == 1.0 and stability(made)[0]['share'] == pytest.approx(2 / 3)

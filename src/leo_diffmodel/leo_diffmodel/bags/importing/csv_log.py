@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""CSV logs as a table: whatever parts the columns, with points or commas in the numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+from leo_sim.common.yaml_file import read_text, shown
+
+from .csv_style import decimal_of, delimiter_of
+from .expression import Column, Table
+from .log_format import LogFormat
+
+_WORDS = {'true': 1.0, 'false': 0.0, '': float('nan')}
+Row = tuple[int, list[str]]
+"""Number of a line, and its cells."""
+
+
+def read_csv(log: Path, log_format: LogFormat) -> list[Table]:
+    """Return the one table of a CSV log.
+
+    Raises:
+        UserError: empty, lines that differ in length, what is no number, or a delimiter or
+            decimal sign that may be one as well as the other.
+    """
+    rows = _rows(log, log_format)
+    header, first = log_format.header, 0
+    if header is None and rows:
+        header, first = [cell.strip().lstrip('#').strip() for cell in rows[0][1]], 1
+    if header is None or len(rows) <= first:
+        raise UserError(f'{log} is empty')
+    numbers = _numbers(log, rows[first:], header, log_format)
+    if numbers.shape[1] != len(header):
+        raise UserError(f'{log} has {numbers.shape[1]} columns, its header {len(header)}')
+    return [dict(zip(header, numbers.T, strict=True))]
+
+
+def _rows(log: Path, log_format: LogFormat) -> list[Row]:
+    """Return the lines that are not blank."""
+    lines = read_text(log).removeprefix('\ufeff').splitlines()
+    delimiter = log_format.delimiter or delimiter_of(lines, log_format.header, str(log))
+    reader = csv.reader(lines, delimiter=delimiter)
+    try:
+        return [(reader.line_num, row) for row in reader if any(map(str.strip, row)) or row[1:]]
+    except csv.Error as error:
+        raise UserError(f'{log} line {reader.line_num}: {error}') from None
+
+
+def _numbers(
+    log: Path, rows: Sequence[Row], header: Sequence[str], log_format: LogFormat,
+) -> Column:
+    """Return the cells as numbers, shape (lines, columns)."""
+    if log_format.decimal != ',':
+        try:
+            return np.array([cells for _, cells in rows], dtype=float)
+        except ValueError:
+            pass
+    decimal = log_format.decimal or decimal_of((c for _, cells in rows for c in cells), str(log))
+    return np.array([_careful(log, *row, header, decimal) for row in rows])
+
+
+def _careful(
+    log: Path, line: int, row: Sequence[str], header: Sequence[str], decimal: str,
+) -> list[float]:
+    """Convert a row with empty cells or true and false; say where a cell is no number."""
+    if len(row) != len(header):
+        raise UserError(f'{log} line {line}: {len(row)} values, {len(header)} columns')
+    return [
+        _number(cell, f'{log} line {line}, {name}', decimal)
+        for cell, name in zip(row, header, strict=True)
+    ]
+
+
+def _number(cell: str, where: str, decimal: str) -> float:
+    text = cell.strip().lower()
+    try:
+        if text in _WORDS:
+            return _WORDS[text]
+        return float(text if decimal == '.' else text.translate(_COMMA_FOR_POINT))
+    except ValueError:
+        raise UserError(f'{where}: {shown(cell.strip())} is not a number') from None
+
+
+_COMMA_FOR_POINT = str.maketrans(',.', '.,')

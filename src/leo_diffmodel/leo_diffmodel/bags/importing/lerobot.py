@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: Apache-2.0
+"""LeRobot data sets (v2 and v3) as tables, read without LeRobot: an episode each.
+
+    meta/info.json                       fps, and what each feature is called and looks like
+    data/chunk-000/file-000.parquet      the frames: observation.state, action, timestamp, ...
+
+A file of v3 holds many episodes, one of v2 a single one; the columns are the same. A feature of
+several numbers, as `action` with the names [elbow.pos, ...], becomes one column for each:
+`action.elbow.pos`; without names `action.0`, `action.1`, ... Pictures and words are left out.
+
+Source: LeRobot's documentation of LeRobotDataset v3.0 (huggingface.co/docs/lerobot).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, Field
+
+from leo_msgs_py.errors import one_line, UserError
+from leo_sim.common.yaml_file import read_text, shown
+
+from ..yaml_config import parse_config
+from .expression import Column, Table
+from .log_format import LogFormat
+
+EPISODE, FRAME = 'episode_index', 'frame_index'
+WIDEST = 1000
+"""A feature of more numbers than a robot has joints is none of its state."""
+_NUMBERS = ('float', 'int', 'uint', 'bool')
+
+
+class Feature(BaseModel):
+    """One feature as info.json describes it."""
+
+    dtype: str
+    shape: list[int]
+    names: list[Any] | dict[str, Any] | None = None
+
+    def columns(self, name: str) -> list[str]:
+        """Return the names of its columns; none where it is no row of numbers."""
+        if not self.dtype.startswith(_NUMBERS) or len(self.shape) != 1 or self.shape[0] > WIDEST:
+            return []
+        parts = self._named(self.shape[0]) or range(self.shape[0])
+        return [name] if parts == range(1) else [f'{name}.{part}' for part in parts]
+
+    def _named(self, width: int) -> list[str]:
+        """Return the names of its numbers; none where there are not as many as numbers."""
+        names = self.names
+        if isinstance(names, dict):  # as {motors: [...]}
+            names = next((v for v in names.values() if isinstance(v, list)), [])
+        found = [str(name) for name in names or []]
+        return found if len(set(found)) == width else []
+
+
+class Info(BaseModel):
+    """What is needed of info.json."""
+
+    codebase_version: str
+    fps: float = Field(gt=0, allow_inf_nan=False)
+    features: dict[str, Feature]
+
+
+def is_lerobot(path: Path) -> bool:
+    """Say whether a folder is a LeRobot data set."""
+    return (path / 'meta/info.json').is_file()
+
+
+def read_info(folder: Path) -> Info:
+    """Return what a data set says of itself.
+
+    Raises:
+        UserError: it does not read, or is of another version.
+    """
+    file = folder / 'meta/info.json'
+    try:
+        content = json.loads(read_text(file))
+    except (ValueError, RecursionError):
+        raise UserError(f'{file} is not JSON; fetch the data set again') from None
+    info = parse_config(content, Info, str(file))
+    if not info.codebase_version.startswith(('v2.', 'v3.')):
+        raise UserError(f'{file}: codebase_version {shown(info.codebase_version)} is not read '
+                        'here; convert the data set to v3.0 with LeRobot')
+    return info
+
+
+def read_lerobot(folder: Path, _: LogFormat) -> list[Table]:
+    """Return one table per episode, in their order.
+
+    Raises:
+        UserError: a part is missing, damaged, or not what info.json says.
+    """
+    info = read_info(folder)
+    files = sorted(folder.glob('data/chunk-*/*.parquet'))
+    if not files:
+        raise UserError(f'{folder} has no data/chunk-*/*.parquet; fetch the data set whole')
+    parts = [_frames(file, info.features) for file in files]
+    table = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    return list(_episodes(table, folder))
+
+
+def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
+    """Return the frames of one file: the columns that it should have by info.json."""
+    wanted = {name: feature.columns(name) for name, feature in features.items()}
+    wanted = {name: columns for name, columns in wanted.items() if columns}
+    frames = _stored(file, list(wanted))
+    for name in (*wanted, EPISODE):
+        if name not in wanted or name not in frames:
+            raise UserError(f'{file} or meta/info.json lacks {name}; there are '
+                            f'{", ".join(frames)}')
+    return {
+        column: values
+        for name, columns in wanted.items()
+        for column, values in zip(columns, _numbers(frames[name], len(columns), f'{file}, {name}'),
+                                  strict=True)
+    }
+
+
+def _stored(file: Path, names: list[str]) -> dict[str, list[Any]]:
+    """Return what is stored of features, by name: numbers or lists, one for each frame."""
+    try:
+        from pyarrow import ArrowException, parquet
+    except ImportError:
+        raise UserError('reading LeRobot data sets needs pyarrow: pip install pyarrow') from None
+    try:
+        frames = parquet.ParquetFile(file).read(columns=names)
+        columns = zip(frames.column_names, frames.columns, strict=True)
+        return {name: column.to_pylist() for name, column in columns}
+    except (ArrowException, OSError, ValueError, OverflowError) as error:
+        raise UserError(f'{file} does not read: {one_line(error)}') from None
+
+
+def _numbers(rows: list[Any], width: int, where: str) -> Column:
+    """Return the numbers of a feature, shape (width, frames); NaN for what is missing."""
+    lists = [row if isinstance(row, list) else [row] * width for row in rows]
+    try:
+        return np.array(lists, dtype=float).reshape(len(rows), width).T
+    except (ValueError, TypeError, OverflowError):
+        raise UserError(f'{where} has not {width} numbers in every frame') from None
+
+
+def _episodes(table: Table, folder: Path) -> Iterator[Table]:
+    """Yield the frames of each episode in their order."""
+    numbers = table[EPISODE]
+    if not np.isfinite(numbers).all():
+        raise UserError(f'{folder}: frames without {EPISODE}; fetch the data set again')
+    order = table.get(FRAME, np.arange(len(numbers)))
+    for number in np.unique(numbers):
+        rows = np.flatnonzero(numbers == number)
+        rows = rows[np.argsort(order[rows], kind='stable')]
+        yield {name: column[rows] for name, column in table.items()}

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""LeRobot data sets become bags: an episode each, goals as position inputs, units as said."""
+
+from collections.abc import Callable
+import json
+from pathlib import Path
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from tests.lerobot_data import write_lerobot
+
+from leo_diffmodel.bags.contents import load
+from leo_diffmodel.bags.importing import import_logs
+from leo_diffmodel.bags.importing.column_map import ColumnMap
+from leo_diffmodel.bags.importing.lerobot import read_lerobot
+from leo_diffmodel.bags.importing.log_format import LogFormat
+from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.states import deserialize
+from leo_diffmodel.bags.topic_map import TopicMap
+from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
+
+PENDULUM = load_robot('pendulum')
+GOAL = {'column': 'action.shoulder_pan.pos', 'unit': 'deg'}
+ANGLE = {'column': 'observation.state.shoulder_pan.pos', 'unit': 'deg'}
+MAP = ColumnMap.model_validate({
+    'time': 'timestamp', 'joints': {'pivot': {'position': ANGLE}},
+    'inputs': {'pivot': {'position': GOAL}},
+})  # fmt: skip
+
+
+def moves(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    phase = np.arange(count)[:, None] / 10 + [seed, seed + 1]
+    state = (60 * np.sin(phase)).astype(np.float32)
+    return state, state + 1
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    return write_lerobot(tmp_path / 'data', [moves(40, 0), moves(30, 1), moves(20, 2)], files=2)
+
+
+def test_episodes_of_several_files_become_a_bag_with_goals(data, tmp_path):
+    bag = import_logs([data], MAP, tmp_path / 'bag')
+    recording = read_bag(bag, PENDULUM, TopicMap(input='none'))
+    assert [len(e.t) for e in recording.episodes] == [40, 30, 20]
+    np.testing.assert_allclose(recording.episodes[1].q[:, 0], np.radians(moves(30, 1)[0][:, 0]))
+    np.testing.assert_allclose(np.diff(recording.episodes[0].t), 1 / 30, rtol=1e-3)
+    assert recording.metadata['inputs_from'] == 'action.shoulder_pan.pos'
+    topic = load(bag).topics['/robot/applied_position']
+    goals = [m.position[0] for _, m in deserialize(topic, topic.type)]
+    np.testing.assert_allclose(goals[:40], np.radians(moves(40, 0)[1][:, 0]))
+
+
+def test_a_free_motor_has_no_goal(data, tmp_path):
+    free = {'position': GOAL, 'enabled': {'expression': 'frame_index >= 3'}}
+    mapping = ColumnMap.model_validate({'time': 'timestamp', 'inputs': {'pivot': free},
+                                        'joints': {'pivot': {'position': ANGLE}}})  # fmt: skip
+    topic = load(import_logs([data], mapping, tmp_path / 'bag')).topics['/robot/applied_position']
+    goals = np.array([m.position[0] for _, m in deserialize(topic, topic.type)])
+    assert np.flatnonzero(np.isnan(goals)).tolist() == [0, 1, 2, 40, 41, 42, 70, 71, 72]
+
+
+def test_a_robot_that_takes_volts_is_not_driven_by_goals(data, tmp_path):
+    bag = import_logs([data], MAP, tmp_path / 'bag')
+    with pytest.raises(UserError, match=r'driven by position goals .* pendulum takes voltage; g'):
+        read_bag(bag, PENDULUM)
+
+
+@pytest.mark.parametrize(('unit', 'message'), [
+    ({}, 'say the unit of observation.state.shoulder_pan.pos: a LeRobot data set may hold degr'),
+    ({'unit': '%'}, 'per cent of a range is no position; give scale'),
+])  # fmt: skip
+def test_units_are_said_and_not_guessed(data, tmp_path, unit, message):
+    joints = {'pivot': {'position': {'column': ANGLE['column'], **unit}}}
+    with pytest.raises(UserError, match=message):
+        import_logs([data], MAP.model_copy(update=parsed(joints)), tmp_path / 'bag')
+
+
+def parsed(joints: dict) -> dict:
+    whole = ColumnMap.model_validate({'time': 'timestamp', 'joints': joints})
+    return {'joints': whole.joints, 'inputs': {}}
+
+
+def test_per_cent_and_arithmetic_over_named_columns(data, tmp_path):
+    for position in ({'column': ANGLE['column'], 'scale': 0.02},
+                     {'expression': f'0.02 * {ANGLE["column"]}'}):  # fmt: skip
+        joints = {'pivot': {'position': position}}
+        bag = import_logs([data], MAP.model_copy(update=parsed(joints)), tmp_path / str(position))
+        q = read_bag(bag, PENDULUM).episodes[0].q[:, 0]
+        np.testing.assert_allclose(q, 0.02 * moves(40, 0)[0][:, 0])
+
+
+def change(data: Path, **changes: object) -> None:
+    file = data / 'meta/info.json'
+    file.write_text(json.dumps(json.loads(file.read_text()) | changes))
+
+
+@pytest.mark.parametrize(('changes', 'message'), [
+    ({'codebase_version': 'v4.0'}, "codebase_version 'v4.0' is not read here"),
+    ({'codebase_version': 3}, 'codebase_version: Input should be a valid string'),
+    ({'features': {}}, 'lacks episode_index'),
+    ({'features': []}, 'features: Input should be a valid dictionary'),
+    ({'fps': 0}, 'fps: Input should be greater than 0'),
+    ({'features': {'speed': {'dtype': 'float32', 'shape': [2], 'names': None}}}, 'lacks speed'),
+    ({'features': {n: {'dtype': 'float32', 'shape': [5], 'names': None}
+                   for n in ('action', 'episode_index')}}, 'action has not 5 numbers'),
+])  # fmt: skip
+def test_what_info_says_and_is_not_so(data, changes, message):
+    change(data, **changes)
+    with pytest.raises(UserError, match=message) as refusal:
+        read_lerobot(data, LogFormat())
+    assert '\n' not in str(refusal.value)
+
+
+def test_features_without_names_and_with_names_of_version_2(data):
+    features = json.loads((data / 'meta/info.json').read_text())['features']
+    features['action']['names'] = None
+    features['observation.state']['names'] = {'motors': ['a', 'b']}
+    change(data, features=features, codebase_version='v2.1')
+    names = set(read_lerobot(data, LogFormat())[0])
+    assert {'action.0', 'action.1', 'observation.state.a', 'timestamp'} <= names
+
+
+def test_a_data_set_that_is_not_whole(data, tmp_path):
+    (data / 'data/chunk-000/file-001.parquet').write_bytes(b'PAR1 but no more')
+    with pytest.raises(UserError, match=r'file-001.parquet does not read'):
+        import_logs([data], MAP, tmp_path / 'bag')
+    for file in (data / 'data/chunk-000').iterdir():
+        file.unlink()
+    with pytest.raises(UserError, match=r'fetch the data set whole'):
+        import_logs([data], MAP, tmp_path / 'bag')
+    (data / 'meta/info.json').write_text('{')
+    with pytest.raises(UserError, match=r'info.json is not JSON'):
+        import_logs([data], MAP, tmp_path / 'bag')
+    (data / 'meta/info.json').unlink()
+    with pytest.raises(UserError, match=r'a folder without meta/info.json'):
+        import_logs([data], MAP, tmp_path / 'bag')
+
+
+@pytest.mark.parametrize('values', [
+    [None, [1.0, 2.0]], [[1.0], [1.0, 2.0]], [[1.0, None], [1.0, 2.0]], ['a', 'b'], [{'a': 1}] * 2,
+    [[1e300, 1.0], [np.inf, 1.0]], [[[1.0], [2.0]]] * 2, [True, False],
+])  # fmt: skip
+def test_columns_of_anything(data, values, tmp_path):
+    for file in (data / 'data/chunk-000').iterdir():
+        file.unlink()
+    frames = {'action': values, 'observation.state': [[1.0, 2.0]] * 2, 'episode_index': [0, 0],
+              'timestamp': [0.0, 0.1], 'frame_index': [0, 1], 'index': [0, 1],
+              'task_index': [0, 0]}  # fmt: skip
+    pq.write_table(pa.table(frames), data / 'data/chunk-000/file-000.parquet')
+    assert '\n' not in told(lambda: import_logs([data], MAP, tmp_path / 'bag'))
+
+
+def told(read: Callable[[], object]) -> str:
+    """What it says is wrong; nothing where nothing is."""
+    try:
+        read()
+    except UserError as error:
+        return str(error)
+    return ''
+
+
+@settings(max_examples=60, deadline=None)
+@given(place=st.floats(0, 1), new=st.binary(max_size=20), cut=st.booleans())
+def test_damaged_parquet_is_a_bag_or_one_line(tmp_path_factory, place, new, cut):
+    data = write_lerobot(tmp_path_factory.mktemp('d') / 'data', [moves(20, 0)])
+    file = data / 'data/chunk-000/file-000.parquet'
+    whole = file.read_bytes()
+    at = int(place * len(whole))
+    file.write_bytes(whole[:at] + new + (b'' if cut else whole[at + len(new) :]))
+    assert '\n' not in told(lambda: read_lerobot(data, LogFormat()))

@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Each trap of logs made for something else is found in data that have it, and in no others."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.lerobot_data import write_lerobot
+
+from leo_diffmodel.bags.importing import import_logs
+from leo_diffmodel.bags.importing.column_map import ColumnMap
+from leo_diffmodel.bags.recording import Episode, read_bag, Recording
+from leo_diffmodel.bags.topic_map import TopicMap
+from leo_diffmodel.check.check import Bag, look_at
+from leo_diffmodel.check.finding import Finding
+from leo_diffmodel.check.traps import traps
+from leo_diffmodel.check.traps.angle_units import angle_units
+from leo_diffmodel.check.traps.asked import asked
+from leo_diffmodel.check.traps.even_stamps import even_stamps, is_even
+from leo_diffmodel.check.traps.frame_shift import frame_shift
+from leo_diffmodel.check.traps.positions_only import positions_only
+from leo_diffmodel.check.traps.slow import slow
+from leo_sim.description.robot import load_robot
+from leo_sim.model import Model
+
+PENDULUM = load_robot('pendulum')
+LIMITED = replace(PENDULUM, joints=tuple(
+    replace(j, limits=(-1.9, 1.9)) if j.name == 'pivot' else j for j in PENDULUM.joints
+))  # fmt: skip
+IMPORTED = {'imported_from': 'log'}
+TICK = 2 * np.pi / 4096
+FINE = 0.001
+
+
+def recorded(
+    q: np.ndarray, goal: np.ndarray, t: np.ndarray, rates: str = 'absent', **metadata: str
+) -> Recording:
+    """One joint's angles and goals (T,), as an imported bag reads."""
+    dq, on = np.gradient(q, t)[:, None], np.ones((len(t), 1), dtype=bool)
+    episode = Episode(t, q[:, None], dq, goal[:, None], on)
+    return Recording(
+        Path('log'), '0' * 64, ('pivot',), ('pivot',), 'position', float(np.median(np.diff(t))),
+        (episode,), IMPORTED | metadata, rates=rates,
+    )  # fmt: skip
+
+
+def teleoperated(
+    seconds: float = 40.0, rate: float = 30.0, late: float = 0.0, stop: float = np.inf,
+    seed: int = 0, tremor: float = 0.003,
+) -> Recording:
+    """A servo that follows a hand: positions read, then the goal sent `late` after [s].
+
+    Args:
+        seconds, rate: of the log.
+        late: what the goal needs to act.
+        stop: an end of the goals that the servo accepts [rad].
+        seed: of the motion.
+        tremor: of the hand [rad].
+    """
+    rng = np.random.default_rng(seed)
+    time = np.arange(0, seconds, FINE)
+    places = rng.uniform(-1, 1, round(seconds) + 1)  # reached by starts and stops
+    part = np.clip(1.6 * (time % 1.0), 0, 1)
+    begin, end = places[time.astype(int)], places[time.astype(int) + 1]
+    hand = begin + (end - begin) * part**3 * (10 - 15 * part + 6 * part**2)
+    hand += tremor * np.sin(2 * np.pi * 9 * time + np.cumsum(rng.normal(0, 0.03, len(time))))
+    per_frame = round(1 / rate / FINE)
+    frames = np.arange(0, len(time) - per_frame, per_frame)
+    goal = TICK * np.round(hand[frames] / TICK)
+    acting = np.clip(np.repeat(goal, per_frame), -stop, stop)
+    acting = np.r_[np.full(round(late / FINE), acting[0]), acting]
+    q, dq, out = acting[0], 0.0, []
+    for target in acting[: frames[-1] + 1]:
+        out.append(q)
+        dq += FINE * (900.0 * (target - q) - 50.0 * dq)
+        q += FINE * dq
+    measured = TICK * np.round(np.array(out)[frames] / TICK)
+    return recorded(measured, goal, frames * FINE)
+
+
+def stamped(t: np.ndarray, **metadata: str) -> Recording:
+    return recorded(np.sin(t), np.sin(t), t, 'measured', **metadata)
+
+
+def only(found: list[Finding]) -> Finding:
+    (finding,) = found
+    assert '\n' not in finding.what
+    return finding
+
+
+FRAMES = np.arange(900)
+JITTER = np.random.default_rng(0).normal(0, 4e-4, 900)
+
+
+@pytest.mark.parametrize('t', [
+    FRAMES / 30, (FRAMES / 30).astype(np.float32).astype(float), (FRAMES / 30).round(3),
+    (FRAMES / 50).round(2), np.delete(FRAMES, [40, 41, 300]) / 30,
+])  # fmt: skip
+def test_computed_stamps_are_even(t):
+    found = only(even_stamps(stamped(t)))
+    assert found.severity == 'warning' and 'stamps are frame / ' in found.what
+    assert even_stamps(replace(stamped(t), metadata={})) == []
+
+
+@pytest.mark.parametrize('t', [
+    FRAMES / 30 + JITTER, (FRAMES / 30 + JITTER).round(3), np.cumsum(1 / 30 + np.abs(JITTER)),
+    FRAMES / 30 + JITTER / 10, (FRAMES / 20 + 20 * JITTER).round(2),
+])  # fmt: skip
+def test_stamps_of_a_clock_are_not(t):
+    assert not is_even(t - t[0]) and even_stamps(stamped(t)) == []
+
+
+def test_even_stamps_of_a_fast_loop_limit_nothing():
+    assert only(even_stamps(stamped(FRAMES / 1000))).severity == 'ok'
+
+
+@pytest.mark.parametrize(('rate', 'said'), [(30, True), (44, True), (50, False), (100, False)])
+def test_a_rate_of_cameras_is_slow(rate, said):
+    found = slow(stamped(FRAMES / rate))
+    assert bool(found) == said
+    assert not said or (found[0].severity == 'warning' and f'({rate:.3g} Hz)' in found[0].what)
+
+
+@pytest.mark.parametrize('angles', [60 * np.sin(FRAMES / 30), 150 * np.sin(FRAMES / 30)])
+@pytest.mark.parametrize('robot', [LIMITED, PENDULUM], ids=['limits', 'none'])
+def test_angles_that_are_no_radians(angles, robot):
+    angles = angles if robot is LIMITED else 3 * angles  # degrees of a joint that turns round
+    found = only(angle_units(recorded(angles, angles, FRAMES / 30), robot))
+    per_cent = np.abs(angles).max() < 100
+    assert found.severity == 'error' and ('per cent' in found.what) == per_cent
+
+
+@pytest.mark.parametrize('robot', [LIMITED, PENDULUM], ids=['limits', 'none'])
+def test_radians_are_radians(robot):
+    t = FRAMES / 100
+    assert angle_units(recorded(1.9 * np.sin(9 * t), t, t), robot) == []
+    turning = recorded(30 * t, t, t)  # a motor that runs
+    assert (angle_units(turning, robot) == []) == (robot is PENDULUM)
+    foreign = replace(recorded(99 * np.sin(t), t, t), metadata={})
+    assert angle_units(foreign, robot) == []
+
+
+def test_differences_of_a_coarse_encoder_are_told():
+    t = FRAMES / 100
+    q = np.sin(t)
+    coarse = recorded(2 * TICK * np.round(q / (2 * TICK)), q, t)
+    found = only(positions_only(coarse))
+    assert found.severity == 'warning' and 'coarse to 0.063 rad/s at pivot, 9 %' in found.what
+    fine = recorded(1e-6 * np.round(q / 1e-6), q, t)
+    assert only(positions_only(fine)).severity == 'ok'
+    assert 'were made anew' in only(positions_only(replace(coarse, rates='made'))).what
+    assert positions_only(replace(coarse, rates='measured')) == []
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_goals_that_were_clipped_show(seed):
+    free = teleoperated(seed=seed)
+    assert asked(free) == []
+    reach = float(np.abs(free.episodes[0].q).max())
+    found = asked(teleoperated(seed=seed, stop=0.6 * reach))
+    assert only(found).severity == 'warning' and 'goes on beyond' in found[0].what
+    begin, end = found[0].where[0]
+    assert 0.2 <= end - begin < 10
+
+
+def test_inputs_named_as_asked_are_said_to_be_so():
+    log = teleoperated()
+    named = replace(log, metadata=IMPORTED | {'inputs_from': 'action.a.pos, action.b.pos'})
+    found = only(asked(named))
+    assert found.severity == 'ok' and 'what was asked for (action.a.pos and 1 more)' in found.what
+    assert asked(replace(log, metadata=IMPORTED | {'inputs_from': 'duty * supply'})) == []
+
+
+def shifted(log: Recording, rows: int) -> Recording:
+    """The log with each goal written `rows` rows later."""
+    (episode,) = log.episodes
+    moved = replace(episode, inputs=np.roll(episode.inputs, rows, axis=0))
+    return replace(log, episodes=(moved,))
+
+
+@pytest.mark.parametrize('rate', [30, 50])
+@pytest.mark.parametrize('seed', range(3))
+def test_the_frame_in_which_a_goal_acts(rate, seed):
+    log = teleoperated(rate=rate, seed=seed)
+    read_first = only(frame_shift(log))
+    assert read_first.severity == 'ok' and 'read before the goal of their row' in read_first.what
+    stepped = only(frame_shift(shifted(log, 1)))
+    assert stepped.severity == 'warning' and 'hold: previous' in stepped.todo
+    late = only(frame_shift(shifted(log, -1)))
+    assert late.severity == 'ok' and f'acts a frame ({1e3 / rate:.0f} ms) after' in late.what
+
+
+@pytest.mark.parametrize('rate', [30, 50])
+@pytest.mark.parametrize('seed', range(4))
+def test_a_servo_that_clips_may_hide_the_frame_but_never_says_another(rate, seed):
+    log = teleoperated(rate=rate, seed=seed, stop=0.7)
+    for rows, said in ((0, 'positions are read before'), (1, 'has acted'), (-1, 'acts a frame')):
+        what = only(frame_shift(shifted(log, rows))).what
+        assert said in what or (rows != 1 and 'does not show here' in what)
+
+
+def test_half_a_frame_of_delay_is_no_shift():
+    found = only(frame_shift(teleoperated(late=0.01)))
+    assert found.severity == 'ok' and 'read before the goal' in found.what
+
+
+def test_goals_that_stand_and_other_inputs_say_nothing():
+    t = FRAMES / 30
+    still = recorded(np.zeros(900), np.zeros(900), t)
+    assert frame_shift(still) == [] and asked(still) == []
+    assert frame_shift(replace(teleoperated(), input='voltage')) == []
+    few = recorded(np.zeros(3), np.zeros(3), t[:3])
+    assert frame_shift(few) == [] and even_stamps(few) == []
+
+
+def test_a_lerobot_data_set_has_them_all(tmp_path):
+    log = teleoperated().episodes[0]
+    degrees = [np.degrees(np.repeat(x, 2, axis=1)) for x in (log.q, log.inputs)]
+    data = write_lerobot(tmp_path / 'data', [tuple(degrees)])
+    names = 'observation.state.shoulder_pan.pos', 'action.shoulder_pan.pos'
+    mapping = ColumnMap.model_validate({
+        'time': 'timestamp',
+        'joints': {'pivot': {'position': {'column': names[0], 'unit': 'deg'}}},
+        'inputs': {'pivot': {'position': {'column': names[1], 'unit': 'deg'}}},
+    })  # fmt: skip
+    bag = import_logs([data], mapping, tmp_path / 'bag')
+    recording = read_bag(bag, PENDULUM, TopicMap(input='none'))
+    found = {f.code for f in traps(recording, LIMITED)}
+    assert found == {'even_stamps', 'slow', 'positions_only', 'asked'}
+    assert found < {f.code for f in look_at(Bag(recording), Model(PENDULUM), np.full(2, 0.01))}
+
+
+@pytest.mark.parametrize('size', [0.0, 1.0, 1e150, 1e300])
+@pytest.mark.parametrize('period', [1e-9, 1 / 30, 1e6])
+@pytest.mark.filterwarnings('error')
+def test_numbers_of_any_size(size, period):
+    q, goal = np.random.default_rng(0).normal(size=(2, 200)) * size
+    with np.errstate(all='ignore'):
+        log = recorded(q, goal, period * np.arange(200))
+    assert all('\n' not in f.what for f in traps(log, LIMITED))
