@@ -146,8 +146,7 @@ def explain(
         return _without_search(asked, 'untestable', sentence, reason.split(': ', 1)[-1], untold)
     step = errors.step_seconds(recordings, step)
     everything = [*recordings, *hold_out]
-    free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
-    facts = Facts(model.robot, bool(free))
+    facts = _facts(model, recordings)
     found = search(everything, model, posed, settings, extra, progress, began + within,
                    alike=facts.alike)  # fmt: skip
     own = own_constants(model, hold_out)
@@ -161,6 +160,12 @@ def explain(
     context = context.undisturbed((outside and outside.attempt.fit) or found.final)
     unknown = _told(everything, outside, context) if outside else None
     return replace(_answer(context, asked, unknown, cut), used=tuple(everything))
+
+
+def _facts(model: Model, recordings: Sequence[Recording]) -> Facts:
+    """What decides which effects are the same thing in these recordings."""
+    free = any((e.enabled < 0.5).any() for r in recordings for e in r.episodes)
+    return Facts(model.robot, bool(free))
 
 
 def _completed(found: Search, own: Sequence[Constant]) -> Search:
