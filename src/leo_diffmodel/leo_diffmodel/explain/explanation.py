@@ -141,9 +141,7 @@ def explain(
     recordings, hold_out = cut.thinned
     posed, reason = _posed(recordings, hold_out, model)
     if reason or posed is None:
-        untold = [_untold(c, reason) for c in candidates(model, extra)]
-        sentence = f'This data cannot test the model: {reason}.'
-        return _without_search(asked, 'untestable', sentence, reason.split(': ', 1)[-1], untold)
+        return _untestable(asked, reason, extra)
     step = errors.step_seconds(recordings, step)
     everything = [*recordings, *hold_out]
     facts = _facts(model, recordings)
@@ -193,6 +191,13 @@ def _posed(
     except ValueError as error:
         return None, f'{error}: record 20 s or more with a changing input'
     return posed, verdict.untestable(posed.problem.windows, posed.problem.sigma) or ''
+
+
+def _untestable(asked: _Asked, reason: str, extra: Sequence[Effect]) -> Explanation:
+    """The answer to data that cannot test the model."""
+    untold = [_untold(c, reason) for c in candidates(asked.model, extra)]
+    sentence = f'This data cannot test the model: {reason}.'
+    return _without_search(asked, 'untestable', sentence, reason.split(': ', 1)[-1], untold)
 
 
 def _untold(candidate: Candidate, reason: str) -> dict:
