@@ -62,7 +62,7 @@ def main(argv: list[str]) -> int:
                   arguments.examination)
         for kind, seeds in asked.items()
     }  # fmt: skip
-    _print(answers, arguments.json)
+    _print({kind: rows for kind, rows in answers.items() if rows}, arguments.json)
     if not arguments.json:
         again = '' if arguments.examination else AGAIN
         print(f'wrote {results}{again}')

@@ -340,3 +340,15 @@ def test_a_walker_has_a_file_of_its_own(tmp_path, monkeypatch, capsys):
     assert 'results_leo.jsonl; the same command again' in ' '.join(capsys.readouterr().out.split())
     assert {f.name: len(f.read_text().splitlines()) for f in tmp_path.iterdir()} == {
         'results.jsonl': 1, 'results_leo.jsonl': 1, 'results_leo_ode.jsonl': 1}  # fmt: skip
+
+
+def test_cases_that_end_with_an_error_are_said_and_no_kind_needs_an_answer(
+    tmp_path, monkeypatch, capsys
+):
+    def fake(seed, kind, walker):
+        raise ValueError('no such robot')
+
+    monkeypatch.setattr(run_cases, 'run_case', fake)
+    assert main(['--no-effect', '1', '-o', str(tmp_path), '--jobs', '1']) == 1
+    said = capsys.readouterr()
+    assert 'none 1 has no answer' in said.err and 'Traceback' not in said.err
