@@ -80,7 +80,7 @@ def test_every_engine_follows_the_equations_of_the_loop(engine, step, angle, rat
      {'gain': 3.0, 'rate_gain': 0.02}),
     ([], {'actuators.pivot.supply': 5.0, 'sensors.pivot.offset': 0.1},
      {'supply': 5.0, 'zero': 0.1}),
-], ids=lambda x: str(x)[:40])
+], ids=['scale', 'dead zone', 'limit', 'delay', 'offset', 'gains', 'constants'])
 def test_effects_and_constants_act_where_the_loop_has_them(effects, constants, equations):
     placed = [place(ROBOT, name, 'pivot', **values) for name, values in effects]
     found = simulated(placed, EXACT | constants, engine='rigid', integration_step=5e-4)
