@@ -55,9 +55,10 @@ class Settings:
         law_tells: where it promises less than this there, it must only do no harm [nats].
         law_periods: a law with so nearly a whole number of periods in a turn is a ripple, which
             is known.
-        many: so many effects or more must hold one above the noise floor to be sure: a robot is
+        many: of so many effects or more those below the noise floor are not sure: a robot is
             wrong in many smaller ways, of which one or two names are no account.
-        least_floors: that it must change the prediction by, all others refitted [noise floors].
+        least_floors: what an effect must change the prediction by there, all others refitted
+            [noise floors].
         fewest_blocks: stretches of time of a recording that tells its own value.
         disagree: of a value, by which two recordings that exclude each other must differ for the
             answer not to be sure.

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -111,6 +112,7 @@ class Context:
         states = predict(self._model(fitted), self.held, self.held.measured[:, 0])
         return Prediction(self.held, states, np.zeros_like(states))
 
+    @cached_property
     def floors(self) -> list[float]:
         """What each effect does in the windows of the search that no other one can [noise floors].
 

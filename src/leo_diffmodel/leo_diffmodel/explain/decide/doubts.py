@@ -33,6 +33,8 @@ def doubt(context: Context, index: int, candidate: Candidate) -> str:
         return 'at the limit of what is plausible'
     if (share := context.share(candidate)) < context.settings.stable:
         return f'chosen in {share:.0%} of the held-out turns'
+    if _is_small(context, index):
+        return 'below the noise floor, as many small differences are'
     return ''
 
 
@@ -82,18 +84,16 @@ def doubts(context: Context) -> list[str]:
     ]
     if (share := kept(context)) < context.settings.stable:
         told.append(f'this set is chosen in {share:.0%} of the held-out turns')
-    if _many_small(context):
-        told.append('none of them is above the noise floor: many small differences look like that')
     told += disagreements(context)
     if other := _other(context):
         told.append(f'{other} would leave less unexplained')
     return told if found.complete else [*told, 'the time was over: the best answer so far']
 
 
-def _many_small(context: Context) -> bool:
-    """Whether several effects share an error between them to which none adds a noise floor."""
+def _is_small(context: Context, index: int) -> bool:
+    """Whether one of several effects changes the prediction by less than a noise floor."""
     settings, count = context.settings, len(context.found.final.hypothesis.candidates)
-    return count >= settings.many and max(context.floors()) < settings.least_floors
+    return count >= settings.many and context.floors[index] < settings.least_floors
 
 
 def _other(context: Context) -> str:

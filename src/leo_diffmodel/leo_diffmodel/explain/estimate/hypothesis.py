@@ -33,6 +33,11 @@ class Candidate:
         """As typed on the command line: effect:where."""
         return f'{self.effect.name}:{self.where}'
 
+    @property
+    def has_whole(self) -> bool:
+        """Whether a parameter is a whole number, which a scan chooses and no fit moves."""
+        return any(p.whole for p in self.parameters)
+
 
 @dataclass(frozen=True)
 class Hypothesis:

@@ -76,13 +76,14 @@ class Sets:
 
         Args:
             names: the set.
-            few: only single effects, and none that was fitted beside the set already.
+            few: only single effects, and none that was fitted beside the set already; but those
+                with a whole number (the periods of a ripple), which may have been another.
         """
         if names in self.extensions:
             return
         pool = [c for c in self.pool if compatible(names, c)]
         if few:
-            pool = [c for c in pool if names | {c} not in self.known] or pool
+            pool = [c for c in pool if names | {c} not in self.known or c.has_whole] or pool
         found = self.estimator.extended(self.known[names].at, pool, self.told, few)
         self.extensions[names] = found
         self.add([found.base, *found.larger])

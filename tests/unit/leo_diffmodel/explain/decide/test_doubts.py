@@ -8,7 +8,7 @@ from tests.simulate import PENDULUM
 
 from leo_diffmodel.explain.decide.classes import Facts
 from leo_diffmodel.explain.decide.context import Context
-from leo_diffmodel.explain.decide.doubts import beside, instead, kept, stability
+from leo_diffmodel.explain.decide.doubts import _is_small, beside, instead, kept, stability
 from leo_diffmodel.explain.decide.verdict import decide, Named, Rest
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.settings import SETTINGS
@@ -61,6 +61,14 @@ def test_turns_without_one_of_them_are_a_doubt():
     made = context([COULOMB, BIAS], ([COULOMB, BIAS], 40), ([COULOMB, OFFSET], 20))
     assert kept(made) == pytest.approx(2 / 3)
     assert made.share(COULOMB) == 1.0 and made.share(BIAS) == pytest.approx(2 / 3)
+
+
+@pytest.mark.parametrize(('chosen', 'small'), [
+    ([COULOMB, BIAS, SCALE], [False, False, True]), ([COULOMB, SCALE], [False, False])])
+def test_of_three_effects_those_below_the_noise_floor_are_small(chosen, small):
+    made = context(chosen, (chosen, 60))
+    made.__dict__['floors'] = [22.0, 1.1, 0.3] if len(chosen) == 3 else [0.9, 0.4]
+    assert [_is_small(made, i) for i in range(len(chosen))] == small
 
 
 @pytest.mark.parametrize(('more', 'verdict'), [(False, 'named'), (True, 'partly')])
