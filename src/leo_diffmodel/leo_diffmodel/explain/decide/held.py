@@ -35,21 +35,26 @@ def held_windows(recordings: Sequence[Recording], found: Search, model: Model) -
     shortest = LONGER * float(held.dt[0].sum())
     chosen = held
     for seconds in (s for s in HORIZON_SECONDS if s > shortest):
-        windows = _windows_of(recordings, found.posed.blocks, model, seconds)
+        windows = held_out(recordings, found.posed.blocks, model, seconds)
         chosen = windows if windows and windows.count else chosen
         if windows and windows.count >= enough:
             break
     return chosen
 
 
-def _windows_of(
-    recordings: Sequence[Recording], blocks: Blocks, model: Model, seconds: float
+def held_out(
+    recordings: Sequence[Recording], blocks: Blocks, model: Model, seconds: float,
+    remembering: bool = False,
 ) -> Windows | None:
+    """Windows of so many seconds in held-out data; None where the recordings are too short.
+
+    `remembering` as in `errors.horizon_windows`.
+    """
     most = errors.most_windows(model, seconds)
     if model.robot.contacts:
         most = round(most / blocks.held_share(recordings))
     try:
-        windows = errors.horizon_windows(recordings, model, seconds, most)
+        windows = errors.horizon_windows(recordings, model, seconds, most, remembering)
     except ValueError:
         return None
     return windows.take(blocks.held(windows))
