@@ -18,7 +18,7 @@ from leo_diffmodel.watch.guess import guess
 from leo_diffmodel.watch.player import Player
 from leo_diffmodel.watch.repaired import repaired, words
 from leo_diffmodel.watch.scene import Scene
-from leo_diffmodel.watch.score import score, Score, size
+from leo_diffmodel.watch.score import Score, score, size
 from leo_diffmodel.watch.setting import Setting
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model

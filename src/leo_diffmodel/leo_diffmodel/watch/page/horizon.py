@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from bokeh.layouts import column, row
 from bokeh.models import ColumnDataSource, Div, PrintfTickFormatter, Range1d, Select
 import numpy as np
@@ -15,7 +17,7 @@ from leo_diffmodel.watch.score import told
 from leo_diffmodel.watch.state import State
 
 FLOOR = Stroke(palette.NOISE, 'dashed')
-HEIGHT = 300
+HEIGHT = 340
 
 
 class HorizonView:
@@ -55,7 +57,7 @@ class HorizonView:
             'floor': [r['noise_floor'][i] for r in state.floor.rows],
         }
 
-    def _plot(self):  # type: ignore[no-untyped-def]  # noqa: ANN202
+    def _plot(self) -> Any:
         plot = canvas('prediction horizon [s]', '', x_axis_type='log', y_axis_type='log',
                       height=HEIGHT, name='horizon plot')  # fmt: skip
         plot.y_range = Range1d(1e-3, 1.0)

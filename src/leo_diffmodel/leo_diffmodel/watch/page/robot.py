@@ -19,7 +19,6 @@ from bokeh.models import (
 from bokeh.plotting import figure
 import numpy as np
 
-from leo_diffmodel.compare.sizes import reach
 from leo_diffmodel.picture.stick import Stick
 from leo_diffmodel.report import palette
 from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, MEASURED, REPAIRED, TEXT
@@ -27,9 +26,12 @@ from leo_diffmodel.watch.player import SPEEDS
 from leo_diffmodel.watch.state import LONGEST, SHORTEST, State
 
 Array = np.ndarray
-HEIGHT = 360
+WIDE = 1.35
+"""Width of the picture over its height."""
 ROOM = 1.15
-"""Half height of the picture over the robot's reach."""
+"""Half height of the picture over the reach of the robot."""
+POSES = 100
+"""Of the recording, which tell how far the robot reaches."""
 FAR = 20.0
 """Times the reach; what lies beyond is drawn there."""
 TOUCH = '#009e73'
@@ -41,7 +43,7 @@ class RobotView:
 
     def __init__(self, state: State) -> None:
         self._state, self._stick = state, Stick(state.scene.model.robot)
-        self._reach = reach(state.scene.model.robot)
+        self._reach = self._farthest()
         self.plot = self._plot()
         self._sources = self._ghosts()
         self._clock = Div(text='', stylesheets=[TEXT], width=230, name='clock')
@@ -90,11 +92,12 @@ class RobotView:
     def _plot(self) -> Any:
         size = ROOM * self._reach
         x, y = (0.0, 0.0) if self._stick.root is None else map(float, self._stick.root)
-        self._x, self._y = Range1d(x - size, x + size), Range1d(y - size, y + size)
+        self._x = Range1d(x - WIDE * size, x + WIDE * size)
+        self._y = Range1d(y - size, y + size)
         plot = figure(
-            height=HEIGHT, match_aspect=True, x_range=self._x, y_range=self._y, tools='',
-            toolbar_location=None, outline_line_color=None, sizing_mode='stretch_width',
-            min_border=0, aspect_scale=1, name='robot',
+            aspect_ratio=WIDE, x_range=self._x, y_range=self._y, tools='', min_border=0,
+            toolbar_location=None, outline_line_color=None, sizing_mode='scale_width',
+            name='robot',
         )  # fmt: skip
         plot.axis.visible, plot.grid.grid_line_color = False, None
         if self._stick.ground is not None:
@@ -102,6 +105,18 @@ class RobotView:
         elif self._stick.root is not None:
             plot.scatter([x], [y], size=13, marker='square', color=palette.NOISE)
         return plot
+
+    def _farthest(self) -> float:
+        """How far the robot reaches from its mount, or from its middle where it walks [m]."""
+        q = np.concatenate([e.q for r in self._state.scene.recordings for e in r.episodes])
+        some = q[np.linspace(0, len(q) - 1, POSES).astype(int)]
+        poses = [self._points(angles) for angles in some]
+        root = self._stick.root
+        ways = [p - (p.mean(axis=0) if root is None else root) for p in poses]
+        return float(max(np.linalg.norm(way, axis=1).max() for way in ways))
+
+    def _points(self, q: Array) -> Array:
+        return np.concatenate([points for points, _ in self._stick.sticks(q)])
 
     def _ghosts(self) -> list[ColumnDataSource]:
         """Sources of the two models, and of the measured robot above them."""
@@ -141,10 +156,9 @@ class RobotView:
         """Keep a robot that walks in the middle."""
         if self._stick.root is not None:
             return
-        points = np.concatenate([p for p, _ in self._stick.sticks(q)])
-        centre, size = points.mean(axis=0), ROOM * self._reach
-        self._x.update(start=centre[0] - size, end=centre[0] + size)
-        self._y.update(start=-0.3 * size, end=1.7 * size)
+        (x, y), size = self._points(q).mean(axis=0), ROOM * self._reach
+        self._x.update(start=x - WIDE * size, end=x + WIDE * size)
+        self._y.update(start=y - size, end=y + size)
 
 
 def _longest(state: State) -> float:
