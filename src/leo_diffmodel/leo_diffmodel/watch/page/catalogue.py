@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from bokeh.layouts import column, row
-from bokeh.models import Div, NumericInput, Select, Slider, Switch
+from bokeh.models import CustomJSTickFormatter, Div, NumericInput, Select, Slider, Switch
 
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.watch.handle import Handle
@@ -81,7 +81,10 @@ class _Line:
 
 
 class _Slider:
-    """A parameter: a slider over its plausible range, and its value as a number."""
+    """A parameter: a slider over its plausible range, and its value as a number.
+
+    Of a robot on the ground, whose windows take a second, a drag counts where it ends.
+    """
 
     def __init__(self, state: State, label: str, parameter: Parameter) -> None:
         self._state, self._label, self._name = state, label, parameter.name
@@ -92,9 +95,11 @@ class _Slider:
                               name=f'slider {label} {parameter.name}')  # fmt: skip
         self._number = NumericInput(
             mode='float', value=self._handle.anchor, title=_title(parameter), width=100,
+            format=CustomJSTickFormatter(code='return `${Number(tick.toPrecision(4))}`'),
             name=f'value {label} {parameter.name}',
         )  # fmt: skip
-        self._slider.on_change('value', lambda _, __, at: self._move(self._handle.value(at)))
+        dragged = 'value_throttled' if state.scene.model.robot.contacts else 'value'
+        self._slider.on_change(dragged, lambda _, __, at: self._move(self._handle.value(at)))
         self._number.on_change('value', lambda _, __, value: self._type(value))
         self.root = row(self._slider, self._number, margin=(0, 0, 8, 40))
 

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from bokeh.models import InlineStyleSheet
-
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.canvas import FONT
 from leo_diffmodel.report.palette import Stroke
@@ -35,7 +33,7 @@ html, body { margin: 0; height: 100%; background: #f4f6f8; }
 </html>
 """
 
-TEXT = InlineStyleSheet(css=f"""
+TEXT = f"""
 :host {{ font: 14px/1.4 {FONT}; color: {palette.INK}; }}
 b.big {{ font-size: 22px; font-weight: 650; }}
 small, .muted {{ color: {palette.MUTED}; }}
@@ -46,12 +44,12 @@ i.stroke {{ display: inline-block; width: 26px; height: 0; border-top: 3px solid
   vertical-align: middle; margin: 0 6px 0 14px; }}
 i.stroke:first-child {{ margin-left: 0; }}
 a {{ color: {palette.AFTER}; margin-right: 14px; }}
-""")
+"""
 
-CARD = InlineStyleSheet(css=f"""
+CARD = f"""
 :host {{ background: #fff; border: 1px solid {palette.GRID}; border-radius: 10px;
   padding: 12px 14px; box-sizing: border-box; }}
-""")
+"""
 
 
 def legend(*entries: tuple[str, Stroke]) -> str:
