@@ -27,8 +27,8 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 TRAIN_SECONDS = 0.5
-MOST_TRAINING = 40
-"""Windows that tell a first value of an effect that is switched on."""
+MOST_TRAINING, ON_GROUND = 40, 10
+"""Windows that tell a first value of an effect that is switched on; of a robot on the ground."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Scene:
         try:
             known = fast_enough(known, cut(everything, step))
             sigma = noise.estimate(known, noise.short_windows(everything))
-            held, train = _held(everything, known, blocks), _train(everything, blocks)
+            held, train = _held(everything, known, blocks), _train(everything, known, blocks)
         except np.linalg.LinAlgError as error:
             raise UserError(beyond(everything)) from error
         except ValueError as error:
@@ -110,7 +110,7 @@ def _held(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Wind
     raise ValueError('no window lies wholly in held-out data')
 
 
-def _train(recordings: Sequence[Recording], blocks: Blocks) -> Windows:
+def _train(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Windows:
     """A few windows that share no time with held-out data.
 
     Raises:
@@ -120,4 +120,4 @@ def _train(recordings: Sequence[Recording], blocks: Blocks) -> Windows:
     trained = windows.take(blocks.train(windows))
     if not trained.count:
         raise ValueError('no window lies wholly in data that is not held out')
-    return noise.spread_out(trained, MOST_TRAINING)
+    return noise.spread_out(trained, ON_GROUND if model.robot.contacts else MOST_TRAINING)

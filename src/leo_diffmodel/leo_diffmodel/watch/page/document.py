@@ -43,6 +43,7 @@ class Tab:
         ))  # fmt: skip
         document.title = f'{state.scene.model.robot.name}: leo watch'
         document.template = jinja2.Template(PAGE)
+        self._over_time.follow_taps()
         self._begin()
 
     def _begin(self) -> None:

@@ -6,7 +6,14 @@ from __future__ import annotations
 from typing import Any
 
 from bokeh.layouts import column, row
-from bokeh.models import ColumnDataSource, Div, PrintfTickFormatter, Range1d, Select
+from bokeh.models import (
+    ColumnDataSource,
+    Div,
+    FixedTicker,
+    PrintfTickFormatter,
+    Range1d,
+    Select,
+)
 import numpy as np
 
 from leo_diffmodel.report import palette
@@ -26,6 +33,7 @@ class HorizonView:
     def __init__(self, state: State) -> None:
         self._state = state
         self._source = ColumnDataSource(self._data(), name='error against horizon')
+        self._ticker = FixedTicker()
         self.plot = self._plot()
         names = [f'{s["name"]} [{s["unit"]}]' for s in state.states]
         options = [(str(i), name) for i, name in enumerate(names)]
@@ -71,6 +79,8 @@ class HorizonView:
                 hover(plot, dots, [(name, f'@{name}{{0.000e}}'), ('floor', '@floor{0.000e}'),
                                    ('s', '@seconds')])  # fmt: skip
         plot.axis.formatter = PrintfTickFormatter(format='%g')
+        seconds = self._source.data['seconds']
+        plot.xaxis.ticker, plot.yaxis.ticker = ticks(min(seconds), max(seconds)), self._ticker
         return plot
 
     def _frame(self) -> None:
@@ -79,8 +89,7 @@ class HorizonView:
         values = np.concatenate([data[k] for k in ('floor', 'given', 'now')])
         bottom, top = 0.6 * float(np.nanmin(values)), 1.6 * float(np.nanmax(values))
         self.plot.y_range.update(start=bottom, end=top)
-        self.plot.xaxis.ticker = ticks(min(data['seconds']), max(data['seconds']))
-        self.plot.yaxis.ticker = ticks(bottom, top)
+        self._ticker.ticks = ticks(bottom, top)
         state = self._state.states[self._state.shown]
         self.plot.yaxis.axis_label = f'rms error of {state["name"]} [{state["unit"]}]'
 

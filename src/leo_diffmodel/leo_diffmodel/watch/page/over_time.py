@@ -34,7 +34,6 @@ class OverTimeView:
         self._cursor = Span(location=0.0, dimension='height', line_color=palette.INK)
         self._film = state.film
         self.plot = self._plot()
-        self.plot.on_event(Tap, lambda event: state.go(self._meant(event.x)))
         note = Div(text=f'<small>{NOTE}</small>', stylesheets=[TEXT], sizing_mode='stretch_width')
         self.root = column(self.plot, note, stylesheets=[CARD], sizing_mode='stretch_width')
         self.refresh()
@@ -49,6 +48,10 @@ class OverTimeView:
             self.plot.center = [r for r in self.plot.center if not _is_shade(r)]
             self._shade(self.plot)
         self.tick()
+
+    def follow_taps(self) -> None:
+        """Go where one taps; a copy of the page has nobody to ask."""
+        self.plot.on_event(Tap, lambda event: self._state.go(self._meant(event.x)))
 
     def tick(self) -> None:
         """Move the cursor to where one is."""

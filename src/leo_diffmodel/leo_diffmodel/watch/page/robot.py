@@ -62,8 +62,8 @@ class RobotView:
         self._connect()
         names = ('measured', MEASURED), ('as given', GIVEN), ('with the switches', REPAIRED)
         self.root = column(
-            row(Div(text=legend(*names), stylesheets=[TEXT]), self._clock),
-            self.plot, row(self._play, self._speed, self._scrub, sizing_mode='stretch_width'),
+            Div(text=legend(*names), stylesheets=[TEXT]), self.plot, self._clock,
+            row(self._play, self._speed, self._scrub, sizing_mode='stretch_width'),
             self._horizon, stylesheets=[CARD], sizing_mode='stretch_width',
         )  # fmt: skip
         self.refresh()

@@ -112,7 +112,8 @@ def test_a_typed_value_is_taken(tab):
 
 
 def test_scrubbing_moves_the_robot_and_a_horizon_cuts_anew(tab):
-    before, count = tab.get('robot measured', 'data'), len(tab.get('error over time', 'data')['now'])
+    before = tab.get('robot measured', 'data')
+    count = len(tab.get('error over time', 'data')['now'])
     tab.set('scrub', value=7.5)
     until(lambda: '7.50 s' in tab.get('clock', 'text'))
     assert tab.get('robot measured', 'data') != before
@@ -162,5 +163,5 @@ def test_a_port_in_use_is_one_line(run):
 
 @pytest.mark.parametrize('port', ['x', '70000', '-1'])
 def test_what_is_no_port_is_said(run, port):
-    with pytest.raises(UserError, match='is no port|expected one argument'):
+    with pytest.raises(UserError, match=r'is no port|expected one argument'):
         main([str(run), *MODEL, '--port', port])
