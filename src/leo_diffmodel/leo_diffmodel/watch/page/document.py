@@ -29,6 +29,7 @@ class Tab:
                  command: list[str]) -> None:
         self._document, self._state, self._waiting = document, state, False
         self._robot, self._over_time = RobotView(state), OverTimeView(state)
+        self._over_time.follow_taps()  # before it is on the document, which asks only then
         horizon, catalogue = HorizonView(state), CatalogueView(state)
         actions = ActionsView(state, finder, command)
         self._parts: list[Part] = [self._robot, horizon, self._over_time, catalogue, actions]
@@ -43,7 +44,6 @@ class Tab:
         ))  # fmt: skip
         document.title = f'{state.scene.model.robot.name}: leo watch'
         document.template = jinja2.Template(PAGE)
-        self._over_time.follow_taps()
         self._begin()
 
     def _begin(self) -> None:
