@@ -60,13 +60,10 @@ class Handle:
         return float(size if off > 0 else -size)
 
     def inside(self, value: float) -> float:
-        """The value within the range that is nearest, with four digits; whole where it has to be.
-
-        What lies in the range already keeps its digits on the way from a search: see `exact`.
-        """
+        """As `exact`, rounded to four digits before."""
         return self.exact(float(f'{value:.{DIGITS}g}'))
 
     def exact(self, value: float) -> float:
-        """The value within the range that is nearest."""
+        """The value within the range that is nearest; whole where it has to be."""
         within = min(max(float(value), self.low), self.high)
         return float(max(1, round(within))) if self.parameter.whole else within

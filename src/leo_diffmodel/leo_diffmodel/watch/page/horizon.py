@@ -25,6 +25,8 @@ from leo_diffmodel.watch.state import State
 
 FLOOR = Stroke(palette.NOISE, 'dashed')
 HEIGHT = 340
+DEEPEST = 0.1
+"""Of the floor: errors below, as on data without noise, leave the picture."""
 
 
 class HorizonView:
@@ -84,10 +86,11 @@ class HorizonView:
         return plot
 
     def _frame(self) -> None:
-        """The axes: the floor stays within, and so does what runs away, as far as it is told."""
+        """The axes: all that is no smaller than a part of the floor."""
         data = self._source.data
         values = np.concatenate([data[k] for k in ('floor', 'given', 'now')])
-        bottom, top = 0.6 * float(np.nanmin(values)), 1.6 * float(np.nanmax(values))
+        least = DEEPEST * float(np.min(data['floor']))
+        bottom, top = 0.6 * max(float(np.nanmin(values)), least), 1.6 * float(np.nanmax(values))
         self.plot.y_range.update(start=bottom, end=top)
         self._ticker.ticks = ticks(bottom, top)
         state = self._state.states[self._state.shown]
