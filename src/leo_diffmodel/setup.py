@@ -57,6 +57,7 @@ setup(
             'blind = leo_diffmodel.verbs.blind:main',
             'check = leo_diffmodel.verbs.check:main',
             'next = leo_diffmodel.verbs.next:main',
+            'watch = leo_diffmodel.verbs.watch:main',
         ],
     },
     zip_safe=False,

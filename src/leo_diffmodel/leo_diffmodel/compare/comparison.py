@@ -77,7 +77,7 @@ def compare(
         model = fast_enough(model, ahead)
         sigma = noise.estimate(model, noise.short_windows(recordings))
     except np.linalg.LinAlgError as error:
-        raise UserError(_beyond(recordings)) from error
+        raise UserError(beyond(recordings)) from error
     except ValueError as error:
         raise UserError(f'{recordings[0].path}: {error}; record at least 2 s') from error
     progress('predictions')
@@ -101,7 +101,8 @@ def compare(
     return Comparison(data, missing, places, prediction)
 
 
-def _beyond(recordings: Sequence[Recording]) -> str:
+def beyond(recordings: Sequence[Recording]) -> str:
+    """What to say where the model cannot follow what a recording holds."""
     worst = max(recordings, key=_fastest)
     return (
         f'{worst.path}: the model cannot follow rates up to {_fastest(worst):.3g} rad/s; '

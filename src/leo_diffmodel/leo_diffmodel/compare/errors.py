@@ -117,19 +117,21 @@ def has_memory(model: Model) -> bool:
 
 
 def horizon_windows(
-    recordings: Sequence[Recording], model: Model, seconds: float, most: int | None = None
+    recordings: Sequence[Recording], model: Model, seconds: float, most: int | None = None,
+    remembering: bool = False,
 ) -> Windows:
     """Overlapping windows of `seconds`, at most `most` of them, evenly spread.
 
     By default 400, and fewer on robots with many joints, whose floor takes more predictions.
 
-    Windows count samples: where bags differ in rate, those of the fastest last `seconds`.
+    Windows count samples: where bags differ in rate, those of the fastest last `seconds`. They
+    keep what was before them where the model has a memory, or where they shall be `remembering`.
     """
     total = sum(e.t[-1] - e.t[0] for r in recordings for e in r.episodes if len(e.t) > 1)
     period = sample_period(recordings)
     stride = max(period, total / (most or most_windows(model, seconds)))
     seconds *= period / min(sample_period([r]) for r in recordings)
-    history = HISTORY if has_memory(model) else 0.0
+    history = HISTORY if remembering or has_memory(model) else 0.0
     return cut(recordings, seconds, stride=stride, history=history)
 
 

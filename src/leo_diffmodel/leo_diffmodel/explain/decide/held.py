@@ -28,28 +28,35 @@ PUSH_TIMES = 6.0
 def held_windows(recordings: Sequence[Recording], found: Search, model: Model) -> Windows:
     """Windows of the data no fit has seen, as long as the longest horizon that fits.
 
-    On the ground, the longest of which there are enough, or else the shortest.
+    On the ground, the longest of which there are enough, or else the shortest. They keep what was
+    before them where the explained model has a memory, such as a delay that was named.
     """
+    remembering = errors.has_memory(found.final.hypothesis.model(model, found.final.theta))
     held = found.problem.windows.take(found.problem.judged)
     enough = ENOUGH_ON_GROUND if model.robot.contacts else 1
     shortest = LONGER * float(held.dt[0].sum())
     chosen = held
     for seconds in (s for s in HORIZON_SECONDS if s > shortest):
-        windows = _windows_of(recordings, found.posed.blocks, model, seconds)
+        windows = held_out(recordings, found.posed.blocks, model, seconds, remembering)
         chosen = windows if windows and windows.count else chosen
         if windows and windows.count >= enough:
             break
     return chosen
 
 
-def _windows_of(
-    recordings: Sequence[Recording], blocks: Blocks, model: Model, seconds: float
+def held_out(
+    recordings: Sequence[Recording], blocks: Blocks, model: Model, seconds: float,
+    remembering: bool = False,
 ) -> Windows | None:
+    """Windows of so many seconds in held-out data; None where the recordings are too short.
+
+    `remembering` as in `errors.horizon_windows`.
+    """
     most = errors.most_windows(model, seconds)
     if model.robot.contacts:
         most = round(most / blocks.held_share(recordings))
     try:
-        windows = errors.horizon_windows(recordings, model, seconds, most)
+        windows = errors.horizon_windows(recordings, model, seconds, most, remembering)
     except ValueError:
         return None
     return windows.take(blocks.held(windows))

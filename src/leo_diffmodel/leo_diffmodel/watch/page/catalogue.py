@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The catalogue as switches: each effect with its place, its sliders, and what it does."""
+
+from __future__ import annotations
+
+from bokeh.layouts import column, row
+from bokeh.models import CustomJSTickFormatter, Div, NumericInput, Select, Slider, Switch
+
+from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.watch.handle import Handle
+from leo_diffmodel.watch.page.look import CARD, SIDE, TEXT
+from leo_diffmodel.watch.page.part import Silence
+from leo_diffmodel.watch.state import State
+from leo_sim.effects import Parameter
+
+STEP = 0.001
+EVERYWHERE = 'every place'
+NOTE = (
+    'A switch begins at the value that suits the data best that is not held out. Behind it: the '
+    'held-out error without it → with it, in noise floors.'
+)
+
+
+class CatalogueView:
+    """A line for each effect at each place."""
+
+    def __init__(self, state: State) -> None:
+        self._lines = [_Line(state, c) for c in state.scene.candidates.values()]
+        places = list(dict.fromkeys(c.where for c in state.scene.candidates.values()))
+        self._place = Select(options=[EVERYWHERE, *places], value=EVERYWHERE, name='place',
+                             title='effects at', width=SIDE - 60)  # fmt: skip
+        self._place.on_change('value', lambda _, __, ___: self.refresh())
+        note = Div(text=f'<small>{NOTE}</small>', stylesheets=[TEXT], width=SIDE - 40)
+        self.root = column(self._place, note, *(line.root for line in self._lines),
+                           stylesheets=[CARD], width=SIDE)  # fmt: skip
+
+    def refresh(self) -> None:
+        """Show what is on; of the others those of the place that is asked for."""
+        for line in self._lines:
+            line.refresh(self._place.value)
+
+
+class _Line:
+    """An effect at a place: its switch, what it does, and sliders while it is on."""
+
+    def __init__(self, state: State, candidate: Candidate) -> None:
+        self._state, self._candidate = state, candidate
+        self._label, self._silent = candidate.label, Silence()
+        self._switch = Switch(active=False, width=36, name=f'switch {self._label}')
+        self._switch.on_change('active', lambda _, __, on: self._switched(on))
+        self._words = Div(text=self._text(), stylesheets=[TEXT], width=SIDE - 90,
+                          name=f'effect {self._label}')  # fmt: skip
+        self._sliders: list[_Slider] = []
+        self.root = column(row(self._switch, self._words))
+        self.refresh(EVERYWHERE)
+
+    def refresh(self, place: str) -> None:
+        """Show the state."""
+        on = self._label in self._state.setting.on
+        with self._silent:
+            self._switch.active = on
+        self._words.text = self._text()
+        self.root.visible = on or place in (EVERYWHERE, self._candidate.where)
+        if on and not self._sliders:
+            self._sliders = [_Slider(self._state, self._label, p)
+                             for p in self._candidate.parameters]  # fmt: skip
+            self.root.children = [*self.root.children, *(s.root for s in self._sliders)]
+        for slider in self._sliders:
+            slider.refresh(on)
+
+    def _switched(self, on: bool) -> None:
+        if not self._silent:
+            self._state.switch(self._label, on)
+
+    def _text(self) -> str:
+        name, _, where = self._label.partition(':')
+        shown = f'<b>{name}</b> <small>{where}</small>'
+        if (without := self._state.without.get(self._label)) is None:
+            return shown
+        return f'{shown}<br>{without:.2f} → <b>{self._state.sizes[1]:.2f}</b> noise floors'
+
+
+class _Slider:
+    """A parameter: a slider over its plausible range, and its value as a number.
+
+    Of a robot on the ground, whose windows take a second, a drag counts where it ends.
+    """
+
+    def __init__(self, state: State, label: str, parameter: Parameter) -> None:
+        self._state, self._label, self._name = state, label, parameter.name
+        self._handle, self._silent = Handle.of(parameter), Silence()
+        low, high = self._handle.ends
+        self._slider = Slider(start=low, end=high, step=STEP, value=0, show_value=False,
+                              width=SIDE - 190, margin=(26, 8, 0, 8),
+                              name=f'slider {label} {parameter.name}')  # fmt: skip
+        self._number = NumericInput(
+            mode='float', value=self._handle.anchor, title=_title(parameter), width=100,
+            format=CustomJSTickFormatter(code='return `${Number(tick.toPrecision(4))}`'),
+            name=f'value {label} {parameter.name}',
+        )  # fmt: skip
+        dragged = 'value_throttled' if state.scene.model.robot.contacts else 'value'
+        self._slider.on_change(dragged, lambda _, __, at: self._move(self._handle.value(at)))
+        self._number.on_change('value', lambda _, __, value: self._type(value))
+        self.root = row(self._slider, self._number, margin=(0, 0, 8, 40))
+
+    def refresh(self, on: bool) -> None:
+        """Show the value while the effect is on."""
+        self.root.visible = on
+        if not on:
+            return
+        value = self._state.setting.on[self._label][self._name]
+        with self._silent:
+            if self._handle.value(self._slider.value) != value:
+                self._slider.value = round(self._handle.position(value), 6)
+            self._number.value = value
+
+    def _type(self, value: float | None) -> None:
+        if value is not None:
+            self._move(self._handle.exact(value))
+
+    def _move(self, value: float) -> None:
+        if not self._silent and self._label in self._state.setting.on:
+            self._state.move(self._label, self._name, value)
+
+
+def _title(parameter: Parameter) -> str:
+    return f'{parameter.name} [{parameter.unit}]' if parameter.unit else parameter.name
+

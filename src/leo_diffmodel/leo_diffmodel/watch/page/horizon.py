@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rms error against horizon: as given and with the switches, over the noise floor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bokeh.layouts import column, row
+from bokeh.models import (
+    ColumnDataSource,
+    Div,
+    FixedTicker,
+    PrintfTickFormatter,
+    Range1d,
+    Select,
+)
+import numpy as np
+
+from leo_diffmodel.report import palette
+from leo_diffmodel.report.canvas import canvas, hover, ticks
+from leo_diffmodel.report.palette import Stroke
+from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, REPAIRED, TEXT
+from leo_diffmodel.watch.score import told
+from leo_diffmodel.watch.state import State
+
+FLOOR = Stroke(palette.NOISE, 'dashed')
+HEIGHT = 340
+DEEPEST = 0.1
+"""Of the floor: errors below, as on data without noise, leave the picture."""
+
+
+class HorizonView:
+    """The curve of one state, which is chosen here for the other figures as well."""
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        self._source = ColumnDataSource(self._data(), name='error against horizon')
+        self._ticker = FixedTicker()
+        self.plot = self._plot()
+        names = [f'{s["name"]} [{s["unit"]}]' for s in state.states]
+        options = [(str(i), name) for i, name in enumerate(names)]
+        self._shown = Select(options=options, value='0', title='error of', width=160,
+                             name='shown')  # fmt: skip
+        self._shown.on_change('value', lambda _, __, v: state.show(int(v)))
+        self._words = Div(text='', stylesheets=[TEXT], sizing_mode='stretch_width', name='error')
+        strokes = ('as given', GIVEN), ('with the switches', REPAIRED), ('noise floor', FLOOR)
+        self.root = column(
+            row(self._shown, self._words, sizing_mode='stretch_width'), self.plot,
+            Div(text=legend(*strokes), stylesheets=[TEXT]),
+            stylesheets=[CARD], sizing_mode='stretch_width',
+        )  # fmt: skip
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Draw the curves and say the figures of now."""
+        self._source.data = self._data()
+        self._frame()
+        self._shown.value = str(self._state.shown)
+        self._words.text = words(self._state)
+
+    def _data(self) -> dict[str, list[float]]:
+        state, i = self._state, self._state.shown
+        return {
+            'seconds': [r['seconds'] for r in state.given.rows],
+            'given': [r['rmse'][i] for r in state.given.rows],
+            'now': [r['rmse'][i] for r in state.now.rows],
+            'floor': [r['noise_floor'][i] for r in state.floor.rows],
+        }
+
+    def _plot(self) -> Any:
+        plot = canvas('prediction horizon [s]', '', x_axis_type='log', y_axis_type='log',
+                      height=HEIGHT, name='horizon plot')  # fmt: skip
+        plot.y_range = Range1d(1e-3, 1.0)
+        plot.varea('seconds', 1e-12, 'floor', source=self._source, color=palette.NOISE_FILL)
+        for name, stroke, width in (('floor', FLOOR, 1.5), ('given', GIVEN, 2.5),
+                                    ('now', REPAIRED, 2.5)):  # fmt: skip
+            look = {'source': self._source, 'color': stroke.colour}
+            plot.line('seconds', name, line_width=width, line_dash=stroke.dash, **look)
+            if name != 'floor':
+                dots = plot.scatter('seconds', name, size=7, **look)
+                hover(plot, dots, [(name, f'@{name}{{0.000e}}'), ('floor', '@floor{0.000e}'),
+                                   ('s', '@seconds')])  # fmt: skip
+        plot.axis.formatter = PrintfTickFormatter(format='%g')
+        seconds = self._source.data['seconds']
+        plot.xaxis.ticker, plot.yaxis.ticker = ticks(min(seconds), max(seconds)), self._ticker
+        return plot
+
+    def _frame(self) -> None:
+        """The axes: all that is no smaller than a part of the floor."""
+        data = self._source.data
+        values = np.concatenate([data[k] for k in ('floor', 'given', 'now')])
+        least = DEEPEST * float(np.min(data['floor']))
+        bottom, top = 0.6 * max(float(np.nanmin(values)), least), 1.6 * float(np.nanmax(values))
+        self.plot.y_range.update(start=bottom, end=top)
+        self._ticker.ticks = ticks(bottom, top)
+        state = self._state.states[self._state.shown]
+        self.plot.yaxis.axis_label = f'rms error of {state["name"]} [{state["unit"]}]'
+
+
+def words(state: State) -> str:
+    """The held-out error of now, as HTML: in noise floors, and of the state that is shown."""
+    (before, after), i = state.sizes, state.shown
+    unit, kind = state.states[i]['unit'], told(state.scene)
+    figures = state.given.figures[i], state.now.figures[i], state.floor.floor[i]
+    first, last, floor = (f'{v:.3g}' for v in figures)
+    return (
+        f'<b class="big">{before:.2f} → {after:.2f}</b> noise floors, held out, {kind.short}<br>'
+        f'<small>{state.states[i]["name"]}: {first} → {last} {unit}, noise floor {floor}; '
+        f'a perfect model scores 1 noise floor</small>'
+    )

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The robot as a stick figure, with the model as given and as switched as ghosts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bokeh.layouts import column, row
+from bokeh.models import (
+    Button,
+    ColumnDataSource,
+    CustomJSTickFormatter,
+    Div,
+    Range1d,
+    Select,
+    Slider,
+    Span,
+)
+from bokeh.plotting import figure
+import numpy as np
+
+from leo_diffmodel.picture.stick import Stick
+from leo_diffmodel.report import palette
+from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, MEASURED, REPAIRED, TEXT
+from leo_diffmodel.watch.player import SPEEDS
+from leo_diffmodel.watch.state import LONGEST, SHORTEST, State
+
+Array = np.ndarray
+WIDE = 1.35
+"""Width of the picture over its height."""
+ROOM = 1.15
+"""Half height of the picture over the reach of the robot."""
+POSES = 100
+"""Of the recording, which tell how far the robot reaches."""
+FAR = 20.0
+"""Times the reach; what lies beyond is drawn there."""
+TOUCH = '#009e73'
+NO_LINES: dict[str, list] = {'xs': [], 'ys': []}
+
+
+class RobotView:
+    """The picture, and play, pause, speed, scrub, horizon."""
+
+    def __init__(self, state: State) -> None:
+        self._state, self._stick = state, Stick(state.scene.model.robot)
+        self._reach = self._farthest()
+        self.plot = self._plot()
+        self._sources = self._ghosts()
+        self._clock = Div(text='', stylesheets=[TEXT], width=230, name='clock')
+        self._play = Button(label='Play', width=80, name='play')
+        self._speed = Select(options=[f'{s:g}' for s in SPEEDS], value='1', width=80,
+                             title='speed', name='speed')  # fmt: skip
+        length = state.player.length
+        self._scrub = Slider(start=0, end=length, step=length / 2000, value=0, show_value=False,
+                             title='time', sizing_mode='stretch_width', name='scrub')  # fmt: skip
+        self._horizon = Slider(
+            start=np.log10(SHORTEST), end=np.log10(_longest(state)), step=0.01,
+            value=np.log10(state.horizon), title='predict ahead over [s]', name='horizon',
+            format=CustomJSTickFormatter(code='return (10**tick).toPrecision(2)'),
+            sizing_mode='stretch_width',
+        )  # fmt: skip
+        self._connect()
+        names = ('measured', MEASURED), ('as given', GIVEN), ('with the switches', REPAIRED)
+        self.root = column(
+            Div(text=legend(*names), stylesheets=[TEXT]), self.plot, self._clock,
+            row(self._play, self._speed, self._scrub, sizing_mode='stretch_width'),
+            self._horizon, stylesheets=[CARD], sizing_mode='stretch_width',
+        )  # fmt: skip
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show where one is, playing or not."""
+        player = self._state.player
+        self._play.label = 'Pause' if player.playing else 'Play'
+        self._speed.value = f'{player.speed:g}'
+        self._horizon.value = round(float(np.log10(self._state.horizon)), 9)
+        self.tick()
+
+    def tick(self) -> None:
+        """Draw the robots of now."""
+        now = self._state.player.now
+        self._scrub.value = now
+        words = self._state.scene.timeline.words(now)
+        self._clock.text = f'<span class="muted">{words}</span>'
+        frame = self._state.film.frame(now)
+        for source, q in zip(self._sources, (frame.given, frame.repaired, frame.measured),
+                             strict=True):
+            source.data = self._lines(q)
+        self._feet.data = self._touching(frame.measured)
+        self._follow(frame.measured)
+
+    def _plot(self) -> Any:
+        size = ROOM * self._reach
+        x, y = (0.0, 0.0) if self._stick.root is None else map(float, self._stick.root)
+        self._x = Range1d(x - WIDE * size, x + WIDE * size)
+        self._y = Range1d(y - size, y + size)
+        plot = figure(
+            aspect_ratio=WIDE, x_range=self._x, y_range=self._y, tools='', min_border=0,
+            toolbar_location=None, outline_line_color=None, sizing_mode='scale_width',
+            name='robot',
+        )  # fmt: skip
+        plot.axis.visible, plot.grid.grid_line_color = False, None
+        if self._stick.ground is not None:
+            plot.add_layout(Span(location=0, dimension='width', line_color=palette.MUTED))
+        elif self._stick.root is not None:
+            plot.scatter([x], [y], size=13, marker='square', color=palette.NOISE)
+        return plot
+
+    def _farthest(self) -> float:
+        """How far the robot reaches from its mount, or from its middle where it walks [m]."""
+        q = np.concatenate([e.q for r in self._state.scene.recordings for e in r.episodes])
+        some = q[np.linspace(0, len(q) - 1, POSES).astype(int)]
+        poses = [self._points(angles) for angles in some]
+        root = self._stick.root
+        ways = [p - (p.mean(axis=0) if root is None else root) for p in poses]
+        return float(max(np.linalg.norm(way, axis=1).max() for way in ways))
+
+    def _points(self, q: Array) -> Array:
+        return np.concatenate([points for points, _ in self._stick.sticks(q)])
+
+    def _ghosts(self) -> list[ColumnDataSource]:
+        """Sources of the two models, and of the measured robot above them."""
+        sources = []
+        for name, stroke, width in (('given', GIVEN, 4), ('repaired', REPAIRED, 4),
+                                    ('measured', MEASURED, 3)):  # fmt: skip
+            source = ColumnDataSource(NO_LINES, name=f'robot {name}')
+            look = {'line_color': stroke.colour, 'line_dash': stroke.dash, 'line_width': width}
+            self.plot.multi_line('xs', 'ys', source=source, line_cap='round', **look,
+                                 line_alpha=1.0 if name == 'measured' else 0.75)
+            sources.append(source)
+        self._feet = ColumnDataSource({'x': [], 'y': []}, name='feet')
+        self.plot.scatter('x', 'y', source=self._feet, size=9, color=TOUCH)
+        return sources
+
+    def _connect(self) -> None:
+        state = self._state
+        self._play.on_click(lambda: state.play(not state.player.playing))
+        self._speed.on_change('value', lambda _, __, v: state.at_speed(float(v)))
+        self._scrub.on_change('value', lambda _, __, v: self._scrubbed(v))
+        self._horizon.on_change('value', lambda _, __, v: state.look_ahead(round(10**v, 4)))
+
+    def _scrubbed(self, seconds: float) -> None:
+        if abs(seconds - self._state.player.now) > 1.5 * self._scrub.step:
+            self._state.go(seconds)
+
+    def _lines(self, q: Array) -> dict[str, list]:
+        far = FAR * self._reach
+        lines = [np.clip(points, -far, far) for points, _ in self._stick.sticks(np.nan_to_num(q))]
+        return {'xs': [p[:, 0].tolist() for p in lines], 'ys': [p[:, 1].tolist() for p in lines]}
+
+    def _touching(self, q: Array) -> dict[str, list]:
+        touched = self._stick.pose(q).touched
+        return {'x': touched[:, 0].tolist(), 'y': touched[:, 1].tolist()}
+
+    def _follow(self, q: Array) -> None:
+        """Keep a robot that walks in the middle."""
+        if self._stick.root is not None:
+            return
+        (x, y), size = self._points(q).mean(axis=0), ROOM * self._reach
+        self._x.update(start=x - WIDE * size, end=x + WIDE * size)
+        self._y.update(start=y - size, end=y + size)
+
+
+def _longest(state: State) -> float:
+    """The longest horizon that fits the data [s]."""
+    lengths = [float(e.t[-1] - e.t[0]) for r in state.scene.recordings for e in r.episodes]
+    return float(min(LONGEST, 0.5 * max(lengths)))

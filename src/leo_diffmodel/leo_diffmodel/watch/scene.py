@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is looked at: recordings, their noise, held-out windows, and the effects to switch on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare import errors, noise
+from leo_diffmodel.compare.blocks import Blocks, make_blocks
+from leo_diffmodel.compare.comparison import beyond
+from leo_diffmodel.compare.known import with_known
+from leo_diffmodel.compare.scheme import fast_enough
+from leo_diffmodel.compare.thin import thin
+from leo_diffmodel.compare.windows import cut, Windows
+from leo_diffmodel.explain.decide.held import held_out, HORIZON_SECONDS
+from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.limits import limited
+from leo_diffmodel.watch.timeline import Timeline
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import Effect
+from leo_sim.model import Model
+
+Array = np.ndarray
+TRAIN_SECONDS = 0.5
+MOST_TRAINING, ON_GROUND = 40, 10
+"""Windows that tell a first value of an effect that is switched on; of a robot on the ground."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What does not change while one looks.
+
+    Attributes:
+        given: the model as the user named it.
+        model: the same with what the recordings know of themselves; it predicts.
+        recordings: at a common rate.
+        sigma: noise of each recording and channel, shape (R, 2J).
+        blocks: time blocks, some held out.
+        held: windows of held-out data: errors are given on them.
+        train: some windows of the other data: first values are read from them.
+        step: one control period [s].
+        candidates: the effects that can be switched on, by `effect:where`.
+        timeline: the recordings one after the other.
+    """
+
+    given: Model
+    model: Model
+    recordings: tuple[Recording, ...]
+    sigma: Array
+    blocks: Blocks
+    held: Windows
+    train: Windows
+    step: float
+    candidates: Mapping[str, Candidate]
+    timeline: Timeline
+
+    @classmethod
+    def of(
+        cls, recordings: Sequence[Recording], model: Model, hold_out: Sequence[Recording] = (),
+        extra: Iterable[Effect] = (), step: float | None = None,
+    ) -> Scene:
+        """Read the noise, hold blocks out, cut windows.
+
+        Args:
+            recordings: bags of one robot.
+            model: the model as given.
+            hold_out: held out whole; where there are none, every fourth time block is.
+            extra: effects of the user's own.
+            step: length of one step [s]; by default the control period of the data.
+
+        Raises:
+            UserError: too little data, or rates that the model cannot follow.
+        """
+        everything = thin([*recordings, *hold_out])
+        known = with_known(model, everything)
+        step = errors.step_seconds(everything, step)
+        blocks = make_blocks(everything[: len(recordings)], everything[len(recordings) :])
+        try:
+            known = fast_enough(known, cut(everything, step))
+            sigma = noise.estimate(known, noise.short_windows(everything))
+            held, train = _held(everything, known, blocks), _train(everything, known, blocks)
+        except np.linalg.LinAlgError as error:
+            raise UserError(beyond(everything)) from error
+        except ValueError as error:
+            raise UserError(f'{everything[0].path}: {error}; record 20 s or more') from error
+        found = {c.label: limited(c, known) for c in candidates(known, extra)}
+        return cls(model, known, tuple(everything), sigma, blocks, held, train, step, found,
+                   Timeline.of(everything))  # fmt: skip
+
+    def back_to_back(self, seconds: float) -> Windows:
+        """All of the data in windows of so many seconds, each beginning where one ends."""
+        return cut(self.recordings, seconds, stride=seconds, history=noise.HISTORY)
+
+
+def _held(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Windows:
+    """Held-out windows, as long as explain's.
+
+    Raises:
+        ValueError: none fits.
+    """
+    for seconds in HORIZON_SECONDS:
+        windows = held_out(recordings, blocks, model, seconds, remembering=True)
+        if windows and windows.count:
+            return windows
+    raise ValueError('no window lies wholly in held-out data')
+
+
+def _train(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Windows:
+    """A few windows that share no time with held-out data.
+
+    Raises:
+        ValueError: none fits.
+    """
+    windows = cut(recordings, TRAIN_SECONDS, history=noise.HISTORY)
+    trained = windows.take(blocks.train(windows))
+    if not trained.count:
+        raise ValueError('no window lies wholly in data that is not held out')
+    return noise.spread_out(trained, ON_GROUND if model.robot.contacts else MOST_TRAINING)

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the page shows, whoever looks: switches, errors, the film, where one is in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+import time
+from typing import Any
+
+import numpy as np
+
+from leo_diffmodel.compare.errors import state_names
+from leo_diffmodel.watch import adding
+from leo_diffmodel.watch.adding import Answer
+from leo_diffmodel.watch.film import Film
+from leo_diffmodel.watch.guess import guess
+from leo_diffmodel.watch.player import Player
+from leo_diffmodel.watch.repaired import repaired, words
+from leo_diffmodel.watch.scene import Scene
+from leo_diffmodel.watch.score import Score, score, size
+from leo_diffmodel.watch.setting import Setting
+from leo_msgs_py.errors import UserError
+from leo_sim.model import Model
+
+Array = np.ndarray
+HORIZON = 0.5
+SHORTEST, LONGEST = 0.05, 3.0
+"""Of the horizon that predictions run over [s]."""
+
+
+class State:
+    """One state for all tabs; whatever is done to it tells those that listen.
+
+    Attributes:
+        scene: the data.
+        folder: where models may be written; None: nowhere.
+        setting: what is switched on.
+        answer: what explain found; None before it was asked.
+        player: where in the recording one is.
+        horizon: over which the film predicts [s].
+        shown: index of the state whose error the figures show.
+        given: errors of the model as given.
+        now: errors of the model with what is switched on.
+        without: of each effect that is on, the error if it alone were off [noise floors].
+        film: the recording as predicted by both.
+        seconds: what the last change took to compute.
+        listeners: called after each change.
+    """
+
+    def __init__(self, scene: Scene, folder: Path | None = None) -> None:
+        self.scene, self.folder = scene, folder
+        self.setting, self.answer = Setting(), None  # type: Setting, Answer | None
+        self._past: list[Setting] = []
+        self._moving: tuple[str, str] | None = None
+        self._guessed: dict[str, dict[str, float]] = {}
+        self.player = Player(scene.timeline.length)
+        self.horizon, self.shown, self.seconds = HORIZON, 0, 0.0
+        self.states = state_names(scene.model)
+        self.listeners: list[Callable[[], None]] = []
+        self.given = self.now = score(scene, scene.model)
+        self.without: Mapping[str, float] = {}
+        self.film = Film.of(scene, self.horizon, scene.model)
+
+    @property
+    def model(self) -> Model:
+        """The model with what is switched on."""
+        return self._with(self.setting)
+
+    @property
+    def floor(self) -> Score:
+        """The errors whose floor is shown: those of the model that is less wrong."""
+        return min(self.given, self.now, key=lambda s: np.sqrt(np.mean(s.figures**2)))
+
+    @property
+    def sizes(self) -> tuple[float, float]:
+        """Held-out error as given and now, in noise floors."""
+        floor = self.floor.floor
+        both = (float(np.sqrt(np.mean((s.figures / floor) ** 2))) for s in (self.given, self.now))
+        before, after = both
+        return before, after
+
+    @property
+    def words(self) -> list[str]:
+        """What is switched on, as typed after `leo add MODEL`."""
+        return words(self.scene, self.setting)
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is something to undo."""
+        return bool(self._past)
+
+    def switch(self, label: str, on: bool) -> None:
+        """Switch an effect on, first at the value that suits the training data best, or off."""
+        if on == (label in self.setting.on):
+            return
+        self._moving = None
+        if on:
+            self._set(self.setting.having(label, self._first(label)))
+        else:
+            self._set(self.setting.without(label))
+
+    def move(self, label: str, name: str, value: float) -> None:
+        """Give a parameter of an effect that is on another value; one drag is undone at once."""
+        if self.setting.on[label][name] == value:
+            return
+        again, self._moving = self._moving == (label, name), (label, name)
+        self._set(self.setting.moved(label, name, value), remember=not again)
+
+    def undo(self) -> None:
+        """Back to what was switched on before."""
+        if self._past:
+            self._moving = None
+            self._set(self._past.pop(), remember=False)
+
+    def clear(self) -> None:
+        """Switch everything off."""
+        self._moving = None
+        self._set(Setting())
+
+    def found(self, explanation: Mapping[str, Any]) -> None:
+        """Switch on what explain named, with its values; nothing where it named nothing.
+
+        Args:
+            explanation: the contents of explain.json.
+        """
+        self.answer, self._moving = Answer.of(explanation, self.scene), None
+        if self.answer.setting.on:
+            self._set(self.answer.setting)
+        self.tell()
+
+    def add(self) -> Path:
+        """Write the model with what is switched on as `leo add` does; where it is.
+
+        Raises:
+            UserError: there is no folder to write to, nothing is switched on, or it cannot be
+                said.
+        """
+        if self.folder is None:
+            raise UserError('start leo watch with -o DIR to write the model there')
+        return adding.write_model(self.folder, self.scene, self.setting, self.answer)
+
+    def look_ahead(self, seconds: float) -> None:
+        """Predict over another horizon [s], as far as there is one in the data."""
+        if seconds == self.horizon:
+            return
+        self.horizon = seconds
+        self.film = Film.of(self.scene, seconds, self.model)
+        self.tell()
+
+    def show(self, index: int) -> None:
+        """Show the error of another state."""
+        if index != self.shown:
+            self.shown = index
+            self.tell()
+
+    def go(self, seconds: float) -> None:
+        """Go to a time on the timeline."""
+        self.player.go(seconds)
+        self.tell()
+
+    def play(self, on: bool) -> None:
+        """Play, or pause."""
+        if on != self.player.playing:
+            self.player.play(on)
+            self.tell()
+
+    def at_speed(self, speed: float) -> None:
+        """Play at another speed."""
+        if speed != self.player.speed:
+            self.player.at_speed(speed)
+            self.tell()
+
+    def _first(self, label: str) -> dict[str, float]:
+        """The values that an effect had, or else the best of a scan."""
+        if label not in self._guessed:
+            candidate = self.scene.candidates[label]
+            self._guessed[label] = guess(self.scene, self.model, candidate)
+        return self._guessed[label]
+
+    def _set(self, setting: Setting, remember: bool = True) -> None:
+        if setting == self.setting:
+            return
+        if remember:
+            self._past.append(self.setting)
+        self.setting = setting
+        self._guessed |= {label: dict(values) for label, values in setting.on.items()}
+        self._compute()
+        self.tell()
+
+    def _compute(self) -> None:
+        began, model = time.perf_counter(), self.model
+        self.now = score(self.scene, model)
+        self.film = self.film.repaired_by(model)
+        self.without = {label: self._size_without(label) for label in self.setting.on}
+        self.seconds = time.perf_counter() - began
+
+    def _size_without(self, label: str) -> float:
+        rest = {name: v for name, v in self.setting.on.items() if name != label}
+        model = self._with(Setting(rest, self.setting.refitted))
+        return size(self.scene, model, self.floor.floor)
+
+    def _with(self, setting: Setting) -> Model:
+        base = adding.base_of(self.scene, setting, self.answer)
+        return repaired(self.scene, base, setting)
+
+    def tell(self) -> None:
+        """Tell all tabs that something changed."""
+        for listener in [*self.listeners]:
+            listener()

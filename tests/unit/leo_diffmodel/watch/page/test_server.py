@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of leo watch as a browser's session sees it, from the command as it is typed."""
+
+from collections.abc import Callable
+import json
+from pathlib import Path
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from urllib.error import HTTPError
+from urllib.request import urlopen
+
+from bokeh.client import pull_session
+import numpy as np
+import pytest
+from tests.page import Links
+from tests.simulate import bag, record, TORQUE
+
+from leo_diffmodel.verbs.watch import main
+from leo_diffmodel.watch.page.server import HERE
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import place
+
+LEO = Path(sys.executable).with_name('leo')
+EFFECT = 'coulomb_friction:pivot'
+MODEL = ['--model', 'torque_pendulum', '--no-browser', '--json']
+PATIENCE = 120.0
+
+
+@pytest.fixture(scope='module')
+def run(tmp_path_factory) -> Path:
+    effect = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
+    return bag(tmp_path_factory.mktemp('watch') / 'run', record(TORQUE, effect, seconds=16))
+
+
+@pytest.fixture(scope='module')
+def url(run):
+    with subprocess.Popen([LEO, 'watch', run, *MODEL], stdout=subprocess.PIPE, text=True) as leo:
+        yield json.loads(leo.stdout.readline())['url']
+        leo.send_signal(signal.SIGINT)
+        assert leo.wait(PATIENCE) == 130
+
+
+class Tab:
+    """A tab of the page: moves its widgets, and reads what the server shows in it."""
+
+    def __init__(self, url):
+        self._url, self._session = url, pull_session(url=url)
+
+    def set(self, name, **values):
+        """Move a widget."""
+        with self._again() as session:
+            session.document.get_model_by_name(name).update(**values)
+            session.force_roundtrip()
+
+    def get(self, name, what):
+        """A property of a model as it is now."""
+        with self._again() as session:
+            return getattr(session.document.get_model_by_name(name), what)
+
+    @property
+    def error(self) -> float:
+        """The held-out error that is shown, in noise floors."""
+        return float(re.search(r'→ ([\d.]+)</b>', self.get('error', 'text'))[1])
+
+    @property
+    def curve(self) -> dict:
+        return self.get('error against horizon', 'data')
+
+    def _again(self):
+        return pull_session(url=self._url, session_id=self._session.id)
+
+
+@pytest.fixture
+def tab(url):
+    return Tab(url)
+
+
+def until(true: Callable[[], bool]) -> None:
+    """Wait for something to be so."""
+    end = time.monotonic() + PATIENCE
+    while not true():
+        assert time.monotonic() < end
+
+
+def test_a_switch_and_a_slider_move_the_curve_in_every_tab(url, tab):
+    before, other = tab.error, Tab(url)
+    np.testing.assert_array_equal(tab.curve['now'], tab.curve['given'])
+    tab.set(f'switch {EFFECT}', active=True)
+    until(lambda: tab.error < 1.2 < before)
+    assert tab.curve['now'][-1] < 0.3 * tab.curve['given'][-1]
+    until(lambda: other.get(f'switch {EFFECT}', 'active') and other.error == tab.error)
+    good, there = tab.error, tab.get(f'slider {EFFECT} c', 'value')
+    tab.set(f'slider {EFFECT} c', value=0.9)
+    until(lambda: other.error == tab.error > 3 * good)
+    other.set(f'slider {EFFECT} c', value=there)
+    until(lambda: other.error == tab.error == good)
+    other.set(f'switch {EFFECT}', active=False)
+    until(lambda: tab.error == before and not tab.get(f'switch {EFFECT}', 'active'))
+
+
+def test_a_typed_value_is_taken(tab):
+    tab.set(f'switch {EFFECT}', active=True)
+    until(lambda: tab.get(f'switch {EFFECT}', 'active') and tab.error < 1.2)
+    tab.set(f'value {EFFECT} c', value=0.25)
+    until(lambda: 'c=0.25 ' in tab.get('said', 'text'))
+    tab.set(f'switch {EFFECT}', active=False)
+    until(lambda: 'c=0.25 ' not in tab.get('said', 'text'))
+
+
+def test_scrubbing_moves_the_robot_and_a_horizon_cuts_anew(tab):
+    before = tab.get('robot measured', 'data')
+    count = len(tab.get('error over time', 'data')['now'])
+    tab.set('scrub', value=7.5)
+    until(lambda: '7.50 s' in tab.get('clock', 'text'))
+    assert tab.get('robot measured', 'data') != before
+    tab.set('horizon', value=-1.0)
+    until(lambda: len(tab.get('error over time', 'data')['now']) > 3 * count)
+
+
+def test_the_page_needs_the_token_and_no_network(url):
+    port = url.split(':')[2].split('/')[0]
+    for path in ('', 'ws', 'numbers.csv', 'copy.html', 'static/js/bokeh.min.js', 'x' * 22 + '/'):
+        with pytest.raises(HTTPError) as refused:
+            urlopen(f'http://{HERE}:{port}/{path}', timeout=PATIENCE)
+        assert refused.value.code == 404
+    page = urlopen(url, timeout=PATIENCE).read().decode()
+    links = Links()
+    links.feed(re.sub(r'<link[^>]*href="data:,"[^>]*>', '', page))
+    token = url.split('/')[3]
+    foreign = [u for u in links.urls if not u.startswith((f'/{token}/', 'static/', 'data:'))]
+    assert links.scripts and foreign == []
+
+
+def test_only_this_machine_can_ask(url):
+    port = int(url.split(':')[2].split('/')[0])
+    with socket.socket() as other:
+        other.bind(('127.0.0.2', 0))
+        other.settimeout(PATIENCE)
+        with pytest.raises(ConnectionRefusedError):
+            other.connect(('127.0.0.2', port))
+
+
+def test_numbers_and_a_copy_can_be_taken_away(url):
+    numbers = urlopen(f'{url}numbers.csv', timeout=PATIENCE).read().decode()
+    assert numbers.startswith('what,of,at,at_unit,as_given,now,noise_floor,unit\n')
+    copy = urlopen(f'{url}copy.html', timeout=PATIENCE).read().decode()
+    links = Links()
+    links.feed(copy)
+    assert [u for u in links.urls if not u.startswith('data:')] == [] and len(copy) < 5e6
+    assert 'noise floors' in ' '.join(links.text)
+
+
+def test_a_port_in_use_is_one_line(run):
+    with socket.create_server((HERE, 0)) as taken:
+        port = str(taken.getsockname()[1])
+        with pytest.raises(UserError, match=rf'^port {port}: .* give --port another'):
+            main([str(run), *MODEL, '--port', port])
+
+
+@pytest.mark.parametrize('port', ['x', '70000', '-1'])
+def test_what_is_no_port_is_said(run, port):
+    with pytest.raises(UserError, match=r'is no port|expected one argument'):
+        main([str(run), *MODEL, '--port', port])
