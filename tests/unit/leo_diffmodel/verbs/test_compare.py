@@ -78,7 +78,7 @@ def test_several_models_are_ranked_and_the_best_goes_on(rubbing, tmp_path, capsy
     [best] = [line for line in text.splitlines() if line.endswith('│ best  │')]
     [worse] = [line for line in text.splitlines() if line.endswith('│ worse │')]
     assert 'pendulum' in worse and best.count(' / ') == 2, 'figures are never cut'
-    assert f'{repaired} is better than the other (95 %, over 8 blocks of time)' in text
+    assert f'{repaired} is better than the other (95 %, over 10 blocks of time)' in text
     assert f'next: leo explain {rubbing} --model {repaired} -o out/explain' in text
     written = json.loads((tmp_path / 'out/ranking.json').read_text())
     assert main([str(rubbing), *models, '--json']) == 0

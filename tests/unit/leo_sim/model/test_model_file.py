@@ -248,5 +248,5 @@ def test_a_shipped_model_goes_by_its_name_unless_a_file_has_it(tmp_path, monkeyp
     saved.rename(tmp_path / 'so101_bam')
     (tmp_path / 'so101_bam').write_text('robot: pendulum\n')
     assert load_model('so101_bam').robot.name == 'pendulum'
-    with pytest.raises(UserError, match="no robot or model is named 'so101_bm', .* so101_bam"):
+    with pytest.raises(UserError, match=r"no robot or model is named 'so101_bm', .* so101_bam"):
         load_model('so101_bm')
