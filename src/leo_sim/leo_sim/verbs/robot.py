@@ -60,7 +60,8 @@ def _init(argv: list[str]) -> int:
 
 
 def _list(argv: list[str]) -> int:
-    parser = common.Parser('leo robot list', 'The robots and models that have a name.', _LIST_EXAMPLES)
+    parser = common.Parser('leo robot list', 'The robots and models that have a name.',
+                           _LIST_EXAMPLES)
     parser.add_json()
     options = parser.parse_args(argv)
 
