@@ -68,11 +68,11 @@ def compare(
     began = time.monotonic()
     model = with_known(model, recordings)
     origin = provenance(recordings, model)
-    recordings = _at_one_rate(recordings)
+    recordings = at_one_rate(recordings)
     step = errors.step_seconds(recordings, step)
     progress('noise')
     try:
-        windows = _windows(thin(recordings), model, step)
+        windows = windows_up_to(HORIZON_SECONDS, thin(recordings), model, step)
         ahead = errors.horizon_windows(recordings, model, _near(windows, step))
         model = fast_enough(model, ahead)
         sigma = noise.estimate(model, noise.short_windows(recordings))
@@ -137,20 +137,21 @@ def _errors(
     }
 
 
-def _at_one_rate(recordings: Sequence[Recording]) -> Sequence[Recording]:
+def at_one_rate(recordings: Sequence[Recording]) -> Sequence[Recording]:
     """As they are, or thinned where one is sampled half as often again as another."""
     steps = periods(recordings) or [0.0]
     return thin(recordings) if max(steps) > RATES_APART * min(steps) else recordings
 
 
-def _windows(recordings: Sequence[Recording], model: Model, step: float) -> Windows:
-    """Windows as long as the longest horizon that fits a good part of the data.
+def windows_up_to(
+    seconds: float, recordings: Sequence[Recording], model: Model, step: float
+) -> Windows:
+    """Windows of so many seconds, or as long as fits a good part of the data.
 
     Raises:
         ValueError: not even a step fits.
     """
     lengths = np.array([float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes])
-    seconds = HORIZON_SECONDS
     while seconds > step and not _fits(lengths, seconds + noise.HISTORY):
         seconds /= 2
     return errors.horizon_windows(recordings, model, seconds)

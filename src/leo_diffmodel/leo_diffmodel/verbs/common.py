@@ -42,12 +42,18 @@ def parser(verb: str, about: str, examples: Sequence[str]) -> Parser:
     return Parser(f'leo {verb}', about, ''.join(f'  {line}\n' for line in examples))
 
 
-def add_bag_arguments(arguments: argparse.ArgumentParser, hold_out: bool = True) -> None:
-    """Bags, model, topic map, step, JSON; own effects, held-out bags where they make sense."""
+def add_bag_arguments(
+    arguments: argparse.ArgumentParser, hold_out: bool = True, several: bool = False
+) -> None:
+    """Bags, model, topic map, step, JSON; own effects, held-out bags where they make sense.
+
+    With `several` there may be more than one model, and `arguments.model` is a list.
+    """
     arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
     arguments.add_argument(
-        '--model', required=True, help='a model file, a robot name or a robot folder'
-    )
+        '--model', required=True, action='append' if several else 'store',
+        help='a model file, a robot name or a robot folder' + several * '; again for each model',
+    )  # fmt: skip
     arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
     arguments.add_argument('--step', type=float, help='length of one step [s]')
     arguments.add_argument('--json', action='store_true', help='print the result as JSON')

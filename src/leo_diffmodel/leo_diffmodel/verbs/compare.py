@@ -16,6 +16,7 @@ from leo_diffmodel.compare.comparison import compare, Comparison, STAGES
 from leo_diffmodel.compare.where import against_motion, bin_in_words, worst_places
 from leo_diffmodel.report.text import percent
 from leo_diffmodel.verbs import common
+from leo_diffmodel.verbs.compare_several import compare_several
 from leo_msgs_py.console import Terminal
 from leo_sim.model import Model
 
@@ -23,6 +24,7 @@ EXAMPLES = (
     'leo compare bags/run1 --model pendulum',
     'leo compare bags/run1 bags/run2 --model repaired.yaml -o out/compare',
     'leo compare bags/run1 --model pendulum --from 3 --to 12.5',
+    'leo compare arm --model so101_bam --model so101_menagerie    # which fits best',
 )
 SHOWN = 10
 WINDOWS = 3
@@ -34,6 +36,9 @@ def main(argv: list[str]) -> int:
     """Run `leo compare`; exit status 0."""
     arguments = _parser().parse_args(argv)
     folder = common.fresh_folder(arguments.output)
+    if len(arguments.model) > 1:
+        return compare_several(arguments, folder)
+    [arguments.model] = arguments.model
     model = common.load(arguments)
     recordings = common.read_bags(arguments.bags, model, arguments.topic_map)
     recordings = common.span(arguments, recordings)
@@ -54,7 +59,7 @@ def main(argv: list[str]) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('compare', __doc__ or '', EXAMPLES)
-    common.add_bag_arguments(arguments, hold_out=False)
+    common.add_bag_arguments(arguments, hold_out=False, several=True)
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write JSON and report here')
     return arguments
 

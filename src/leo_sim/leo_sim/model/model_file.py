@@ -2,6 +2,7 @@
 """model.yaml: a robot with its effects, constants, difference model and history."""
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fnmatch import fnmatchcase
 import os
 from pathlib import Path
 from typing import Any
@@ -68,7 +69,7 @@ class _EffectsFile(Schema):
 
 
 def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
-    """A model from model.yaml, a robot's name or a robot folder.
+    """A model from model.yaml, a robot's or a shipped model's name, or a robot folder.
 
     Args:
         ref: File, name or folder.
@@ -78,19 +79,26 @@ def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
         UserError: One line with file, place and what is wrong; a Python file in it that the user
             has not named (see `effects.consent`).
     """
-    path = Path(ref)
+    path = _named_file(ref)
     if not os.path.isfile(path):  # False for a name that no file can have, too
         if path.suffix in ('.yaml', '.yml'):
             raise UserError(f'no model file {path}')
         return Model(load_robot(ref), engine=engine)
     file = read(path, ModelFile)
     robot = load_robot(_beside(path, file.robot))
-    robot = robot.with_constants(_constants(path, robot, file.constants))
+    constants = _each(path, robot, file.constants)
+    robot = robot.with_constants(_constants(path, robot, constants))
     difference = file.difference_model
     return Model(robot, _placed_all(path, robot, file.effects), engine=engine,
                  history=file.history, limits=_limits(path, robot, file.limits),
-                 by_recording={name: c.recordings for name, c in file.constants.items()},
+                 by_recording={name: c.recordings for name, c in constants.items()},
                  difference_model=None if difference is None else path.parent / difference)
+
+
+def named_models() -> dict[str, Path]:
+    """The model files in the folders `models` of named robots: ROBOT_FILE, as so101_bam."""
+    return {f'{name}_{file.stem}': file for name, folder in named_robots().items()
+            for file in sorted(folder.glob('models/*.yaml'))}
 
 
 def load_effects(path: str | Path, robot: Robot) -> tuple[Placed, ...]:
@@ -186,6 +194,41 @@ def _check(robot: Robot, placed: Placed, entry: EffectFile) -> None:
             raise UserError(f'{entry.name}.{p.name}: the unit is {p.unit!r}, '
                             f'found {given.unit!r}')
     check_bounds(robot, placed)
+
+
+def _named_file(ref: str | Path) -> Path:
+    """The file of a shipped model by its name, else what is there by that name.
+
+    Raises:
+        UserError: Nothing is, and no robot or model has that name; the nearest one.
+    """
+    path, name = Path(ref), str(ref)
+    if os.path.exists(path) or path.suffix in ('.yaml', '.yml'):
+        return path
+    models, robots = named_models(), named_robots()
+    if name not in robots and name not in models:
+        raise UserError(f'no robot or model is named {name!r}, and it is no folder'
+                        f'{nearest(name, {**robots, **models})}')
+    return models.get(name, path)
+
+
+def _each(path: Path, robot: Robot, given: Mapping[str, ConstantFile]
+          ) -> dict[str, ConstantFile]:
+    """Constants by their whole paths: `actuators.*.resistance` stands for each of them.
+
+    What a file says of one of them holds for that one, wherever it says so.
+
+    Raises:
+        UserError: The robot has none of them.
+    """
+    result: dict[str, ConstantFile] = {}
+    for pattern in (name for name in given if '*' in name):
+        found = [name for name in robot.constants if fnmatchcase(name, pattern)]
+        if not found:
+            raise UserError(f'{path}: constants: {robot.name} has no {pattern!r}'
+                            f'{nearest(pattern, robot.constants)}')
+        result |= dict.fromkeys(found, given[pattern])
+    return result | {name: c for name, c in given.items() if '*' not in name}
 
 
 def _constants(path: Path, robot: Robot, given: Mapping[str, ConstantFile]

@@ -7,6 +7,7 @@ from pathlib import Path
 import shlex
 from typing import TYPE_CHECKING
 
+from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs import common
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 _INIT_EXAMPLES = """\
   leo robot init arm.urdf -o arm
   leo robot init arm.urdf -o arm --input voltage   # motors that take volts
+  leo robot init arm.urdf -o arm --input position  # servos that take goals
   leo robot init arm.urdf -o arm --driver dynamixel
 """
 _LIST_EXAMPLES = '  leo robot list\n'
@@ -34,12 +36,14 @@ def _init(argv: list[str]) -> int:
         _INIT_EXAMPLES)
     parser.add_argument('urdf', type=Path, metavar='URDF')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='FOLDER')
-    parser.add_argument('--input', choices=('torque', 'voltage'), default='torque',
+    parser.add_argument('--input', choices=('torque', 'voltage', 'position'), default='torque',
                         help='what the actuators take (default: torque)')
     parser.add_argument('--driver', choices=('dynamixel',),
                         help='write how its hardware is connected, to be filled in')
     parser.add_json()
     options = parser.parse_args(argv)
+    if options.driver and options.input == 'position':
+        raise UserError(f'the {options.driver} driver sends no goals yet; leave --driver out')
 
     from leo_sim.verbs.skeleton.folder import make_folder
 
@@ -56,14 +60,17 @@ def _init(argv: list[str]) -> int:
 
 
 def _list(argv: list[str]) -> int:
-    parser = common.Parser('leo robot list', 'The robots that have a name.', _LIST_EXAMPLES)
+    parser = common.Parser('leo robot list', 'The robots and models that have a name.',
+                           _LIST_EXAMPLES)
     parser.add_json()
     options = parser.parse_args(argv)
 
     from leo_sim.description.robot import load_robot, named_robots
+    from leo_sim.model.model_file import named_models
 
     robots = [load_robot(name) for name in sorted(named_robots())]
     lines = [f'{r.name}: {", ".join(r.joint_names)} ({r.input}, {r.base} base)' for r in robots]
+    lines.append(f'models by name: {", ".join(sorted(named_models()))}')
     common.show(options, [_facts(robot) for robot in robots], lines)
     return 0
 

@@ -9,6 +9,7 @@ from tests.page import read
 from tests.simulate import bag, PENDULUM, record, steps
 
 from leo_diffmodel.verbs.compare import main
+from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 
@@ -65,3 +66,27 @@ def test_the_page_of_two_joints(tmp_path, capsys):
         for axis in (f'rms error of {joint} [rad]', f'{joint} speed [rad/s]',
                      f'{joint} commanded torque [N m]'):  # fmt: skip
             assert f'"{axis}"' in page, axis
+
+
+def test_several_models_are_ranked_and_the_best_goes_on(rubbing, tmp_path, capsys):
+    repaired = tmp_path / 'repaired.yaml'
+    repaired.write_text('robot: pendulum\neffects: [{name: viscous_friction, where: pivot, '
+                        'parameters: {b: {value: 1.0e-4, unit: N m s/rad}}}]\n')
+    models = ['--model', 'pendulum', '--model', str(repaired)]
+    assert main([str(rubbing), *models, '-o', str(tmp_path / 'out')]) == 0
+    text = capsys.readouterr().out
+    [best] = [line for line in text.splitlines() if line.endswith('│ best  │')]
+    [worse] = [line for line in text.splitlines() if line.endswith('│ worse │')]
+    assert 'pendulum' in worse and best.count(' / ') == 2, 'figures are never cut'
+    assert f'{repaired} is better than the other (95 %, over 10 blocks of time)' in text
+    assert f'next: leo explain {rubbing} --model {repaired} -o out/explain' in text
+    written = json.loads((tmp_path / 'out/ranking.json').read_text())
+    assert main([str(rubbing), *models, '--json']) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert [row['model'] for row in again['models']] == [str(repaired), 'pendulum']
+    assert again['models'] == written['models']
+
+
+def test_the_same_model_twice_is_refused(rubbing):
+    with pytest.raises(UserError, match='--model pendulum is there twice'):
+        main([str(rubbing), '--model', 'pendulum', '--model', 'pendulum'])

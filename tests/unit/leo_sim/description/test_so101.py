@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The SO-101 arm: its figures are those its makers and BAM publish, and it holds itself up."""
 
+import re
+
 import numpy as np
 import pytest
 
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
+from leo_sim.model.model_file import load_model, named_models
 
 SO101 = load_robot('so101')
+SETS = {name: file for name, file in named_models().items() if name.startswith('so101_')}
 JOINTS = ('shoulder_pan', 'shoulder_lift', 'elbow_flex', 'wrist_flex', 'wrist_roll', 'gripper')
 
 
@@ -34,3 +38,39 @@ def test_it_holds_its_arm_with_the_error_that_its_gain_leaves():
     torque = model.rigid.load(state.q) - stiffness * state.q
     assert np.abs(torque).max() < 0.0515 + stiffness * 0.0016, 'friction and a count'
     assert 0.03 < state.q[1] < 0.1, 'the shoulder sags by some degrees'
+
+
+def test_published_sets_are_models_by_name():
+    assert sorted(SETS) == ['so101_bam', 'so101_bam_m3', 'so101_kscale_12v', 'so101_menagerie',
+                            'so101_menagerie_so100', 'so101_open_duck', 'so101_robotstudio']
+
+
+@pytest.mark.parametrize(
+    ('name', 'force', 'kp', 'damping', 'armature', 'friction'),
+    [('so101_robotstudio', 3.35, 17.8, 0.60, 0.028, 0.052),
+     ('so101_menagerie', 2.94, 998.22, 0.60 + 2.731, 0.028, 0.052),
+     ('so101_menagerie_so100', 3.5, 50.0, 5.128, 0.1, 0.1),
+     ('so101_open_duck', 3.23, 17.11, 0.56, 0.027, 0.068),
+     ('so101_bam', 0.97 * 3.516, 0.166 * 16 * 1.00494 * 3.516, 0.0599 + 0.5595, 0.02608, 0.0515),
+     ('so101_bam_m3', 0.97 * 3.816, 0.166 * 16 * 1.17871 * 3.816, 0.0315 + 0.6523, 0.0235,
+      0.05564),
+     ('so101_kscale_12v', 4.786, 0.16489 * 16 * 4.786, 0.0537 + 1.4357, 0.02696, 0.04363)])
+def test_a_set_has_the_published_stiffness_damping_and_force(name, force, kp, damping, armature,
+                                                             friction):
+    """As MuJoCo counts them: N m, N m/rad, N m s/rad, kg m2 and N m at the joint."""
+    values = load_model(name).constants
+    servo = {key.rsplit('.', 1)[1]: value for key, value in values.items()
+             if key.startswith('actuators.shoulder_pan.')}
+    per_volt = servo['torque_constant'] / servo['resistance']
+    most = servo['supply'] * per_volt
+    lost = most * servo['rate_gain'] + servo['torque_constant'] * per_volt
+    assert most == pytest.approx(force, rel=1e-3)
+    assert most * servo['position_gain'] == pytest.approx(kp, rel=1e-3)
+    assert lost + values['joints.shoulder_pan.damping'] == pytest.approx(damping, rel=1e-3)
+    assert servo['rotor_inertia'] == pytest.approx(armature, rel=1e-3)
+    assert values['joints.gripper.friction'] == pytest.approx(friction, rel=1e-3)
+
+
+def test_a_set_says_where_it_was_published():
+    for name, file in SETS.items():
+        assert re.search(r'commit\s(# )?[0-9a-f]{8}', file.read_text()), name

@@ -223,3 +223,30 @@ def test_names_that_no_file_can_have_are_one_line(name, tmp_path):
                  lambda: load_model(write(tmp_path, effects=[effect]))):  # fmt: skip
         with pytest.raises(UserError):
             load()
+
+
+def test_a_star_stands_for_every_joint_and_gives_way_to_one(tmp_path):
+    gain, own = {'value': 3.0, 'unit': '1/rad'}, {'value': 4.0, 'unit': '1/rad'}
+    path = write(tmp_path, robot='so101', constants={
+        'actuators.gripper.position_gain': own, 'actuators.*.position_gain': gain})  # fmt: skip
+    model = load_model(path)
+    gains = {n: v for n, v in model.constants.items() if n.endswith('.position_gain')}
+    assert gains.pop('actuators.gripper.position_gain') == 4.0
+    assert len(gains) == 5 and set(gains.values()) == {3.0}
+    again = load_model(save_model(tmp_path / 'again.yaml', model))
+    assert again.constants == model.constants
+    wrong = write(tmp_path, robot='so101', constants={'actuators.*.position_gian': gain})
+    with pytest.raises(UserError, match=r"so101 has no 'actuators\.\*\.position_gian'; did you"):
+        load_model(wrong)
+
+
+def test_a_shipped_model_goes_by_its_name_unless_a_file_has_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert load_model('so101_bam').effects[0].effect.name == 'command_delay'
+    saved = save_model(tmp_path / 'saved.yaml', load_model('so101_bam'))
+    assert yaml.safe_load(saved.read_text())['robot'] == 'so101'
+    saved.rename(tmp_path / 'so101_bam')
+    (tmp_path / 'so101_bam').write_text('robot: pendulum\n')
+    assert load_model('so101_bam').robot.name == 'pendulum'
+    with pytest.raises(UserError, match=r"no robot or model is named 'so101_bm', .* so101_bam"):
+        load_model('so101_bm')

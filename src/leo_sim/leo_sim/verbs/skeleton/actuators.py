@@ -2,12 +2,15 @@
 """An actuator for every joint that moves: figures of the URDF, guesses where it has none."""
 from collections.abc import Mapping
 from dataclasses import dataclass
+import math
 
 from leo_sim.verbs.skeleton.description import Description
 
 SUPPLY = 12.0
 SPEED = 6.0
 TORQUE = 1.0
+FULL_DUTY = 0.4
+"""Error at which a position servo is taken to give all it has, rad (Feetech STS3215 at P 16)."""
 SPARE = 2.0
 """How much more than gravity needs a motor is taken to give."""
 
@@ -29,7 +32,7 @@ def actuators(description: Description, loads: Mapping[str, float], kind: str
     Args:
         description: The URDF.
         loads: Largest torque of gravity at each moving joint, N m.
-        kind: 'torque' or 'voltage'.
+        kind: 'torque', 'voltage' or 'position'.
     """
     return {joint: _figures(description, joint, load, kind) for joint, load in loads.items()}
 
@@ -41,13 +44,19 @@ def _figures(description: Description, joint: str, load: float, kind: str) -> di
         return {'limit': torque, 'rotor_inertia': rotor}
     speed = description.speeds.get(joint, SPEED)
     constant = SUPPLY / speed
+    largest = Guess(SUPPLY, 'V', 'largest command', True)
+    loop = {}
+    if kind == 'position':
+        largest = Guess(math.pi, 'rad', 'goals from -limit to limit', True)
+        loop = {'position_gain': Guess(1 / FULL_DUTY, '1/rad', 'duty for 1 rad, a guess', True)}
     why = f'from {torque.value:g} N m at rest and {speed:g} rad/s without load'
     return {
-        'limit': Guess(SUPPLY, 'V', 'largest command', True),
+        'limit': largest,
         'supply': Guess(SUPPLY, 'V', 'a guess', True),
         'torque_constant': Guess(_rounded(constant), 'N m/A', why, True),
         'resistance': Guess(_rounded(constant * SUPPLY / torque.value), 'ohm', why, True),
         'rotor_inertia': rotor,
+        **loop,
     }
 
 

@@ -44,7 +44,7 @@ def make_folder(source: Path, folder: Path, kind: str, servos: bool = False) -> 
     Args:
         source: A URDF file.
         folder: Where; new, or empty.
-        kind: What the actuators take, 'torque' (N m) or 'voltage' (V).
+        kind: What the actuators take, 'torque' (N m), 'voltage' (V) or 'position' (rad).
         servos: Whether they are Dynamixel servos: then their bus is there to be filled in.
 
     Raises:
@@ -117,10 +117,13 @@ def _open(motors: dict[str, dict[str, Guess]], kind: str) -> list[str]:
     """What a URDF cannot say, and the guesses that stand in for it."""
     told = [f'control_period and state_rate: {PERIOD:g} s and {1 / PERIOD:g} Hz are guesses',
             'actuators: every joint that moves has one; take out those without a motor']
-    if kind == 'voltage':
+    if kind != 'torque':
         told.append('actuators: supply, limit, torque_constant and resistance of each are '
                     'guesses; at the joint side of the gear; uncertain: [low, high] what you '
                     'know roughly')
+    if kind == 'position':
+        told.append('actuators: position_gain of each is a guess: docs/your_robot.md has that of '
+                    'some servos; resolution is left out: a count of the encoder, rad')
     guessed = [j for j, f in motors.items() if kind == 'torque' and f['limit'].open]
     if guessed:
         told.append(f'actuators: the limit of {", ".join(guessed)} is a guess: the URDF has no '

@@ -15,6 +15,7 @@ from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
+from leo_sim.verbs.robot import main as robot_verb
 from leo_sim.verbs.skeleton.folder import make_folder
 from leo_sim.verbs.skeleton.implied_figures import EXACT, integration_step
 
@@ -32,7 +33,7 @@ def changed(folder: Path, *changes: tuple[str, str]) -> Path:
     return path
 
 
-@pytest.mark.parametrize('kind', ['torque', 'voltage'])
+@pytest.mark.parametrize('kind', ['torque', 'voltage', 'position'])
 def test_a_skeleton_loads_and_steps_at_once(tmp_path, kind):
     made = make_folder(ARM, tmp_path / 'arm', kind)
     robot = load_robot(tmp_path / 'arm')
@@ -149,3 +150,20 @@ def test_a_bus_of_servos_is_there_to_be_filled_in(tmp_path, kind):
 
 def test_without_servos_there_is_no_bus(tmp_path):
     assert make_folder(ARM, tmp_path / 'arm', 'torque').robot.driver.dynamixel is None
+
+
+def test_a_servo_that_takes_goals_holds_its_pose(tmp_path):
+    made = make_folder(ARM, tmp_path / 'arm', 'position')
+    assert any('position_gain' in sentence for sentence in made.open)
+    model = Model(made.robot)
+    state = model.start()
+    for _ in range(100):
+        state = model.step(state, np.array([0.3, 0.2, 0.4]), 0.01)
+    assert np.abs(state.dq).max() < 0.01 and state.q[0] == pytest.approx(0.3, abs=1e-3)
+
+
+def test_no_driver_sends_goals_yet(tmp_path):
+    typed = ['init', str(ARM), '-o', str(tmp_path / 'arm'), '--input', 'position']
+    with pytest.raises(UserError, match='the dynamixel driver sends no goals yet'):
+        robot_verb([*typed, '--driver', 'dynamixel'])
+    assert not (tmp_path / 'arm').exists()

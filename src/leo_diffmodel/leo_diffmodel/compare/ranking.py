@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Several models of one robot on the same recordings, best first, and which cannot be told apart.
+
+Errors are counted as shares of the measured motion: the mean square of what a state is off by,
+over that of how far it moved, all states of one unit together, and the mean over units. A joint
+that hardly moves so counts as little as it moves, and angles as much as rates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import stdtrit
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare import errors, noise
+from leo_diffmodel.compare.blocks import Blocks, make_blocks
+from leo_diffmodel.compare.comparison import at_one_rate, beyond, BUDGET_SECONDS, windows_up_to
+from leo_diffmodel.compare.fineness import stepped
+from leo_diffmodel.compare.known import with_known
+from leo_diffmodel.compare.provenance import provenance
+from leo_diffmodel.compare.thin import thin
+from leo_diffmodel.compare.windows import Windows
+from leo_msgs_py.errors import UserError
+from leo_sim.model import Model
+
+SURE = 0.975
+"""A two-sided 95 % interval."""
+STAGES = 2
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class _Scored:
+    """A model's errors at the end of windows.
+
+    Attributes:
+        square: squared errors of each window and state, (W, S).
+        floor: what noise alone makes of them, (W, S).
+        share: mean squared errors as shares of the motion, (W,).
+        noise: what noise alone makes of that share.
+    """
+
+    square: Array
+    floor: Array
+    share: Array
+    noise: float
+
+
+def rank(
+    recordings: Sequence[Recording],
+    models: Mapping[str, Model],
+    step: float | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> dict:
+    """Score models half a second ahead on the same windows: the contents of ranking.json.
+
+    Nothing is fitted, so all data are held out, but from a model that was fitted to one of these
+    bags: then all are scored on blocks of time that no fit saw (every fourth, `Blocks.held`). The
+    difference of each model to the best is averaged in each block of 2 s (an eighth of a shorter
+    bag); where its 95 % t interval over the blocks holds 0, the two are not distinguishable.
+
+    Args:
+        recordings: bags of one robot.
+        models: by the names to tell them by, all with the joints and the input of that robot.
+        step: the shortest window [s]; by default the control period of the data.
+        progress: told what comes next; `STAGES` times for each model.
+
+    Raises:
+        UserError: models of different robots, recordings too short, or as `compare`.
+    """
+    _same_robot(models)
+    origin = {name: provenance(recordings, model) for name, model in models.items()}
+    fitted = any(_saw(model, recordings) for model in models.values())
+    models = {name: with_known(model, recordings) for name, model in models.items()}
+    recordings = at_one_rate(recordings)
+    blocks, states = make_blocks(recordings, []), errors.state_names(models[next(iter(models))])
+    windows, sigma = _data(recordings, models, step, progress)
+    windows = _held(windows, blocks, recordings) if fitted else windows
+    scored = {}
+    for name, model in models.items():
+        progress(f'predictions of {name}')
+        scored[name] = _score(model, windows, sigma, [state['unit'] for state in states])
+    number = blocks.index(windows)
+    return {
+        'states': states,
+        'seconds': float(windows.dt.sum(axis=1).mean()),
+        'windows': windows.count,
+        'blocks': len(np.unique(number)),
+        'held_out_blocks_only': fitted,
+        'models': _rows(scored, number),
+        'provenance': origin,
+    }
+
+
+def _same_robot(models: Mapping[str, Model]) -> None:
+    (first, *_), (known, *rest) = models, models.values()
+    for name, model in zip(list(models)[1:], rest, strict=True):
+        if (model.robot.joint_names, model.robot.input) != (known.robot.joint_names,
+                                                            known.robot.input):  # fmt: skip
+            raise UserError(
+                f'{name} is of the robot {model.robot.name} and {first} of {known.robot.name}; '
+                'models that are compared have the same joints and input'
+            )
+
+
+def _saw(model: Model, recordings: Sequence[Recording]) -> bool:
+    """Whether the model's history says that it was fitted to one of these bags."""
+    hashes = {bag.get('sha256') for entry in model.history for bag in entry.get('bags', ())}
+    return any(recording.sha256 in hashes for recording in recordings)
+
+
+def _data(
+    recordings: Sequence[Recording],
+    models: Mapping[str, Model],
+    step: float | None,
+    progress: Callable[[str], None],
+) -> tuple[Windows, Array]:
+    """Windows of half a second, with the past that any model needs, and the noise (R, 2J).
+
+    Raises:
+        UserError: too short for a single window, or rates that no model can follow.
+    """
+    needy = max(models.values(), key=errors.has_memory)
+    try:
+        shortest = errors.step_seconds(recordings, step)
+        windows = windows_up_to(BUDGET_SECONDS, thin(recordings), needy, shortest)
+        return windows, _noise(recordings, models, progress)
+    except np.linalg.LinAlgError as error:
+        raise UserError(beyond(recordings)) from error
+    except ValueError as error:
+        raise UserError(f'{recordings[0].path}: {error}; record at least 2 s') from error
+
+
+def _held(windows: Windows, blocks: Blocks, recordings: Sequence[Recording]) -> Windows:
+    held = blocks.held(windows)
+    if not held.any():
+        raise UserError(
+            f'{recordings[0].path}: a model was fitted to it, and it is too short to hold out a '
+            'part; compare on another bag'
+        )
+    return windows.take(held)
+
+
+def _noise(
+    recordings: Sequence[Recording], models: Mapping[str, Model], progress: Callable[[str], None]
+) -> Array:
+    """The noise of the data: the least that any model leaves, (R, 2J)."""
+    found = []
+    for name, model in models.items():
+        progress(f'noise with {name}')
+        found.append(noise.estimate(model, noise.short_windows(recordings)))
+    return np.min(found, axis=0)
+
+
+def _score(model: Model, windows: Windows, sigma: Array, units: Sequence[str]) -> _Scored:
+    prediction = errors.predict_windows(stepped(model, windows, sigma), windows, sigma)
+    square, floor = prediction.error[:, -1] ** 2, prediction.floor[:, -1]
+    motion = (windows.measured[:, -1] - windows.measured[:, 0]) ** 2
+    share, beneath = np.zeros(windows.count), 0.0
+    for unit in dict.fromkeys(units):
+        mine = np.array([u == unit for u in units])
+        moved = max(motion[:, mine].mean(), noise.STILLEST**2)
+        share += square[:, mine].mean(axis=1) / moved
+        beneath += float(floor[:, mine].mean() / moved)
+    kinds = len(set(units))
+    return _Scored(square, floor, share / kinds, beneath / kinds)
+
+
+def _rows(scored: Mapping[str, _Scored], block: Array) -> list[dict]:
+    names = sorted(scored, key=lambda name: scored[name].share.mean())
+    best = scored[names[0]].share
+    return [
+        {
+            'model': name,
+            'share': float(scored[name].share.mean()),
+            'noise_share': scored[name].noise,
+            'rmse': np.sqrt(scored[name].square.mean(axis=0)).tolist(),
+            'noise_floor': np.sqrt(scored[name].floor.mean(axis=0)).tolist(),
+            'behind': behind(scored[name].share - best, block),
+        }
+        for name in names
+    ]
+
+
+def behind(difference: Array, block: Array) -> dict:
+    """How far a model is behind the best, with its 95 % interval over blocks of time.
+
+    Args:
+        difference: of the shares, in each window, (W,).
+        block: the block of each window, (W,).
+
+    Returns:
+        value, ci95 (None with a single block), and whether the two are distinguishable.
+    """
+    means = np.array([difference[block == b].mean() for b in np.unique(block)])
+    value, count = float(means.mean()), len(means)
+    if count < 2:
+        return {'value': value, 'ci95': None, 'distinguishable': False}
+    half = float(stdtrit(count - 1, SURE) * means.std(ddof=1) / np.sqrt(count))
+    return {'value': value, 'ci95': [value - half, value + half],
+            'distinguishable': value > half}  # fmt: skip
