@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from leo_sim.description.robot import load_robot
+from leo_sim.effects.motor import voltage_motor
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model, named_models
 
@@ -74,3 +75,22 @@ def test_a_set_has_the_published_stiffness_damping_and_force(name, force, kp, da
 def test_a_set_says_where_it_was_published():
     for name, file in SETS.items():
         assert re.search(r'commit\s(# )?[0-9a-f]{8}', file.read_text()), name
+
+
+@pytest.mark.parametrize(('name', 'force', 'kp', 'kv', 'damping'), [
+    ('so101_robotstudio', 3.35, 17.8, 0.0, 0.60), ('so101_menagerie', 2.94, 998.22, 2.731, 0.60),
+    ('so101_menagerie_so100', 3.5, 50.0, 4.473, 0.0), ('so101_open_duck', 3.23, 17.11, 0.0, 0.56),
+])  # fmt: skip
+def test_a_set_of_mujoco_gives_the_torque_of_its_actuator(name, force, kp, kv, damping):
+    """The gripper's, at rest and in motion, clipped and not, N m."""
+    rng = np.random.default_rng(1)
+    goal, q, dq = rng.uniform([[-1], [-1], [-4]], [[1], [1], [4]], (3, 200))
+    goal[100:] = q[100:] + 0.002 * goal[100:]
+    laws, values = load_model(name).laws, load_model(name).constants
+    at = np.eye(6)[5]
+    volts = laws.servos.voltage(goal[:, None] * at, q[:, None] * at, dq[:, None] * at)[:, 5]
+    constant, resistance = (values[f'actuators.gripper.{k}']
+                            for k in ('torque_constant', 'resistance'))  # fmt: skip
+    torque = voltage_motor(volts, dq, constant, resistance).torque
+    expected = np.clip(kp * (goal - q) - kv * dq, -force, force) - damping * dq
+    assert torque == pytest.approx(expected, abs=5e-3)
