@@ -99,7 +99,7 @@ def ours(hidden: tuple[int, ...]) -> Callable[[int], float]:
 
 
 def stable_baselines(hidden: tuple[int, ...]) -> Callable[[int], float]:
-    """The same of Stable-Baselines3's."""
+    """Steps a second of CPU time of Stable-Baselines3's DDPG, as a function of how many."""
     from stable_baselines3 import DDPG
     from stable_baselines3.common.noise import OrnsteinUhlenbeckActionNoise
 
@@ -120,7 +120,7 @@ def stable_baselines(hidden: tuple[int, ...]) -> Callable[[int], float]:
 
 
 def cleanrl(script: Path, steps: int) -> float:
-    """The same of CleanRL's, in a process of its own, from what it prints."""
+    """Steps a second of CPU time of CleanRL's DDPG, from what a process of its own prints."""
     command = [
         sys.executable, __file__, '--run-cleanrl', str(script), '--env-id', 'Leo-v0', '--no-cuda',
         '--batch-size', str(BATCH), '--policy-frequency', '1', '--learning-starts', str(WARM_UP),

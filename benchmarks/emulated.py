@@ -22,6 +22,8 @@ from leo_sim.description.robot import load_robot
 LEO = str(Path(sys.executable).with_name('leo'))
 PATIENCE = 60.0
 MEMORY = Path('/dev/shm')
+DRIVER, HARDWARE = 2, 3
+"""Priorities in real time: servos wait for no computer, a driver for no player."""
 
 
 class Emulated:
@@ -54,13 +56,13 @@ class Emulated:
         self._read = 0
         self._node('servo_bus', f'link:={self.port}', f'log:={self.log}', *bus)
         assert spin_until(self.port.is_symlink, PATIENCE), self.said()
-        real_time(self.processes['servo_bus'].pid)
+        real_time(self.processes['servo_bus'].pid, HARDWARE)
 
     def start_robot(self, *more: str) -> None:
         """Start the robot node, unless one runs."""
         if not self.runs('robot'):
             self._node('robot', f'driver:={self.driver}', f'port:={self.port}', *more)
-            real_time(self.processes['robot'].pid)
+            real_time(self.processes['robot'].pid, DRIVER)
 
     def start(self, name: str, *words: str) -> subprocess.Popen:
         """Start `leo WORDS`; what it says goes to NAME.out."""
@@ -132,11 +134,11 @@ class Emulated:
         self.start(executable, 'run', 'leo_sim', executable, '--ros-args', *given)
 
 
-def real_time(process: int) -> None:
-    """Have a process, its threads and those to come run before all that is not in real time."""
+def real_time(process: int, priority: int = 1) -> None:
+    """Have a process, its threads and those to come run before all of lower priority."""
     for task in Path(f'/proc/{process}/task').iterdir():
         with suppress(PermissionError, ProcessLookupError):
-            os.sched_setscheduler(int(task.name), os.SCHED_RR, os.sched_param(1))
+            os.sched_setscheduler(int(task.name), os.SCHED_RR, os.sched_param(priority))
 
 
 def patient(folder: Path, watchdog: float) -> str:

@@ -136,7 +136,7 @@ def _gap(ideal: Model, states: States) -> float:
 
 
 def purity(states: dict[str, States], pairs: int) -> None:
-    """The same bits in any order and in two processes."""
+    """Whether the bits are the same in any order and in two processes."""
     joined = States(*map(np.concatenate, zip(*states.values(), strict=True)))
     index = np.arange(pairs) % len(joined.q)
     volts = np.random.default_rng(1).uniform(-8.6, 8.6, (pairs, 6))

@@ -9,9 +9,9 @@ from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Problem
-from leo_diffmodel.explain.estimate.footing import settled
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.estimate.linearisation import settled
 from leo_diffmodel.explain.estimate.scan import scales_of
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_sim.description.robot import load_robot
@@ -49,8 +49,8 @@ def recorded(*effects, start='hanging', seconds=1.5, seed=1):
 def scanned(model, bag):
     """The settled windows of a bag, the model as given fitted to them, and its scanner."""
     windows = cut([bag], 0.1)
-    kept, footing = settled(model, windows, SIGMA)
-    problem = Problem(model, windows.take(kept), SIGMA, np.ones(len(kept), bool), footing)
+    kept, linearisation = settled(model, windows, SIGMA)
+    problem = Problem(model, windows.take(kept), SIGMA, np.ones(len(kept), bool), linearisation)
     null = fit(problem, Hypothesis())
     return problem, null, GroundScanner(problem, null, scales_of(model, windows))
 

@@ -31,6 +31,7 @@ setup(
         'jinja2>=3.1',
         'joblib>=1.3',
         'lz4',
+        'matplotlib',
         'mcap>=1.3',
         'numpy>=1.26.4',
         'pillow>=10.1',

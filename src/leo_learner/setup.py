@@ -16,7 +16,7 @@ setup(
     license='Apache-2.0',
     python_requires='>=3.11',
     packages=find_packages(),
-    package_data={PACKAGE: ['py.typed', 'policies/*.safetensors']},
+    package_data={PACKAGE: ['py.typed', 'policies/*.safetensors', 'quick/*', 'quick/bag/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

@@ -21,6 +21,7 @@ setup(
         (f'share/{PACKAGE}', ['package.xml']),
     ],
     install_requires=[
+        'joblib>=1.3',
         'lz4',
         'mcap>=1.3',
         'numpy>=1.26.4',
@@ -31,6 +32,7 @@ setup(
         'zstandard',
     ],
     extras_require={
+        'cluster': ['distributed>=2025.1'],
         'ros': ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6'],
         'test': ['pytest', 'hypothesis'],
     },
@@ -38,7 +40,7 @@ setup(
         'console_scripts': ['leo = leo_msgs_py.cli:main'],
         'leo.verbs': [
             f'{verb} = leo_msgs_py.verbs.{verb}:main'
-            for verb in ('node', 'param', 'run', 'service', 'status', 'topic')
+            for verb in ('completion', 'node', 'param', 'run', 'service', 'status', 'topic')
         ],
     },
     zip_safe=False,

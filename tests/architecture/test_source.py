@@ -77,7 +77,7 @@ and estimate lie between each other, in no circle."""
 
 ROOMS = (
     'common', 'description', 'kinematics', 'effects', 'laws', 'dynamics', 'references', 'model',
-    'task', 'truth', 'drivers', 'nodes', 'verbs',
+    'export', 'task', 'truth', 'drivers', 'nodes', 'verbs',
 )  # fmt: skip
 """The rooms of leo_sim; each may import those before it, late imports included."""
 KEPT_PATHS = {'leo_sim.model_file'}

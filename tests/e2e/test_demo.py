@@ -37,6 +37,7 @@ def test_names_the_secret_and_says_how_good_it_was(tmp_path):
     assert (tmp_path / 'repair' / 'report.html').stat().st_size < 5_000_000
     said = text.getvalue()
     assert truth['name'] in said and 'noise floor' in said and 'report.html' in said
+    assert f'leo watch {tmp_path}/rollout --model pendulum' in said
 
 
 def test_a_process_that_ends_without_its_file_is_said(tmp_path):

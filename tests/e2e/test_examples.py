@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scripts in examples/ run as they are and find what was hidden."""
+"""The scripts and the notebook in examples/ run as they are and find what was hidden."""
 
 from pathlib import Path
 import re
 import subprocess
 import sys
 
+from nbclient import NotebookClient
+import nbformat
 import pytest
 from tests.places import ROOT
 
@@ -57,6 +59,21 @@ def test_own_effect(bags):
     assert said.startswith('named: Missing: hose:pivot')
 
 
+def test_first_look_notebook(tmp_path):
+    notebook = nbformat.read(EXAMPLES / 'first_look.ipynb', as_version=4)
+    assert not any(cell.get('outputs') for cell in notebook.cells)
+    notebook.cells[1].source += f'\nfolder = Path({str(tmp_path)!r})'
+    NotebookClient(notebook, timeout=600, kernel_name='python3').execute(cwd=tmp_path)
+    outputs = [out for cell in notebook.cells for out in cell.get('outputs', ())]
+    said = ''.join(out.text for out in outputs if out.output_type == 'stream')
+    found, low, high = map(float, re.search(
+        r'coulomb_friction at pivot: c = (\S+) N m \(95 %: (\S+) to (\S+)\)', said).groups())
+    assert low < 0.2 < high and abs(found - 0.2) < 0.01
+    before, after = map(float, re.search(r'0\.50 s ahead: (\S+) -> (\S+) rad', said).groups())
+    assert after < 0.3 * before
+    assert any('image/png' in out.get('data', {}) for out in outputs)
+
+
 def test_every_example_is_run_here():
-    tested = set(re.findall(r"'(\w+\.py)'", Path(__file__).read_text()))
-    assert {p.name for p in EXAMPLES.glob('*.py')} <= tested
+    tested = set(re.findall(r"'(\w+\.(?:py|ipynb))'", Path(__file__).read_text()))
+    assert {p.name for p in EXAMPLES.iterdir() if p.suffix in ('.py', '.ipynb')} <= tested

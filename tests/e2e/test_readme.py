@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What README.md tells to type and to open is there."""
+"""What README.md tells to type and to open, and what docs/architecture.md names, is there."""
 
 from functools import cache
 from importlib.metadata import entry_points
@@ -21,6 +21,8 @@ COMMANDS = sorted(
     }
 )
 PATHS = sorted(set(re.findall(r'`((?:src|tests|docs)/[^`* ]+)`', README)))
+ARCHITECTURE = (ROOT / 'docs/architecture.md').read_text()
+WHERE_IS = ARCHITECTURE.partition('## Where is')[2]
 PAGES = [*sorted(ROOT.glob('*.md')), *sorted(ROOT.glob('docs/**/*.md'))]
 LEO = Path(sys.executable).with_name('leo')
 
@@ -59,3 +61,27 @@ def test_pictures_and_links_exist(page: Path) -> None:
     linked = re.findall(r'\]\(([^)#\s]+)(?:#[^)]*)?\)', text)
     here = [p for p in linked if not p.startswith('http')]
     assert [p for p in here if not (page.parent / p).exists()] == []
+
+
+ANSWERS = dict(re.findall(r'^\| ([^|]+?) \| (.*\]\(.*) \|$', WHERE_IS, flags=re.MULTILINE))
+
+
+def test_ten_questions_have_answers() -> None:
+    assert len(ANSWERS) >= 10 and '(docs/architecture.md)' in README
+
+
+@pytest.mark.parametrize('question', ANSWERS)
+def test_answer_names_what_its_files_hold(question: str) -> None:
+    linked = re.findall(r'\]\(([^)]+)\)', ANSWERS[question])
+    files = [path for link in linked if (path := ROOT / 'docs' / link).is_file()]
+    text = '\n'.join(path.read_text() for path in files)
+    beside = {path.name for file in files for path in file.parent.iterdir()}
+    for name in re.findall(r'(?<!\[)`(\w+)`', ANSWERS[question]):
+        assert name in beside or re.search(rf'\b(def|class) {name}\b', text), name
+
+
+def test_architecture_names_files_that_are_there() -> None:
+    named = set(re.findall(r'`([a-z_]\w*(?:/\w+)*\.py)`', ARCHITECTURE))
+    there = [str(path) for path in (ROOT / 'src').rglob('*.py')]
+    there += [str(path) for path in ROOT.glob('[bt]*/**/*.py')]
+    assert sorted(n for n in named if not any(t.endswith(f'/{n}') for t in there)) == []

@@ -49,4 +49,4 @@ def test_it_is_named_from_the_bag(tmp_path: Path) -> None:
     found = searched([recording], Model(POSITION), FIRST)
     (top,) = found.chosen.names
     assert top.effect.name == 'voltage_deadband'
-    assert found.final.theta[0] == pytest.approx(DEAD_ZONE, abs=0.03)
+    assert found.final.theta[0] == pytest.approx(DEAD_ZONE, abs=0.01)

@@ -7,6 +7,7 @@ Each calls what its command calls. What is slow to import is imported at the fir
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -60,6 +61,7 @@ def explain(
     step: float | None = None,
     within: float = math.inf,
     keep: bool = False,
+    edit_test: Bags = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> Explanation:
     """Which physical effect a model lacks, how large, how sure, or that nothing is missing.
@@ -73,11 +75,13 @@ def explain(
             of the data.
         within: time for the search [s]; after it the best answer so far, which says so.
         keep: use what looks moved from outside, too.
+        edit_test: bags of the robot after what is named was taken out of it.
         progress: told what is being tried.
 
     Raises:
         UserError: no such bag, model or effect, or the same bag twice.
     """
+    from leo_diffmodel.explain.edit_test import edit_test as edited
     from leo_diffmodel.explain.explanation import explain as explained
     from leo_diffmodel.results import Explanation
     from leo_sim.effects import registered_effects
@@ -85,8 +89,11 @@ def explain(
     own = [*registered_effects(), *(_effect(e) for e in effects)]
     model = _model(model)
     recordings, held = _read(bags, model), _read(hold_out, model)
-    distinct([*recordings, *held])
+    changed = _read(edit_test, model)
+    distinct([*recordings, *held, *changed])
     found = explained(recordings, model, held, own, progress, step, within=within, keep=keep)
+    if changed and found.effects:
+        found = replace(found, edit_test=edited(model, found.model, changed, step, progress))
     return Explanation.of(found.to_json(), found.model)
 
 

@@ -236,6 +236,7 @@ class Explanation:
         seconds: what it took.
         model: the repaired model; the model as given where nothing was named.
         json: the contents of explain.json.
+        edit_test: its `edit_test`; None where no bags of a changed robot were given.
     """
 
     verdict: Verdict
@@ -250,6 +251,7 @@ class Explanation:
     seconds: float
     model: Model = field(repr=False, compare=False)
     json: dict[str, Any] = field(repr=False, compare=False)
+    edit_test: dict[str, Any] | None = None
 
     __pydantic_config__ = ConfigDict(arbitrary_types_allowed=True)
 

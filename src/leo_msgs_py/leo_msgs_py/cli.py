@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable
 import difflib
 import errno
 from functools import wraps
 from importlib.metadata import entry_points, EntryPoint, version
+from importlib.util import find_spec
 import os
+from pathlib import Path
 import signal
 import sys
 from threading import current_thread, main_thread
@@ -24,7 +27,8 @@ Find out where and why a robot's simulator is wrong, repair it, retrain the cont
 verbs:
   {verbs}
 
-'leo --version' says which leo this is, 'leo VERB --help' more about each verb, with examples:
+'leo --version' says which leo this is, 'leo completion bash' completes verbs and options,
+'leo VERB --help' says more about each verb, with examples:
   leo run leo_sim robot --ros-args -p robot:=pendulum
   leo topic list -t
 """
@@ -136,13 +140,31 @@ def _one_line(text: str) -> str:
 def _dispatch(words: list[str]) -> int:
     verbs = {entry.name: entry for entry in entry_points(group='leo.verbs')}
     if not words or words[0] in ('-h', '--help', 'help'):
-        print(_USAGE.format(verbs='\n  '.join(sorted(verbs))), end='')
+        print(_USAGE.format(verbs='\n  '.join(_lines(verbs))), end='')
         return 0 if words else _BAD_INPUT
     if words[0] == '--version':
         print(f'leo {version("leo_msgs_py")}')
         return 0
     status: int = _find(words[0], verbs).load()(words[1:])
     return status
+
+
+def _lines(verbs: dict[str, EntryPoint]) -> list[str]:
+    """Each verb with what it does, which the first line of its module says after a colon."""
+    width = max(map(len, verbs))
+    return [f'{name:{width}}  {_about(verbs[name])}'.rstrip() for name in sorted(verbs)]
+
+
+def _about(verb: EntryPoint) -> str:
+    """What a verb does, in words; its module is read and not run, which would take long."""
+    package, *inside = verb.module.split('.')
+    found = find_spec(package)
+    folders = (found and found.submodule_search_locations) or []
+    for path in (Path(folder, *inside).with_suffix('.py') for folder in folders):
+        if path.is_file():
+            text = ast.get_docstring(ast.parse(path.read_text(encoding='utf-8'))) or ''
+            return text.partition('\n')[0].partition(': ')[2]
+    return ''
 
 
 def _find(name: str, verbs: dict[str, EntryPoint]) -> EntryPoint:

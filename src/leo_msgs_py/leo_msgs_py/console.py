@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
+from rich.table import Table as RichTable
 from rich.text import Text
 
 from leo_msgs_py.terminal import visible
@@ -29,3 +30,21 @@ class Terminal(Console):
         """Yield segments with their text visible; rich's own controls stay."""
         for segment in super().render(renderable, options):
             yield segment if segment.control else segment._replace(text=visible(segment.text))
+
+
+class Table(RichTable):
+    """A table whose names and numbers are folded where it is too wide for the terminal, never cut.
+
+    Args:
+        headers: of columns.
+        options: as rich takes them.
+    """
+
+    def __init__(self, *headers: str, **options: Any) -> None:
+        super().__init__(**options)
+        for header in headers:
+            self.add_column(header)
+
+    def add_column(self, *header: Any, **options: Any) -> None:
+        """Add a column; see rich."""
+        super().add_column(*header, **{'overflow': 'fold', **options})

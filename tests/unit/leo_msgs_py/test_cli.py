@@ -2,6 +2,7 @@
 """The `leo` dispatcher: verbs, mistakes, exit status."""
 
 import errno
+from importlib.metadata import entry_points
 import os
 import signal
 import subprocess
@@ -126,7 +127,7 @@ def test_an_unknown_verb_names_the_nearest(verbs, capsys):
 def test_help_lists_the_verbs(capsys):
     assert cli.main(['--help']) == 0
     text = capsys.readouterr().out
-    assert all(f'  {verb}\n' in text for verb in VERBS)
+    assert all(f'\n  {verb} ' in text for verb in VERBS)
 
 
 @pytest.mark.parametrize('verb', VERBS)
@@ -188,3 +189,12 @@ def test_one_version_everywhere(capsys):
     assert [ElementTree.parse(m).findtext('version') for m in manifests] == [version] * 4
     assert yaml.safe_load((ROOT / 'CITATION.cff').read_text())['version'] == version
     assert f'\n## {version} ' in (ROOT / 'CHANGELOG.md').read_text()
+
+
+def test_each_verb_has_one_line(capsys):
+    assert cli.main(['--help']) == 0
+    text = capsys.readouterr().out
+    lines = text.partition('verbs:\n')[2].partition('\n\n')[0].splitlines()
+    verbs = {entry.name for entry in entry_points(group='leo.verbs')}
+    assert [line.split()[0] for line in lines] == sorted(verbs)
+    assert all(len(line.split(maxsplit=1)) == 2 and len(line) <= 100 for line in lines)

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 import time
 
-from leo_diffmodel.add.ladder import ladder
 from leo_diffmodel.explain.explanation import Explanation
 from leo_sim.model import Model
 
@@ -51,6 +50,7 @@ def merged(found: Sequence[Explanation]) -> Explanation:
         effects=[row for each in found for row in each.effects],
         constants={path: c for each in found for path, c in each.constants.items()},
         next_run=last.next_run,
+        next_command=last.next_command,
         errors=_errors(found),
         seconds=sum(each.seconds for each in found),
         model=last.model,
@@ -68,3 +68,11 @@ def _errors(found: Sequence[Explanation]) -> dict:
     steps = [*ladder(found[0])[:-1], *later, ladder(found[-1])[-1]]
     one = {**last['one_step'], 'before': first['one_step']['before'], 'mean': mean}
     return {**last, 'one_step': one, 'horizon': horizon, 'ladder': steps}
+
+
+def ladder(result: Explanation) -> list[dict]:
+    """Held-out errors as given, with each effect added, and of noise; empty without a search.
+
+    Rows are {model, seconds, rmse, median per state}.
+    """
+    return [] if result.search is None else [*result.errors['ladder']]

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 from rich.console import Console
-from rich.table import Table
+
+from leo_msgs_py.console import Table
 
 from .info import BagInfo, EpisodeInfo
 
@@ -65,3 +66,4 @@ def _episodes(episodes: tuple[EpisodeInfo, ...]) -> Table:
     if len(episodes) > _MANY:
         table.add_row(f'and {len(episodes) - _MANY} more', '', '', '')
     return table
+

@@ -123,8 +123,16 @@ def read_bag(
     Raises:
         UserError: no such bag, topic or joint (listing those there are), or nothing usable.
     """
-    path, mapping, robot = Path(path), read_topic_map(topic_map), _robot(robot)
-    contents = load(path)
+    return assembled(load(Path(path)), _robot(robot), read_topic_map(topic_map))
+
+
+def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recording:
+    """The episodes of what a bag holds, or of messages that are not in one yet.
+
+    Raises:
+        UserError: as `read_bag`.
+    """
+    path = contents.path
     if not contents.message_count:
         raise UserError(f'{path} {_why_nothing(contents)}')
     topic = find_topic(contents, 'joint_states', mapping)

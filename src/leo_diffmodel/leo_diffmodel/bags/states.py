@@ -22,6 +22,10 @@ Floats = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 
+class OtherJoints(UserError):
+    """States of another robot."""
+
+
 @dataclass(frozen=True)
 class StateLog:
     """Joint states in log order; angles in rad (m), rates in rad/s (m/s), torques in N m.
@@ -110,7 +114,7 @@ def _rows(
             yield logged, stamp_of(message), *picked
     if orders and not any(orders.values()):
         there = sorted({name for names in orders for name in names})
-        raise UserError(
+        raise OtherJoints(
             f'joints {", ".join(str(w) for w in wanted if w not in there)} are not on '
             f'{topic.name}; there are {", ".join(there) or "none"}. Rename in a topic map '
             '(joints: {ours: {name: theirs}})'

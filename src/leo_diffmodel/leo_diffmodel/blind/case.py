@@ -76,10 +76,8 @@ def draw_case(
         mujoco: small differences are simulated by MuJoCo at odd seeds, else as all others.
     """
     rng = np.random.default_rng([seed, tuple(KINDS).index(kind)])
-    robot = load_robot(walker or ROBOTS[seed // 2 % len(ROBOTS)])
-    engine = (WALKER_ENGINES if walker else ENGINES)[seed % 2]
-    if kind in IN_MUJOCO and seed % 2 and mujoco:
-        engine = MUJOCO
+    robot = load_robot(walker or robot_name(seed))
+    engine = engine_of(seed, kind, walker is not None, mujoco)
     while True:
         noise = (log_uniform(rng, POSITION_NOISE), log_uniform(rng, RATE_NOISE))
         built = _as_built(robot, rng)
@@ -89,6 +87,18 @@ def draw_case(
         if drawn is not None:
             wrong = drawn._asdict()
             return Case(kind, seed, robot, wrong.pop('run') or run, engine, **wrong)
+
+
+def robot_name(seed: int) -> str:
+    """The robot without contacts that is a seed's."""
+    return ROBOTS[seed // 2 % len(ROBOTS)]
+
+
+def engine_of(seed: int, kind: str, walks: bool, mujoco: bool = True) -> tuple[str, float]:
+    """What simulates a case: see `Case.engine`."""
+    if kind in IN_MUJOCO and seed % 2 and mujoco:
+        return MUJOCO
+    return (WALKER_ENGINES if walks else ENGINES)[seed % 2]
 
 
 def _motions(robot: Robot, rng: np.random.Generator) -> tuple[Scene, ...]:

@@ -15,9 +15,8 @@ from leo_msgs_py.errors import UserError
 
 FIRST_OF_EXAMINATION = 50_000
 """Smaller seeds are for development, these and larger ones for examinations."""
-KEPT_APART = ('small', 'pushed')
-"""Kinds whose development runs may not touch the seeds of an examination."""
-PACKAGES = ('leo_diffmodel', 'numpy', 'scipy', 'numba', 'pybullet', 'mujoco')
+PACKAGES = ('leo_diffmodel', 'numpy', 'scipy', 'numba', 'joblib', 'pybullet', 'mujoco')
+CPU_INFO = Path('/proc/cpuinfo')
 
 
 def check_seeds(
@@ -37,7 +36,7 @@ def check_seeds(
         UserError: one line that says which seed and why.
     """
     if not examination:
-        if kind in KEPT_APART and seeds and max(seeds) >= FIRST_OF_EXAMINATION:
+        if seeds and max(seeds) >= FIRST_OF_EXAMINATION:
             raise UserError(f'leo blind: seed {max(seeds)} is for an examination of {kind}; '
                             f'take seeds below {FIRST_OF_EXAMINATION}, or --examination')
         return
@@ -57,7 +56,7 @@ def stamp(examination: bool) -> dict:
     return {
         'examination': examination,
         'commit': commit(),
-        'machine': f'{platform.machine()}, {os.cpu_count()} cores, {platform.system()}',
+        'machine': machine(),
         'versions': versions(),
     }
 
@@ -67,6 +66,16 @@ def commit() -> str:
     """`git describe` of the tree that this code lies in, '+dirty' where it was changed."""
     name = _git('describe', '--always', '--tags')
     return f'{name}+dirty' if name and _git('status', '--porcelain') else name or 'unknown'
+
+
+@cache
+def machine() -> str:
+    """Processor, cores and system."""
+    told = CPU_INFO.read_text().splitlines() if CPU_INFO.exists() else []
+    models = [line.split(':', 1)[1].strip() for line in told if line.startswith('model name')]
+    processor = models[0] if models else platform.processor()
+    kind = ' '.join(filter(None, (platform.machine(), processor)))
+    return f'{kind}, {os.cpu_count()} cores, {platform.system()}'
 
 
 @cache

@@ -1,27 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Run blind cases over the cores and append one line per case to a results file."""
+"""Run blind cases by several workers and append one line per case to a results file."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-import json
+from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 import sys
 import tempfile
 import traceback
-from typing import Any
-
-from joblib import delayed, Parallel
-from rich.progress import track
+from typing import NamedTuple
 
 from leo_diffmodel.bags.recording import read_bag
-from leo_diffmodel.blind.case import draw_case
+from leo_diffmodel.blind.case import draw_case, engine_of, robot_name
 from leo_diffmodel.blind.floors import with_floors
 from leo_diffmodel.blind.judge import judge
 from leo_diffmodel.blind.origin import check_seeds, stamp
+from leo_diffmodel.blind.progress import counted
 from leo_diffmodel.blind.record import record
+from leo_diffmodel.blind.table import SHARES
 from leo_diffmodel.blind.truth import hide, reveal
 from leo_diffmodel.explain.explanation import explain
+from leo_msgs_py.result_lines import append_result, read_results
+from leo_msgs_py.workers import ONE, Workers
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 
@@ -50,9 +51,23 @@ def _explained(bags: Sequence[Path], robot: Robot) -> dict:
     return explain(recordings, Model(robot)).to_json()
 
 
+class Task(NamedTuple):
+    """A case that is to be run.
+
+    Attributes:
+        kind: of `KINDS`.
+        seed: of everything drawn.
+        walker: see `draw_case`.
+    """
+
+    kind: str
+    seed: int
+    walker: str | Path | None = None
+
+
 def run(
-    seeds: Sequence[int], kind: str, results: Path, jobs: int, walker: str | Path | None = None,
-    mujoco: bool = True, examination: bool = False,
+    seeds: Sequence[int], kind: str, results: Path, workers: Workers = ONE,
+    walker: str | Path | None = None, mujoco: bool = True, examination: bool = False,
 ) -> list[dict]:
     """All cases of `seeds`; those already in `results` are not run again.
 
@@ -62,7 +77,7 @@ def run(
         seeds: of the cases.
         kind: of `KINDS`.
         results: a file to which one line per case is appended.
-        jobs: processes.
+        workers: who runs them.
         walker: see `draw_case`.
         mujoco: see `draw_case`.
         examination: no seed twice, and none that development may use.
@@ -73,32 +88,54 @@ def run(
     lines = read_lines(results)
     check_seeds(kind, seeds, lines, examination)
     done = {r['seed']: r for r in lines if r['kind'] == kind}
-    todo = [s for s in seeds if s not in done]
-    options = {} if mujoco else {'mujoco': False}
-    tasks = (delayed(_tried)(seed, kind, walker, **options) for seed in todo)
-    rows = Parallel(n_jobs=jobs, return_as='generator_unordered')(tasks)
-    results.parent.mkdir(parents=True, exist_ok=True)
-    with results.open('a') as file:
-        for row in track(rows, total=len(todo), description=f'blind cases ({kind})'):
-            if isinstance(row, str):
-                print(f'leo blind: {row}', file=sys.stderr)
-                continue
-            done[row['seed']] = {**row, **stamp(examination)}
-            file.write(json.dumps(done[row['seed']]) + '\n')
-            file.flush()
+    todo = [Task(kind, seed, walker) for seed in seeds if seed not in done]
+    rows = answers(todo, workers, mujoco, examination)
+    for row in counted(rows, 0, len(todo), f'blind cases ({kind})'):
+        if 'error' in row:
+            tell_error(row)
+            continue
+        done[row['seed']] = row
+        append_result(results, row)
     return [done[s] for s in seeds if s in done]
 
 
-def _tried(seed: int, kind: str, *given: Any, **options: Any) -> dict | str:
-    """The row of a case, or what went wrong: one case must not end hundreds of others."""
+def answers(
+    tasks: Sequence[Task], workers: Workers, mujoco: bool, examination: bool
+) -> Iterator[dict]:
+    """The lines of cases, as they come; where a case ended with an error it is `error`."""
+    return workers.each(partial(_answer, mujoco=mujoco, examination=examination), tasks)
+
+
+def _answer(task: Task, mujoco: bool, examination: bool) -> dict:
+    """The line of a case, or what went wrong: one case must not end hundreds of others."""
+    options = {} if mujoco else {'mujoco': False}
     try:
-        return run_case(seed, kind, *given, **options)
+        row = run_case(task.seed, task.kind, task.walker, **options)
     except Exception as error:  # noqa: BLE001
         at = traceback.extract_tb(error.__traceback__)[-1]
-        return f'{kind} {seed} has no answer: {error!r} ({at.filename}:{at.lineno})'
+        row = {**_no_answer(task, mujoco), 'error': f'{error!r} ({at.filename}:{at.lineno})',
+               'of_machine': isinstance(error, OSError | MemoryError)}  # fmt: skip
+    return {**row, **stamp(examination)}
+
+
+def _no_answer(task: Task, mujoco: bool) -> dict:
+    """The line of a case that ended with an error: nothing in it is right."""
+    walks = task.walker is not None
+    return {
+        'kind': task.kind, 'seed': task.seed,
+        'robot': Path(task.walker).name if task.walker else robot_name(task.seed),
+        'engine': engine_of(task.seed, task.kind, walks, mujoco)[0],
+        **dict.fromkeys(SHARES[task.kind], False),
+        'effects': [], 'verdict': 'error', 'named': [], 'errors': [], 'seconds': 0.0,
+    }  # fmt: skip
+
+
+def tell_error(row: dict) -> None:
+    """Say on stderr what ended a case."""
+    print(f'leo blind: {row["kind"]} {row["seed"]} has no answer: {row["error"]}',
+          file=sys.stderr)  # fmt: skip
 
 
 def read_lines(results: Path) -> list[dict]:
-    """The lines of a results file; none where there is no file."""
-    text = results.read_text() if results.exists() else ''
-    return [json.loads(line) for line in text.splitlines()]
+    """The lines of cases in a results file; none where there is no file."""
+    return [line for line in read_results(results) if 'kind' in line]

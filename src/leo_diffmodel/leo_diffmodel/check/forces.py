@@ -7,13 +7,14 @@ from itertools import groupby
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.finding import ERROR, Finding, OK, times, WARNING
-from leo_diffmodel.check.outside import FORCES, moved_from_outside, Stretch
+from leo_diffmodel.check.outside import LEFT_OUT, moved_from_outside, Stretch
 from leo_sim.model import Model
 
 TODO = {
     'push': 'a hand, a stop or a cable? cut it out: leo bag cut --without-outside',
     'hand': 'a hand is in no model: record again with nothing but the motors moving it',
     'blocked': 'free the joint and record again, or cut it out: leo bag cut --without-outside',
+    'held': 'nothing: leo explain leaves it out',
 }
 
 
@@ -21,7 +22,7 @@ def forces(recording: Recording, model: Model) -> list[Finding]:
     """One finding for each joint and kind of force from outside."""
     if model.robot.contacts and not recording.held:
         return []
-    found = [s for s in moved_from_outside([recording], model) if s.kind in FORCES]
+    found = [s for s in moved_from_outside([recording], model) if s.kind in LEFT_OUT]
     groups = groupby(sorted(found, key=_kind), _kind)
     told = [_finding(kind, list(stretches)) for (kind, _), stretches in groups]
     return told or [Finding('push', OK, 'no hand push, no collision')]

@@ -11,13 +11,13 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.finding import Finding, OK, WARNING
 
 Array = np.ndarray
-LOUD = 0.2
+NOISY = 0.2
 
 
 def noise_level(
     recordings: Sequence[Recording], sigma: Array, base: Sequence[str] = ()
 ) -> list[Finding]:
-    """One finding per joint: the loudest of its bags against what it moves in all of them.
+    """One finding per joint: the noisiest of its bags against what it moves in all of them.
 
     Args:
         recordings: of one robot.
@@ -28,9 +28,9 @@ def noise_level(
     for j, name in enumerate(recordings[0].joints):
         used = [i for i, r in enumerate(recordings) if not (r.held and name in base)]
         if used:
-            loudest = sigma[used][:, [j, len(recordings[0].joints) + j]].max(axis=0)
+            largest = sigma[used][:, [j, len(recordings[0].joints) + j]].max(axis=0)
             swing = _swing([recordings[i] for i in used], j)
-            out.append(_finding(name, loudest, float((loudest / swing).max())))
+            out.append(_finding(name, largest, float((largest / swing).max())))
     return out
 
 
@@ -46,7 +46,7 @@ def _finding(joint: str, sigma: Array, share: float) -> Finding:
         f'{joint}: noise {sigma[0]:.2g} rad and {sigma[1]:.2g} rad/s rms, at most '
         f'{100 * share:.1f} % of what it moves'
     )
-    if share <= LOUD:
+    if share <= NOISY:
         return Finding('noise', OK, what)
     todo = 'move further and faster, or record the encoder rather than a filtered estimate'
     return Finding('noise', WARNING, what, (), todo)

@@ -16,11 +16,14 @@ from leo_diffmodel.check.bursts import Burst, bursts
 from leo_diffmodel.check.finding import merged
 from leo_diffmodel.check.flow import Flow, flow, PER_BELL, still_rates
 from leo_diffmodel.check.frozen import frozen
+from leo_diffmodel.check.held import held
 from leo_diffmodel.check.ordinary import explained, Ordinary, strongest_wave
 from leo_sim.model import Model
 
 Array = np.ndarray
 FORCES = ('push', 'hand', 'blocked')
+LEFT_OUT = (*FORCES, 'held')
+"""Kinds of stretches that nothing is learned from; of these, only forces move the robot."""
 MARGIN, LEAST_SECONDS = 0.1, 0.5
 """s: cut off on each side of a stretch; the shortest piece that is kept."""
 HAND = 0.02
@@ -41,7 +44,7 @@ class Stretch:
         begin: since the recording's first state [s].
         end: the same [s].
         why: a sentence without a full stop, beginning with the joint.
-        kind: push (short), hand (lasting), blocked, gap or clipped.
+        kind: push (short), hand (lasting), blocked, held, gap or clipped.
     """
 
     source: int
@@ -57,7 +60,8 @@ def moved_from_outside(recordings: Sequence[Recording], model: Model) -> list[St
     The torque that the model lacks is explained, joint by joint and bag by bag, by whatever
     ordinary effects can give it (`ordinary`). What stands far out of the rest for a moment is a
     push; where a large part is left over nearly always, a hand did the work. Of a robot that
-    stands on the ground only gaps and frozen sensors are looked for, unless its base is held.
+    stands on the ground only gaps, frozen sensors and standing before the first input are looked
+    for, unless its base is held.
 
     Args:
         recordings: of the model's robot.
@@ -115,7 +119,8 @@ def _within(t: Array, spans: Iterable[tuple[float, float]]) -> Array:
 
 
 def _of_one(source: int, recording: Recording, model: Model) -> list[Stretch]:
-    found = [*_gaps(recording), *_clipped(recording), *_forces(recording, model)]
+    found = [*_gaps(recording), *_clipped(recording), *_held(recording, model),
+             *_forces(recording, model)]
     return [replace(s, source=source) for s in found]
 
 
@@ -139,6 +144,11 @@ def _clipped(recording: Recording) -> list[Stretch]:
                 'clipped')
         for f in frozen(recording)
     ]  # fmt: skip
+
+
+def _held(recording: Recording, model: Model) -> list[Stretch]:
+    why = 'all joints: stand before the first input where the model would move; held by a hand?'
+    return [Stretch(0, begin, end, why, 'held') for begin, end in held(recording, model)]
 
 
 def _forces(recording: Recording, model: Model) -> list[Stretch]:

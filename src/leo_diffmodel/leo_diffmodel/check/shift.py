@@ -19,7 +19,7 @@ from leo_sim.model import Model
 Array = np.ndarray
 INTERVALS = 12
 MOST_WINDOWS, MOST_ON_GROUND = 80, 30
-"""The second of a robot with contacts, where a window is dear."""
+"""The second of a robot with contacts, where a window is expensive."""
 
 
 def shifted(recording: Recording, seconds: float) -> Recording:

@@ -106,7 +106,7 @@ def scan_all(
     """Scan candidates on top of the model, its uncertain constants refitted first."""
     null = fit(problem, Hypothesis(constants=uncertain(model, problem.trained)))
     scales = scales_of(model, problem.windows)
-    scanner = (GroundScanner if problem.footing else Scanner)(problem, null, scales)
+    scanner = (GroundScanner if problem.linearisation else Scanner)(problem, null, scales)
     scans = []
     for candidate in wanted:
         scans.append(scanner.scan(candidate))

@@ -26,7 +26,8 @@ class Blocks:
     Attributes:
         begin: first stamp of each recording [s], shape (R,).
         length: block length in each recording [s], shape (R,).
-        offset: number of the first block of each recording, shape (R,).
+        offset: number of the first block of each recording, shape (R,). Recordings are numbered
+            by their names, so that what is held out does not depend on how they were listed.
         held_sources: recordings held out whole; where there are none, every fourth block is.
         own: recordings held out have constants of their own, which every other block of theirs
             tells; the rest of them is held out.
@@ -79,7 +80,7 @@ class Blocks:
         """
         sources = np.unique(windows.source[self.train(windows)])
         if len(sources) >= MANY_RECORDINGS:
-            return windows.source
+            return np.searchsorted(np.sort(self.offset), self.offset[windows.source])
         _, number = np.unique(self.index(windows), return_inverse=True)
         count = int(number.max(initial=0)) + 1
         return number * min(MOST_FOLDS, count) // count
@@ -102,13 +103,23 @@ def make_blocks(
         hold_out: held out whole.
         own: see `Blocks`.
     """
-    begin, length, offset, count = [], [], [], 0
-    for recording in [*recordings, *hold_out]:
-        first = min(e.t[0] for e in recording.episodes)
-        duration = max(e.t[-1] for e in recording.episodes) - first
-        begin.append(first)
-        length.append(max(min(BLOCK_SECONDS, duration / FEWEST), 1e-9))
-        offset.append(count)
-        count += int(np.floor(duration / length[-1])) + 2
-    held = tuple(range(len(recordings), len(begin))) if hold_out else ()
-    return Blocks(np.array(begin), np.array(length), np.array(offset), held, own)
+    everything = [*recordings, *hold_out]
+    begin, duration = np.array([_span(r) for r in everything]).T
+    length = np.maximum(np.minimum(BLOCK_SECONDS, duration / FEWEST), 1e-9)
+    count = np.floor(duration / length).astype(int) + 2
+    by_name = sorted(range(len(everything)), key=lambda i: _identity(everything[i]))
+    offset = np.zeros(len(everything), dtype=int)
+    offset[by_name] = np.cumsum(count[by_name]) - count[by_name]
+    held = tuple(range(len(recordings), len(everything))) if hold_out else ()
+    return Blocks(begin, length, offset, held, own)
+
+
+def _span(recording: Recording) -> tuple[float, float]:
+    """First stamp, and how long it lasts [s]."""
+    first = min(e.t[0] for e in recording.episodes)
+    return float(first), float(max(e.t[-1] for e in recording.episodes) - first)
+
+
+def _identity(recording: Recording) -> tuple[str, str, float, float]:
+    """What tells recordings apart, parts of one bag too."""
+    return recording.path.name, str(recording.path), *_span(recording)

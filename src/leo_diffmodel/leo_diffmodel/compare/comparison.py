@@ -191,8 +191,8 @@ def _budget(prediction: errors.Prediction) -> dict:
     """Shares of the measured motion: what the model explains, what it misses, what is noise.
 
     The motion is the change of the states within half a second; every state is weighed by its
-    own mean square, so that angles and rates count alike. Errors larger than the motion leave
-    nothing explained.
+    own mean square, so that angles and rates count alike; one that never moves, as those of a
+    held base, counts for nothing. Errors larger than the motion leave nothing explained.
     """
     elapsed = np.cumsum(prediction.windows.dt, axis=1)
     count = 1 + max(1, int((elapsed.mean(axis=0) <= BUDGET_SECONDS).sum()))
@@ -201,8 +201,11 @@ def _budget(prediction: errors.Prediction) -> dict:
     error = (prediction.error[:, :count] ** 2).mean(axis=(0, 1))
     floor = np.minimum(prediction.floor[:, :count].mean(axis=(0, 1)), error)
     whole = np.maximum(motion, error)
-    noise_share = float((floor / whole).mean())
-    missed = float(((error - floor) / whole).mean())
+    moved = whole > 0
+    if not moved.any():
+        return {'explained': 1.0, 'unexplained': 0.0, 'noise': 0.0}
+    noise_share = float((floor[moved] / whole[moved]).mean())
+    missed = float(((error - floor)[moved] / whole[moved]).mean())
     return {
         'explained': max(0.0, 1.0 - missed - noise_share),
         'unexplained': missed,

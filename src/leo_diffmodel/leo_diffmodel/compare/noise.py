@@ -28,9 +28,9 @@ SETTLED = 1e-5
 """Change of the noise in a round, as a share of it, after which no further one follows."""
 ON_GROUND_WINDOWS, FEWEST_OF_BAG = 60, 30
 ON_GROUND_SHARE = 0.25
-"""Of the short windows of a robot on the ground, the calm ones tell the noise."""
+"""Of the short windows of a robot on the ground, the quiet ones tell the noise."""
 SMOOTH, SURELY = 3, 0.8
-"""Degree of the curve that a calm stretch follows; noise about it counts if so much less."""
+"""Degree of the curve that a quiet stretch follows; noise about it counts if so much less."""
 ROUNDED = 0.5
 """Values are taken for rounded where fewer than this share of them are distinct."""
 
@@ -64,27 +64,27 @@ def per_window(sigma: Array, windows: Windows) -> Array:
 
 def _estimate(model: Model, windows: Windows, most: int) -> Array:
     """The noise of one recording; of a robot on the ground from so many windows at `most`."""
-    calm = 0.5
+    quantile = 0.5
     if model.robot.contacts:
-        calm, windows = ON_GROUND_SHARE, spread_out(windows, most)
+        quantile, windows = ON_GROUND_SHARE, spread_out(windows, most)
     finest = _finest(windows)
     windows = spread_out(windows, MOST_WINDOWS // windows.q.shape[-1])
-    pushes = _pushes(model, windows)
-    predicted, columns = respond(model, windows, windows.measured[:, 0], pushes)
-    sigma = _read(windows.measured - predicted, columns, calm)
+    torques = _torques(model, windows)
+    predicted, columns = respond(model, windows, windows.measured[:, 0], torques)
+    sigma = _read(windows.measured - predicted, columns, quantile)
     if model.robot.contacts:
         start = nearer(windows, predicted, columns, sigma[None, None])
-        predicted, columns = respond(model, windows, start, pushes)
+        predicted, columns = respond(model, windows, start, torques)
         sane = tame(columns)
         if sane.any():
-            again = _read((windows.measured - predicted)[sane], columns[sane], calm)
+            again = _read((windows.measured - predicted)[sane], columns[sane], quantile)
             sigma = np.minimum(again, sigma)
-        smooth = _about_curves(windows, calm)
+        smooth = _about_curves(windows, quantile)
         sigma = np.where(smooth < SURELY * sigma, smooth, sigma)
     return np.maximum(sigma, finest)
 
 
-def _about_curves(windows: Windows, calm: float) -> Array:
+def _about_curves(windows: Windows, quantile: float) -> Array:
     """Noise of each channel about a curve through each window, without a model, shape (2J,).
 
     A wrong height of the ground, or of the sensor above it, is in every window with contact, and
@@ -94,8 +94,8 @@ def _about_curves(windows: Windows, calm: float) -> Array:
     basis = np.linalg.qr(curves)[0]
     rest = windows.measured - basis @ (basis.T @ windows.measured)
     degrees = windows.steps - SMOOTH
-    square = np.quantile((rest**2).sum(axis=1), calm, axis=0)
-    return np.sqrt(square / _chi2(calm, np.array(degrees)))
+    square = np.quantile((rest**2).sum(axis=1), quantile, axis=0)
+    return np.sqrt(square / _chi2(quantile, np.array(degrees)))
 
 
 def spread_out(windows: Windows, most: int) -> Windows:
@@ -105,21 +105,21 @@ def spread_out(windows: Windows, most: int) -> Windows:
     return windows.take(np.linspace(0, windows.count - 1, most).astype(int))
 
 
-def _read(residual: Array, columns: Array, calm: float) -> Array:
+def _read(residual: Array, columns: Array, quantile: float) -> Array:
     """Noise of each channel in the residuals less what the columns explain, shape (2J,)."""
     joints = residual.shape[-1] // 2
     angle, sigma = np.arange(2 * joints) < joints, residual.std(axis=(0, 1)) + 1e-9
     sigma[angle] = _rounds(
-        residual[..., angle], columns[..., angle, :], sigma[angle], calm, angle[angle]
+        residual[..., angle], columns[..., angle, :], sigma[angle], quantile, angle[angle]
     )
-    return _rounds(residual, columns, sigma, calm, ~angle)
+    return _rounds(residual, columns, sigma, quantile, ~angle)
 
 
-def _rounds(residual: Array, columns: Array, sigma: Array, calm: float, free: Array) -> Array:
+def _rounds(residual: Array, columns: Array, sigma: Array, quantile: float, free: Array) -> Array:
     """The noise once the `free` (2J,) channels have settled."""
     for _ in range(ROUNDS):
         before = sigma
-        sigma = np.where(free, _reweighted(residual, columns, before, calm), before)
+        sigma = np.where(free, _reweighted(residual, columns, before, quantile), before)
         if (np.abs(sigma - before) < SETTLED * before).all():
             break
     return sigma
@@ -144,7 +144,7 @@ def _resolution(values: Array) -> float:
     return float(steps[steps > FINEST * np.ptp(distinct)].min())
 
 
-def _pushes(model: Model, windows: Windows) -> Array:
+def _torques(model: Model, windows: Windows) -> Array:
     """Small torques at each joint: constant, a ramp, and along the input; shape (3J, W, K, J)."""
     joints = windows.q.shape[-1]
     size = 1e-3 * torque_scale(model.robot)
@@ -156,10 +156,10 @@ def _pushes(model: Model, windows: Windows) -> Array:
     return size * np.stack(shapes)
 
 
-def _reweighted(residual: Array, columns: Array, sigma: Array, calm: float) -> Array:
+def _reweighted(residual: Array, columns: Array, sigma: Array, quantile: float) -> Array:
     """One round: project with the present weights, then rescale each channel.
 
-    The share `calm` of the windows has less left than the noise it is rescaled to.
+    The share `quantile` of the windows has less left than the noise it is rescaled to.
     """
     channels = residual.shape[-1]
     e = (residual / sigma).reshape(len(residual), -1)
@@ -170,8 +170,8 @@ def _reweighted(residual: Array, columns: Array, sigma: Array, calm: float) -> A
     square = (rest**2).reshape(len(rest), -1, channels).sum(axis=1)
     degrees = free.reshape(len(rest), -1, channels).sum(axis=1)
     typical = np.median(degrees, axis=0)
-    ratio = np.quantile(square / np.maximum(degrees, 1e-3), calm, axis=0)
-    return np.maximum(sigma * np.sqrt(ratio * typical / _chi2(calm, typical)), STILLEST)
+    ratio = np.quantile(square / np.maximum(degrees, 1e-3), quantile, axis=0)
+    return np.maximum(sigma * np.sqrt(ratio * typical / _chi2(quantile, typical)), STILLEST)
 
 
 def _orthonormal(columns: Array) -> Array:

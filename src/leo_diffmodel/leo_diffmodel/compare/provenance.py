@@ -8,6 +8,7 @@ import datetime
 import hashlib
 from importlib.metadata import version
 import json
+from pathlib import Path
 import platform
 import shlex
 import sys
@@ -25,12 +26,17 @@ def provenance(recordings: Sequence[Recording], model: Model) -> dict:
         'robot': model.robot.name,
         'model_sha256': _digest(model),
         'effects_in_model': [p.effect.name for p in model.effects],
-        'command': shlex.join(sys.argv),
+        'command': shlex.join([_program(sys.argv[0]), *sys.argv[1:]]),
         'date': datetime.datetime.now(datetime.UTC).isoformat(timespec='seconds'),
         'python': platform.python_version(),
         'versions': {name: version(name) for name in PACKAGES},
         'seed': 0,
     }
+
+
+def _program(path: str) -> str:
+    """The program as a person types it: leo, also where Python ran it by another way."""
+    return 'leo' if path in ('-c', '-m') or Path(path).name in ('leo', 'cli.py') else path
 
 
 def _bag(recording: Recording) -> dict:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a window answers to its start state and to torques the model does not know of."""
+"""Sensitivity of windows to their initial states, and to torques that the model lacks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Array = np.ndarray
 STATE_STEP = 1e-4
 LEAST_SEEN = 1e-6
 WILD = 1e9
-"""A window that answers so strongly was started deep in the ground, and is thrown out of it."""
+"""A window so sensitive was started deep in the ground, and is thrown out of it."""
 
 
 def predict(model: Model, windows: Windows, start: Array, push: Array | None = None) -> Array:
@@ -43,25 +43,25 @@ def own(model: Model, windows: Windows, instants: bool = False) -> Model:
     return model.of_recordings(windows.recordings, source)
 
 
-def respond(model: Model, windows: Windows, start: Array, pushes: Array) -> tuple[Array, Array]:
+def respond(model: Model, windows: Windows, start: Array, torques: Array) -> tuple[Array, Array]:
     """Predicted states and their sensitivities, by finite differences in one rollout.
 
     Args:
         model: the model.
         windows: W windows of K intervals.
         start: start states, shape (W, 2J).
-        pushes: small extra joint torques [N m], shape (B, W, K, J).
+        torques: small extra joint torques [N m], shape (B, W, K, J).
 
     Returns:
         predictions (W, K+1, 2J) and columns (W, K+1, 2J, 2J + B): per unit of start state
-        [rad, rad/s], then per push.
+        [rad, rad/s], then per torque.
     """
     states = start.shape[-1]
-    moves = np.zeros((1 + states + len(pushes), 1, states))
+    moves = np.zeros((1 + states + len(torques), 1, states))
     moves[1 : 1 + states, 0] = STATE_STEP * np.eye(states)
     starts = start + moves
-    torque = np.zeros((len(moves), *pushes.shape[1:]))
-    torque[1 + states :] = pushes
+    torque = np.zeros((len(moves), *torques.shape[1:]))
+    torque[1 + states :] = torques
     y = predict(model, windows, starts, torque)
     with np.errstate(invalid='ignore'):  # a wild window may reach infinity; `tame` finds it
         columns = y[1:] - y[0]
@@ -70,16 +70,16 @@ def respond(model: Model, windows: Windows, start: Array, pushes: Array) -> tupl
 
 
 def tame(columns: Array) -> Array:
-    """Which windows have an answer (W, K+1, 2J, B) that is a number and within reason, (W,)."""
+    """Which windows have a finite sensitivity (W, K+1, 2J, B) of sensible size, (W,)."""
     sane: Array = np.abs(columns).max(axis=(1, 2, 3)) < WILD
     return sane
 
 
 def nearer(windows: Windows, predicted: Array, columns: Array, sigma: Array) -> Array:
-    """Start states (W, 2J) that fit the windows best by the answer found at the measured ones.
+    """Start states (W, 2J) that fit the windows best, linearised about the measured ones.
 
-    Contact bends the answer: a foot that the noise of its start puts a millimetre into the
-    ground leaps. Near the true start the columns mean what they say.
+    Contact makes the answer nonlinear: a foot that the noise of its start puts a millimetre
+    into the ground leaps. Near the true start the columns mean what they say.
 
     Args:
         windows: the data.

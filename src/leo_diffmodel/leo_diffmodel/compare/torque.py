@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,10 @@ MOST_BEND = 0.03
 """On the ground: windows that stand for all of them, and how bent their answer may be."""
 WEAK = 1e-6
 """Weight of the assumption that what is missing is no larger than the robot's own torque."""
+ROUNDING = 1e-12
+"""Of a scaled normal matrix: columns that are alike to this share cannot be told apart."""
+NO_ARRAYS = ('windows', 'untrusted')
+"""Attributes of `MissingTorque` that have no row for each window."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,7 @@ class MissingTorque:
         arrays = {
             f.name: getattr(self, f.name)[index]
             for f in fields(self)
-            if f.name not in ('windows', 'untrusted') and getattr(self, f.name) is not None
+            if f.name not in NO_ARRAYS and getattr(self, f.name) is not None
         }
         return replace(self, windows=self.windows.take(index), **arrays)
 
@@ -80,11 +85,18 @@ def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) 
     Windows in which no torque would show are left out (a joint that dry friction holds still),
     unless there are no others.
     """
-    history = HISTORY if has_memory(model) else 0.0
-    windows = cut(recordings, window_seconds(recordings), history=history)
-    if model.robot.contacts:
-        windows = spread_out(windows, ON_GROUND_WINDOWS)
+    windows = torque_windows(recordings, model, HISTORY if has_memory(model) else 0.0)
     return trusted(estimate(model, windows, sigma), model)
+
+
+def torque_windows(recordings: Sequence[Recording], model: Model, history: float) -> Windows:
+    """Short windows back to back, with so much before each [s]; on the ground some of them.
+
+    Raises:
+        ValueError: no episode holds one.
+    """
+    windows = cut(recordings, window_seconds(recordings), history=history)
+    return spread_out(windows, ON_GROUND_WINDOWS) if model.robot.contacts else windows
 
 
 def trusted(found: MissingTorque, model: Model) -> MissingTorque:
@@ -137,7 +149,7 @@ def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
         predicted, columns = respond(model, windows, start, unit * flat)
     e = ((windows.measured - predicted) / noise).reshape(windows.count, -1, 1)
     a = (columns / noise[..., None]).reshape(windows.count, e.shape[1], -1)
-    inverse = np.linalg.inv(np.swapaxes(a, -1, -2) @ a + WEAK * np.eye(a.shape[-1]))
+    inverse = _covariance(a)
     found = (inverse @ (np.swapaxes(a, -1, -2) @ e))[..., 0]
     variance = np.diagonal(inverse, axis1=-2, axis2=-1)[:, -joints:]
     states = None
@@ -157,3 +169,42 @@ def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
         carrying=None if states is None else carrying(model, states),
         bend=None if states is None else (((states - linear) / noise) ** 2).mean(axis=(1, 2)),
     )
+
+
+def supposed(model: Model, other: Model, windows: Windows, sigma: Array) -> MissingTorque:
+    """What `estimate` would find missing from a model if another were the robot.
+
+    The measured states give way to those that the other model predicts from the measured start.
+    """
+    states = predict(other, windows, windows.measured[:, 0])
+    joints = windows.q.shape[-1]
+    replayed = replace(windows, q=states[..., :joints], dq=states[..., joints:])
+    return estimate(model, replayed, sigma)
+
+
+def in_parts(
+    work: Callable[[Windows], MissingTorque], windows: Windows, most: int
+) -> Generator[bool, None, MissingTorque]:
+    """What `work` makes of the windows, so many at a time; yields after each part."""
+    parts = []
+    for first in range(0, windows.count, most):
+        parts.append(work(windows.take(np.arange(first, min(first + most, windows.count)))))
+        yield False
+    whole: dict[str, Any] = {
+        f.name: np.concatenate([getattr(part, f.name) for part in parts])
+        for f in fields(MissingTorque)
+        if f.name not in NO_ARRAYS and getattr(parts[0], f.name) is not None
+    }
+    return replace(parts[0], windows=windows, **whole)
+
+
+def _covariance(a: Array) -> Array:
+    """Covariance of start states and torques, shape (W, P, P), from whitened columns (W, N, P).
+
+    Scaled to unit diagonal before it is inverted: in a window in which a contact makes the motion
+    very sensitive, the columns differ by more than floating-point numbers resolve.
+    """
+    normal = np.swapaxes(a, -1, -2) @ a + WEAK * np.eye(a.shape[-1])
+    size = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))
+    scale = size[..., None] * size[..., None, :]
+    return np.linalg.inv(normal / scale + ROUNDING * np.eye(a.shape[-1])) / scale

@@ -53,9 +53,9 @@ def where(missing: MissingTorque, model: Model) -> Where:
 
     Worst first: by how much more than its part of the joint's time a bin has of the error.
     """
-    loud = single_events(missing)
-    events = _events(missing, model.robot, loud)
-    missing = missing.take(np.flatnonzero(~loud.any(axis=1)))
+    single = single_events(missing)
+    events = _events(missing, model.robot, single)
+    missing = missing.take(np.flatnonzero(~single.any(axis=1)))
     excess = _excess(missing)
     total = max(float(excess.sum()), np.sqrt(excess.size))
     joints = [
@@ -83,7 +83,7 @@ def single_events(missing: MissingTorque) -> Array:
     return far & few
 
 
-def _events(missing: MissingTorque, robot: Robot, loud: Array) -> list[dict]:
+def _events(missing: MissingTorque, robot: Robot, single: Array) -> list[dict]:
     windows = missing.windows
     length = windows.dt.sum(axis=1)
     found = [
@@ -94,19 +94,29 @@ def _events(missing: MissingTorque, robot: Robot, loud: Array) -> list[dict]:
             'window': [float(windows.start[w]), float(windows.start[w] + length[w])],
             'bag': int(windows.source[w]),
         }
-        for w, j in np.argwhere(loud)
+        for w, j in np.argwhere(single)
     ]
     return sorted(found, key=lambda e: -abs(e['torque_nm']))
 
 
 def worst_places(rows: Sequence[dict]) -> list[dict]:
     """The worst bin of each joint and variable, where it stands out, and not by chance."""
+    return [row for row in ranked(rows) if stands_out(row)]
+
+
+def ranked(rows: Sequence[dict]) -> list[dict]:
+    """The worst bin of each joint and variable; those that stand out come before the others."""
     first: dict[tuple[str, str], dict] = {}
-    for row in rows:
-        even = row['data_share'] * row['joint_share']
-        if row['share'] > even * MARKED and row['share'] - even > CHANCE * row['share_error']:
-            first.setdefault((row['joint'], row['variable']), row)
+    for row in sorted(rows, key=lambda r: not stands_out(r)):
+        first.setdefault((row['joint'], row['variable']), row)
     return list(first.values())
+
+
+def stands_out(row: dict) -> bool:
+    """Whether a bin has more of the error than its part of the time, and not by chance."""
+    even = row['data_share'] * row['joint_share']
+    more: bool = row['share'] - even > CHANCE * row['share_error']
+    return more and row['share'] > even * MARKED
 
 
 def against_motion(rows: Sequence[dict]) -> list[tuple[str, float, float, str]]:

@@ -20,12 +20,12 @@ from leo_diffmodel.explain.decide.classes import Facts, pair_note
 from leo_diffmodel.explain.decide.context import Context
 from leo_diffmodel.explain.decide.doubts import beside as chosen_beside
 from leo_diffmodel.explain.decide.doubts import doubts, rivals, stability
-from leo_diffmodel.explain.decide.held import held_windows
+from leo_diffmodel.explain.decide.held import validation_windows
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
+from leo_diffmodel.explain.estimate.own_constants import completed
 from leo_diffmodel.explain.estimate.rows import constant_rows
-from leo_diffmodel.explain.estimate.telling import completed
 from leo_diffmodel.explain.problem.candidates import candidates, own_constants
 from leo_diffmodel.explain.problem.cut import Cut
 from leo_diffmodel.explain.problem.pose import pose, Posed
@@ -70,6 +70,9 @@ class Explanation:
         settings: the gates by name.
         stability: in what share of the held-out turns which set is chosen.
         used: what the search was made in: thinned, without what was moved from outside.
+        edit_test: bags of the changed robot, predicted without what was named; None where there
+            are none (see `explain.edit_test`).
+        next_command: what to type for `next_run`; None where it is not typed, or not known.
     """
 
     verdict: str
@@ -88,12 +91,15 @@ class Explanation:
     settings: dict[str, float] = field(default_factory=dict)
     stability: list[dict] = field(default_factory=list)
     used: tuple[Recording, ...] = field(repr=False, default=())
+    edit_test: dict | None = None
+    next_command: str | None = None
 
     def to_json(self) -> dict:
         """The contents of explain.json."""
         names = (
             'verdict', 'sentence', 'effects', 'constants', 'hypotheses', 'not_testable',
-            'next_run', 'errors', 'stability', 'settings', 'seconds', 'provenance',
+            'next_run', 'errors', 'stability', 'settings', 'seconds', 'provenance', 'edit_test',
+            'next_command',
         )  # fmt: skip
         told = self.unknown.to_json() if self.unknown else None
         return {name: getattr(self, name) for name in names} | {'unknown': told}
@@ -133,7 +139,7 @@ def explain(
     model = with_known(model, [*recordings, *hold_out])
     asked = _Asked(model, provenance([*recordings, *hold_out], model), settings, began)
     foreign = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
-    helper.prepare(not foreign)
+    helper.prepare(search, not foreign)
     as_given = keep or foreign  # what a user's own law does cannot be told from a hand
     cut = Cut(recordings, hold_out) if as_given else Cut.of(recordings, hold_out, model)
     if cut.share > settings.outside:
@@ -152,8 +158,8 @@ def explain(
     progress('what no known effect explains')
     outside = find(everything, found) if found.complete else None
     found = beside(found, outside) if outside else found
-    held = held_windows(everything, found, model)
-    context = Context(found, model, facts, held, step, settings,
+    validation = validation_windows(everything, found, model)
+    context = Context(found, model, facts, validation, step, settings,
                       tuple(r.name for r in everything), own)  # fmt: skip
     context = context.undisturbed((outside and outside.attempt.fit) or found.final)
     unknown = _told(everything, outside, context) if outside else None
@@ -232,7 +238,7 @@ def _told(
     if unknown.fit is None:
         return unknown
     if unknown.variable == 'path':
-        context = replace(context, held=with_past(recordings, context.held))
+        context = replace(context, validation=with_past(recordings, context.validation))
     before, after = context.headline(outside.beside), context.headline(unknown.fit)
     return replace(unknown, error_before=before, error_after=after)
 
@@ -243,13 +249,14 @@ def _answer(
     found = context.found
     after = context.predict(found.final)
     named = rows.named(context)
-    rest = verdict.rest_of(found.null, found.final, bool(found.problem.footing), asked.settings)
+    on_ground = bool(found.problem.linearisation)
+    rest = verdict.rest_of(found.null, found.final, on_ground, asked.settings)
     doubtful, more = doubts(context), chosen_beside(context)
     decision = verdict.decide(named, rest, unknown is not None, doubtful, bool(more))
     words = unknown.words if unknown else None
     tables = rows.error_tables(context, after) | {
         'ladder': rows.ladder(context, after),
-        'windows': context.held.count,
+        'windows': context.validation.count,
         'statistic': context.told.statistic,
         'chi2_ratio': rest.ratio,
         'unexplained_share': rest.share,

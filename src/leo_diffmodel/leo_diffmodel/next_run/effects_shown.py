@@ -12,7 +12,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import needed
 from leo_diffmodel.check.traces import scan_all
 from leo_diffmodel.explain.estimate.fitted import Problem
-from leo_diffmodel.explain.estimate.footing import settled
+from leo_diffmodel.explain.estimate.linearisation import settled
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.next_run.separate import MOST_WINDOWS, windows_of
@@ -51,8 +51,8 @@ def shown(
         part = windows.take(own)
         problem = Problem(model, part, np.tile(sigma, (len(runs), 1)), np.ones(own.sum(), bool))
         if on_ground:
-            kept, footing = settled(model, part, problem.sigma)
-            problem = replace(problem.take(kept), footing=footing)
+            kept, linearisation = settled(model, part, problem.sigma)
+            problem = replace(problem.take(kept), linearisation=linearisation)
         out.append([s.nats.max() * weight[own].mean() for s in scan_all(problem, model, wanted)])
     return np.array(out)
 

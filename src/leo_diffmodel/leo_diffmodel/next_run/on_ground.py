@@ -20,7 +20,7 @@ from leo_diffmodel.explain.problem.pose import Posed, standing
 MOST_WINDOWS = 80
 
 
-def footed(posed: Posed) -> tuple[Posed, float]:
+def linearised(posed: Posed) -> tuple[Posed, float]:
     """Some of the windows, settled and all open to the fit, and which share of all they are."""
     count = posed.problem.windows.count
     some = np.linspace(0, count - 1, min(MOST_WINDOWS, count)).astype(int)
@@ -33,7 +33,7 @@ def fit_in_turn(posed: Posed, share: float, candidates: Sequence[Candidate]) -> 
     """Add effects one by one, each from where a scan points; sure as all windows would make it.
 
     Args:
-        posed: the windows with their footing.
+        posed: the windows with their linearisation.
         share: of all windows that these are.
         candidates: in their order.
     """

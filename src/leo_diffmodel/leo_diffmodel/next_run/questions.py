@@ -22,7 +22,7 @@ from leo_diffmodel.explain.estimate.scan import scales_of, Scanner
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose, Posed
-from leo_diffmodel.next_run.on_ground import fit_in_turn, footed
+from leo_diffmodel.next_run.on_ground import fit_in_turn, linearised
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -122,7 +122,7 @@ def fit_all(
     problem = replace(posed.problem, train=np.ones_like(posed.problem.train))
     fitted = partial(fit_labels, problem)
     if problem.base.robot.contacts:
-        fitted = partial(_fit_on_ground, *footed(posed))
+        fitted = partial(_fit_on_ground, *linearised(posed))
     known = {c.label: limited(c, model) for c in candidates(model, extra)}
     out = []
     for question in wanted:

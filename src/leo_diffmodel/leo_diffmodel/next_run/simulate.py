@@ -97,20 +97,20 @@ def tamed(
     runs: Sequence[Run | MotionRun], model: Model, before: Seen
 ) -> list[Run | MotionRun]:
     """The runs, those that the model predicts to go too far at lower levels."""
-    calm, wild = list(runs), [i for i, run in enumerate(runs) if isinstance(run, Run)]
+    milder, wild = list(runs), [i for i, run in enumerate(runs) if isinstance(run, Run)]
     for _ in range(MOST_TAMING):
-        tracks = simulate([calm[i] for i in wild], model, before.period)
+        tracks = simulate([milder[i] for i in wild], model, before.period)
         wild = [i for i, track in zip(wild, tracks, strict=True)
                 if too_far(track, model.robot, before)]  # fmt: skip
         if not wild:
             break
         for i in wild:
-            calm[i] = _calmer(calm[i])
+            milder[i] = _milder(milder[i])
     return [replace(new, name=f'{old.name}, gentle') if isinstance(new, Run) and new is not old
-            else new for old, new in zip(runs, calm, strict=True)]  # fmt: skip
+            else new for old, new in zip(runs, milder, strict=True)]  # fmt: skip
 
 
-def _calmer(run: Run | MotionRun) -> Run | MotionRun:
+def _milder(run: Run | MotionRun) -> Run | MotionRun:
     return replace(run, inputs=TAMING * run.inputs) if isinstance(run, Run) else run
 
 

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
@@ -20,6 +21,9 @@ from leo_diffmodel.nodes.robot_facts import RobotFacts
 from leo_msgs_py import topics
 from leo_msgs_py.interfaces import load
 from leo_msgs_py.topics import Topic
+
+if TYPE_CHECKING:
+    from leo_diffmodel.watch.live.tape import Tape
 
 TAKE_PERIOD = 0.02
 FLUSH_PERIOD = 0.1
@@ -47,10 +51,15 @@ class GraphRecorder:
         node: joined to the graph; its name, remappings and timers are used.
         recorder: takes the bytes.
         robot: model for the `leo` record where the robot node does not answer.
+        kept: what to subscribe with, from what is offered; by default nothing is ever lost.
     """
 
-    def __init__(self, node: Node, recorder: Recorder, robot: str = '') -> None:
+    def __init__(
+        self, node: Node, recorder: Recorder | Tape, robot: str = '',
+        kept: Callable[[QoSProfile], QoSProfile] | None = None,
+    ) -> None:
         self._node = node
+        self._kept = kept or keeping_all
         self._recorder = recorder
         self._facts = RobotFacts(node, robot)
         self._times = ArrivalTimes()
@@ -99,7 +108,7 @@ class GraphRecorder:
         definition(type_text)  # says now, not at the first message, that it cannot be written
         recorded = RecordedTopic(name, type_text, to_yaml(qos), latched)
         subscription = self._ears.create_subscription(
-            load(type_text), name, lambda _: None, keeping_all(qos), raw=True
+            load(type_text), name, lambda _: None, self._kept(qos), raw=True
         )
         self._subscriptions.append((recorded, subscription))
 
@@ -163,7 +172,7 @@ class GraphRecorder:
             self._node.get_logger().warning(text)
         if self._troubles and not troubles:
             self._node.get_logger().info(f'recording {self._said} again, {self._left_out()}')
-        self._troubles = troubles
+        self._troubles = [*troubles]
 
     def _left_out(self) -> str:
         recorder = self._recorder
@@ -190,3 +199,8 @@ def keeping_all(qos: QoSProfile) -> QoSProfile:
     return QoSProfile(
         history=HistoryPolicy.KEEP_ALL, durability=qos.durability, reliability=qos.reliability
     )
+
+
+def keeping_newest(qos: QoSProfile) -> QoSProfile:
+    """Return what to subscribe with where the publisher must never wait for this reader."""
+    return QoSProfile(depth=1000, durability=qos.durability, reliability=qos.reliability)

@@ -65,11 +65,12 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image]) -> None:
 
 
 def _reduced(pictures: Iterable[Image.Image]) -> Iterator[Image.Image]:
-    """With the colours of the first, so that only what moves is stored."""
+    """With the colours of the first, rare ones too, so that only what moves is stored."""
     palette = None
     for picture in pictures:
         if palette is None:
-            palette = picture.quantize(COLOURS, dither=Image.Dither.NONE)
+            palette = picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE,
+                                       dither=Image.Dither.NONE)  # fmt: skip
         yield picture.quantize(palette=palette, dither=Image.Dither.NONE)
 
 

@@ -34,6 +34,11 @@ class Bins:
         """Standard error of that mean, shape (B,)."""
         return np.array([values[m].std(ddof=1) / np.sqrt(m.sum()) for m in self.members])
 
+    def explained(self, values: Array) -> float:
+        """Share of the mean square of `values` (W,) that the means of the bins stand for."""
+        square = sum(float((values[m] ** 2).sum()) for m in self.members)
+        return float(self.members.sum(axis=1) @ self.mean(values) ** 2) / (square or 1.0)
+
 
 def sort(variable: Array, count: int | None = None) -> Bins:
     """Bins over all but the outermost samples; those with fewer than six samples are left out.

@@ -15,7 +15,8 @@ from leo_sim.model import Model
 
 
 def write_comparison(
-    path: Path, comparison: Comparison, recordings: Sequence[Recording], model: Model
+    path: Path, comparison: Comparison, recordings: Sequence[Recording], model: Model,
+    watch: str = '',
 ) -> None:
     """Write the report of `leo compare`.
 
@@ -24,6 +25,7 @@ def write_comparison(
         comparison: the result.
         recordings: what it was computed from.
         model: the model that was compared.
+        watch: the command that opens the live page on the same data; '' names none.
     """
     data, robot = comparison.data, model.robot
     worst = stretches([comparison.prediction])
@@ -36,4 +38,4 @@ def write_comparison(
         origin.section(data['provenance'], recordings, data['seconds']),
     ]
     title = f'{robot.name}: model against data'
-    page.write(path, page.render(title, page.source(recordings), sections))
+    page.write(path, page.render(title, page.source(recordings), sections, watch))

@@ -11,11 +11,12 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.where import where as places_of
 from leo_diffmodel.explain.decide.headline import Headline
 from leo_diffmodel.explain.explanation import Explanation
-from leo_diffmodel.explain.tell.seen import training_errors
+from leo_diffmodel.explain.tell.training_errors import training_errors
 from leo_diffmodel.report import page
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.sections import (
     budget,
+    edited,
     gates,
     health,
     horizon,
@@ -38,7 +39,7 @@ OUTSIDE = re.compile(r'moved from outside', re.IGNORECASE)
 
 
 def write_explanation(
-    path: Path, explanation: Explanation, recordings: Sequence[Recording]
+    path: Path, explanation: Explanation, recordings: Sequence[Recording], watch: str = ''
 ) -> None:
     """Write the report of `leo explain`.
 
@@ -47,12 +48,15 @@ def write_explanation(
         explanation: the result; without a search (untestable, or moved from outside) the page
             has no figures.
         recordings: what it was computed from, held-out bags included.
+        watch: the command that opens the live page on the same data; '' names none.
     """
     sections = [verdict.answer(explanation)]
     if explanation.search is not None:
         sections += _evidence(explanation, recordings)
     if explanation.unknown is not None:
         sections.insert(1, unknown.section(explanation.unknown))
+    if explanation.edit_test is not None:
+        sections.insert(1, edited.section(explanation.edit_test))
     if cut := OUTSIDE.search(explanation.sentence):
         sections.append(outside.section(recordings, _given(explanation)))
     if explanation.search is not None or not cut:
@@ -61,7 +65,7 @@ def write_explanation(
         sections.append(gates.section(explanation.settings, explanation.search))
     sections.append(origin.section(explanation.provenance, recordings, explanation.seconds))
     title = f'{explanation.model.robot.name}: what the model lacks'
-    page.write(path, page.render(title, page.source(recordings), sections))
+    page.write(path, page.render(title, page.source(recordings), sections, watch))
 
 
 def _given(explanation: Explanation) -> Model:

@@ -21,13 +21,14 @@ from leo_msgs_py.whole_file import write_whole
 BOKEH_PARTS = ['bokeh']
 
 
-def render(title: str, source: str, sections: Sequence[Section]) -> str:
+def render(title: str, source: str, sections: Sequence[Section], watch: str = '') -> str:
     """The page as HTML; bokeh's script is included only where there is a figure.
 
     Args:
         title: what the page is about.
         source: the data it was made from.
         sections: from top to bottom.
+        watch: the command that opens the live page on the same data; '' names none.
     """
     figures = [f for s in sections for f in s.figures]
     _together(figures)
@@ -40,7 +41,8 @@ def render(title: str, source: str, sections: Sequence[Section]) -> str:
         blocks.append(block.render(section.values, plots=plots))
     library = Resources(mode='inline', components=BOKEH_PARTS).render_js() if figures else ''
     page = _templates().get_template('page.html')
-    return page.render(title=title, source=source, sections=blocks, library=library, script=script)
+    return page.render(title=title, source=source, sections=blocks, library=library,
+                       script=script, watch=watch)  # fmt: skip
 
 
 def _together(figures: Sequence[Any]) -> None:

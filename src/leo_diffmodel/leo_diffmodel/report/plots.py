@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from bokeh.models import ColumnDataSource, PrintfTickFormatter, Range1d, Span, Whisker
+from bokeh.models import ColumnDataSource, PrintfTickFormatter, Range1d, Span
 import numpy as np
 
 from leo_diffmodel.report import palette
-from leo_diffmodel.report.bins import sort
-from leo_diffmodel.report.canvas import canvas, hover, prefix, ticks
+from leo_diffmodel.report.binned import Binned, torque_canvas
+from leo_diffmodel.report.canvas import canvas, hover, ticks
 from leo_diffmodel.report.palette import Stroke
 
 Array = np.ndarray
@@ -69,24 +69,10 @@ def torque(
         axis: label of the abscissa, with its unit.
         of: unit of the torque.
     """
-    bins = sort(variable)
-    scale, si = prefix(float(np.quantile(np.abs(measured), 0.9)))
-    values, unit = scale * measured, f'{si}{of}'
-    mean, error = bins.mean(values), bins.standard_error(values)
-    plot = canvas(axis, f'missing torque [{unit}]')
-    plot.scatter(variable, values, size=3.5, color=palette.NOISE, alpha=0.35, line_color=None)
-    plot.line([variable.min(), variable.max()], [0, 0], color=palette.MUTED, line_width=1)
-    for line in curves:
-        style = {'line_color': line.stroke.colour, 'line_dash': line.stroke.dash}
-        height = scale * bins.mean(np.asarray(line.values))
-        plot.line(bins.centre, height, line_width=3, **style)
-    source = ColumnDataSource(
-        {'x': bins.centre, 'y': mean, 'low': mean - error, 'high': mean + error}
-    )
-    plot.add_layout(_whisker(source))
-    dots = plot.scatter('x', 'y', source=source, size=7, color=palette.INK, line_color='white')
-    hover(plot, dots, [('mean', f'@y{{0.000}} {unit}'), (axis, '@x{0.000}')])
-    plot.y_range = Range1d(*_limits(values, mean))
+    binned = Binned.of(variable, measured, [line.values for line in curves], of)
+    plot, means = torque_canvas(*binned.sources(), [line.stroke for line in curves])
+    hover(plot, means, [('mean', f'@y{{0.000}} {binned.unit}'), (axis, '@x{0.000}')])
+    binned.label(plot, axis)
     return plot
 
 
@@ -119,18 +105,3 @@ def health(
     span = [float(time.min()), float(time.max())]
     plot.line(span, [1, 1], color=palette.NOISE, line_dash='dashed', line_width=1.5)
     return plot
-
-
-def _whisker(source: ColumnDataSource) -> Any:
-    bar = Whisker(base='x', lower='low', upper='high', source=source, line_color=palette.INK)
-    bar.upper_head.size = bar.lower_head.size = 5
-    bar.upper_head.line_color = bar.lower_head.line_color = palette.INK
-    return bar
-
-
-def _limits(measured: Array, mean: Array) -> tuple[float, float]:
-    """Ordinate that holds the bulk of the points and every binned mean."""
-    low, high = np.quantile(measured, (0.02, 0.98))
-    ends = np.array([low, high, mean.min(initial=0.0), mean.max(initial=0.0)])
-    margin = 0.08 * max(float(np.ptp(ends)), 1e-12)
-    return float(ends.min() - margin), float(ends.max() + margin)

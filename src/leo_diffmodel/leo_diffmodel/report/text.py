@@ -12,6 +12,8 @@ from markupsafe import escape, Markup
 
 RAISED = str.maketrans('0123456789-', '⁰¹²³⁴⁵⁶⁷⁸⁹⁻')
 LABEL = re.compile(r'\b[a-z][a-z0-9_]*:[A-Za-z0-9_]+')
+UNIT = re.compile(r'\bkg m2|\b(?:N m|N|m|rad) ?s?[23]?/(?:rad|s|m)[23]?\b')
+"""Units with powers, as they stand in a sentence."""
 TENTH_OF_A_PERCENT = 0.0005
 UNDETERMINED = 1e3
 SMALLEST_PLAIN, LARGEST_PLAIN = -3, 4
@@ -111,7 +113,7 @@ def label(row: Mapping[str, Any]) -> str:
 
 def prose(text: str) -> Markup:
     """A sentence as HTML: escaped, effects set apart, arrows and units as in print."""
-    plain = re.sub(r'\b(kg m|N m s)2', r'\1²', text.replace('->', '→'))
+    plain = UNIT.sub(lambda match: unit(match[0]), text.replace('->', '→'))
     plain = re.sub(r'(?<![\w.])-(?=[\d.])', '−', plain)
     return Markup(LABEL.sub(r'<b class="effect">\g<0></b>', str(escape(plain))))
 

@@ -4,15 +4,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.errors import predict_windows
-from leo_diffmodel.compare.noise import HISTORY
-from leo_diffmodel.compare.torque import estimate, MissingTorque, trusted, window_seconds
-from leo_diffmodel.compare.windows import cut, Windows
+from leo_diffmodel.compare.noise import HISTORY, spread_out
+from leo_diffmodel.compare.torque import (
+    estimate,
+    MissingTorque,
+    supposed,
+    trusted,
+    window_seconds,
+)
+from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.select.search import Search
 from leo_sim.model import Model
@@ -60,16 +65,14 @@ def trace(recordings: Sequence[Recording], found: Search) -> Curves:
     own = final.hypothesis.model(base, final.theta).by_recording  # no other fit has the held-out
     base = base.changed(by_recording=own)
     model = found.null.hypothesis.model(base, found.null.theta)
-    windows = _windows(recordings)
+    windows = cut(recordings, window_seconds(recordings), history=HISTORY)
+    windows = spread_out(windows, MOST_WINDOWS)
     measured = trusted(estimate(model, windows, sigma), model)
     windows = measured.windows
     curves = []
     for name, fitted in _leading(found):
-        supposed = fitted.hypothesis.model(base, fitted.theta)
-        states = predict_windows(supposed, windows, sigma).predicted
-        joints = states.shape[-1] // 2
-        replayed = replace(windows, q=states[..., :joints], dq=states[..., joints:])
-        curves.append(Curve(name, estimate(model, replayed, sigma).torque))
+        true = fitted.hypothesis.model(base, fitted.theta)
+        curves.append(Curve(name, supposed(model, true, windows, sigma).torque))
     return Curves(model, measured, tuple(curves))
 
 
@@ -84,9 +87,3 @@ def _leading(found: Search) -> list[tuple[str, Fit]]:
     unique = {name: fitted for name, fitted in reversed(leading) if name}
     return [(name, unique[name]) for name in dict(leading) if name][:MOST_CURVES]
 
-
-def _windows(recordings: Sequence[Recording]) -> Windows:
-    windows = cut(recordings, window_seconds(recordings), history=HISTORY)
-    if windows.count <= MOST_WINDOWS:
-        return windows
-    return windows.take(np.linspace(0, windows.count - 1, MOST_WINDOWS).astype(int))

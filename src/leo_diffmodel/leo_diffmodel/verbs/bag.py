@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`leo bag record|play|info|show|cut`."""
+"""leo bag: record, play, look at and cut rosbag2 folders."""
 
 from __future__ import annotations
 
@@ -77,13 +77,14 @@ def _info(argv: list[str]) -> int:
     from leo_diffmodel.bags.info import bag_info
     from leo_diffmodel.bags.info_text import show
     from leo_msgs_py.console import Terminal
+    from leo_sim.description.robot import typed
 
     info = bag_info(options.bag)
     if options.json:
         print(json.dumps({**asdict(info), 'path': str(info.path)}, indent=2))
     else:
         show(info, Terminal())
-        print(f'next: leo compare {info.path} --model {info.metadata.get("robot", "MODEL")}')
+        print(f'next: leo compare {info.path} --model {typed(info.metadata.get("robot", ""))}')
     return 0
 
 

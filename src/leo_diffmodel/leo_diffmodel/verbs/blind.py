@@ -5,15 +5,11 @@ from __future__ import annotations
 
 import argparse
 from importlib.util import find_spec
-import json
 from pathlib import Path
 
-from rich.console import Console
-from rich.table import Table
-
-from leo_diffmodel.verbs import common
-from leo_msgs_py.console import Terminal
+from leo_diffmodel.verbs import blind_suite, blind_told, common
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.workers import add_worker_arguments, chosen_workers
 
 EXAMPLES = (
     'leo blind --cases 200 --no-effect 200 -o out/blind',
@@ -23,6 +19,9 @@ EXAMPLES = (
     'leo blind --small 24 --pushed 24 -o out/small',
     'leo blind --small 96 --first-seed 50001 --examination -o out/examined',
     'leo blind --table out/small/results.jsonl',
+    'leo blind --suite --share 0.1 -o out/quick',
+    'leo blind --suite --first-seed 300001 --examination -o out/suite',
+    'leo blind --cases 1000 --scheduler tcp://10.0.0.1:8786 -o out/blind',
 )
 AGAIN = '; the same command again runs only what is missing'
 OPTIONS = {
@@ -34,35 +33,52 @@ OPTIONS = {
     'small': ('small', 'bags with 4 to 8 small differences and none, one or two effects'),
     'pushed': ('pushed', 'bags of robots that are shoved, led by a hand or held'),
 }
-TITLES = {'effect': 'one effect', 'none': 'no effect', 'pair': 'two effects',
-          'triple': 'three effects', 'outside': 'outside the catalogue',
-          'small': 'many small differences', 'pushed': 'moved from outside'}  # fmt: skip
-WORDS = {'right': 'right', 'family': 'right family', 'exact': 'exactly these',
-         'lone': 'named alone and sure', 'largest_first': 'the largest hidden effect first',
-         'both': 'both of two named', 'sure_wrong': 'sure of an effect that is not there',
-         'extra': 'with names beyond what is there',
-         'small_named_large': 'nothing large, but one named as such'}  # fmt: skip
 
 
 def main(argv: list[str]) -> int:
     """Run `leo blind`; exit status 0, 1 where a case has no answer."""
+    arguments = _parser().parse_args(argv)
+    for file in (arguments.table, arguments.close):
+        if file and not file.is_file():
+            raise UserError(f'leo blind: no results at {file}')
+    if arguments.close:
+        return blind_suite.close(arguments.close, arguments.json)
+    if arguments.table:
+        blind_told.tell_file(arguments.table, arguments.json)
+        return 0
+    return _suite(arguments) if arguments.suite else _cases(arguments)
+
+
+def _suite(arguments: argparse.Namespace) -> int:
+    for name in (*OPTIONS, 'robot'):
+        if getattr(arguments, name) is not None:
+            raise UserError(f'leo blind: --suite has its own cases; leave out '
+                            f'--{name.replace("_", "-")}')  # fmt: skip
+    _check_numbers({'first_seed': arguments.first_seed})
+    _check_kinds({'small': 1}, None, arguments.without_mujoco)
+    folder = common.fresh_folder(arguments.output) or Path('out/blind')
+    return blind_suite.run(arguments, folder / 'suite.jsonl')
+
+
+def _cases(arguments: argparse.Namespace) -> int:
     from leo_diffmodel.blind.run_cases import run
 
-    arguments = _parser().parse_args(argv)
-    if arguments.table:
-        return _show(arguments.table, arguments.json)
+    if arguments.share != 1 or arguments.any_commit:
+        raise UserError('leo blind: --share and --any-commit are of --suite; give that too')
     counts, walker = _counts(arguments), _walker(arguments)
     _check_kinds(counts, walker, arguments.without_mujoco)
+    workers = chosen_workers(arguments, 'leo blind')
     folder = common.fresh_folder(arguments.output) or Path('out/blind')
     first, results = arguments.first_seed, folder / _file(walker)
     asked = {kind: range(first, first + count) for kind, count in counts.items() if count}
     _check_seeds(asked, results, arguments.examination)
     answers = {
-        kind: run(seeds, kind, results, arguments.jobs, walker, not arguments.without_mujoco,
+        kind: run(seeds, kind, results, workers, walker, not arguments.without_mujoco,
                   arguments.examination)
         for kind, seeds in asked.items()
     }  # fmt: skip
-    _print({kind: rows for kind, rows in answers.items() if rows}, arguments.json)
+    blind_told.tell(blind_told.grouped(row for rows in answers.values() for row in rows),
+                    arguments.json)  # fmt: skip
     if not arguments.json:
         again = '' if arguments.examination else AGAIN
         print(f'wrote {results}{again}')
@@ -87,31 +103,20 @@ def _check_seeds(asked: dict[str, range], results: Path, examination: bool) -> N
         check_seeds(kind, seeds, read_lines(results), examination)
 
 
-def _show(results: Path, as_json: bool) -> int:
-    """Print the tables of a results file; nothing runs."""
-    from leo_diffmodel.blind.run_cases import read_lines
-
-    if not results.is_file():
-        raise UserError(f'leo blind: no results at {results}')
-    of: dict[str, list[dict]] = {}
-    for line in read_lines(results):
-        of.setdefault(line['kind'], []).append(line)
-    _print(of, as_json)
-    return 0
-
-
 def _counts(arguments: argparse.Namespace) -> dict[str, int]:
     """Cases of each kind; 20 with an effect and 20 without where nothing is asked for."""
     asked = {name: getattr(arguments, name) for name in OPTIONS}
-    for name, value in (*asked.items(), ('first_seed', arguments.first_seed)):
-        if value is not None and value < 0:
-            option = name.replace('_', '-')
-            raise UserError(f'leo blind: --{option} takes 0 or more, found {value}')
-    if arguments.jobs < 1:
-        raise UserError(f'leo blind: --jobs takes 1 or more, found {arguments.jobs}')
+    _check_numbers({**asked, 'first_seed': arguments.first_seed})
     if all(value is None for value in asked.values()):
         return {'effect': 20, 'none': 20}
     return {OPTIONS[name][0]: value or 0 for name, value in asked.items()}
+
+
+def _check_numbers(asked: dict[str, int | None]) -> None:
+    for name, value in asked.items():
+        if value is not None and value < 0:
+            option = name.replace('_', '-')
+            raise UserError(f'leo blind: --{option} takes 0 or more, found {value}')
 
 
 def _walker(arguments: argparse.Namespace) -> Path | None:
@@ -145,64 +150,17 @@ def _parser() -> argparse.ArgumentParser:
                            help='seeds from 50000 on, none of them twice')
     arguments.add_argument('--without-mujoco', action='store_true',
                            help='small differences by our own integrators alone')
+    arguments.add_argument('--suite', action='store_true',
+                           help='the whole benchmark of this commit, LEO too; it goes on later')
+    arguments.add_argument('--share', type=float, default=1.0, metavar='F',
+                           help='of the cases of the suite, as 0.1 for a quick look')
+    arguments.add_argument('--any-commit', action='store_true',
+                           help='go on with a suite that other code has begun')
+    arguments.add_argument('--close', type=Path, metavar='FILE.jsonl',
+                           help='end a suite before all its cases have a line, and tell it')
     arguments.add_argument('--table', type=Path, metavar='FILE.jsonl',
                            help='print what a results file says, and run nothing')
-    arguments.add_argument('--jobs', type=int, default=2, help='processes')
+    add_worker_arguments(arguments, jobs=2)
     arguments.add_argument('-o', dest='output', metavar='DIR', help='where results are kept')
     arguments.add_argument('--json', action='store_true', help='print the summary as JSON')
     return arguments
-
-
-def _print(answers: dict[str, list[dict]], as_json: bool) -> None:
-    from leo_diffmodel.blind.table import confusion, summary
-
-    summaries = {kind: summary(kind, rows) for kind, rows in answers.items()}
-    if as_json:
-        tables = {kind: confusion(rows) for kind, rows in answers.items()}
-        first = min((r['seed'] for rows in answers.values() for r in rows), default=None)
-        print(json.dumps({'first_seed': first, **summaries, 'confusion': tables}))
-        return
-    console = Terminal()
-    for kind, rows in answers.items():
-        seeds = [r['seed'] for r in rows]
-        title = f'{TITLES[kind]}, seeds {min(seeds)} … {max(seeds)}'
-        _print_rates(console, title, summaries[kind])
-        _print_tables(console, rows)
-
-
-def _print_rates(console: Console, title: str, rates: dict) -> None:
-    console.print(f'{title}: {rates["cases"]} bags', highlight=False)
-    for share, words in WORDS.items():
-        if share in rates:
-            console.print(f'  {words}: {_rate(rates[share])}', highlight=False)
-    if 'intervals' in rates:
-        console.print(
-            f'  parameters off by {100 * rates["parameter_error_median"]:.2f} % (median); '
-            f'95 % intervals hold the truth: {_rate(rates["intervals"])}', highlight=False
-        )  # fmt: skip
-    console.print(
-        f'  ambiguous: {100 * rates["ambiguous"]:.1f} %; {rates["seconds_median"]:.1f} s a bag '
-        f'(longest {rates["seconds_max"]:.1f} s)', highlight=False
-    )  # fmt: skip
-
-
-def _rate(rate: dict) -> str:
-    if 'wilson95' in rate:
-        low, high = (100 * bound for bound in rate['wilson95'])
-        share = '-' if rate['rate'] is None else f'{100 * rate["rate"]:.1f} %'
-        return f'{rate["hits"]} of n = {rate["n"]}, {share} (95 %: {low:.1f} to {high:.1f} %)'
-    return (f'{rate["hits"]} = {100 * rate["rate"]:.1f} % (at 95 % confidence '
-            f'{100 * rate["at_least"]:.1f} % or more, {100 * rate["at_most"]:.1f} % or less)')
-
-
-def _print_tables(console: Console, rows: list[dict]) -> None:
-    from leo_diffmodel.blind.table import by, confusion
-
-    table = Table('hidden', 'bags', 'answers')
-    for name, answers in confusion(rows).items():
-        text = ', '.join(f'{answer} {count}' for answer, count in answers.items())
-        table.add_row(name, str(sum(answers.values())), text)
-    console.print(table)
-    for key in ('robot', 'engine'):
-        shares = (f'{value} {right} of {count}' for value, right, count in by(rows, key))
-        console.print(f'  right by {key}: {", ".join(shares)}', highlight=False)

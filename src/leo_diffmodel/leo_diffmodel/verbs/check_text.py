@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
+
+from leo_msgs_py.console import Table
 
 if TYPE_CHECKING:
     from leo_diffmodel.check.amplitudes import Reach
@@ -165,3 +166,4 @@ def _span(limits: tuple[float, float]) -> str:
 
 def _number(value: float | None) -> str:
     return '-' if value is None else f'{value:.2g}' if value < 100 else f'{value:.0f}'
+

@@ -4,27 +4,18 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 import json
 import math
 import os
 from pathlib import Path
 import shlex
 import sys
-
-from rich.progress import (
-    BarColumn,
-    Progress,
-    SpinnerColumn,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from typing import TYPE_CHECKING
 
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.bags.span import between, distinct
-from leo_msgs_py.console import Terminal
+from leo_diffmodel.verbs.progress import progress as progress
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import write_whole
@@ -32,6 +23,9 @@ from leo_sim.effects import Effect, get_effect, registered_effects
 from leo_sim.effects.consent import add_effect_argument, words
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
+
+if TYPE_CHECKING:
+    from leo_diffmodel.explain.explanation import Explanation
 
 NEGATIVE = {'partly', 'ambiguous', 'unknown', 'untestable'}
 UNITS = {'s': 1.0, 'min': 60.0}
@@ -167,6 +161,30 @@ def same_bags(verb: str, arguments: argparse.Namespace) -> str:
     return shlex.join([*typed, *mapped, *own, *_span_words(arguments)])
 
 
+def watch(arguments: argparse.Namespace) -> str:
+    """`leo watch` on the bags, held-out ones too, and the model of a command line, to type it."""
+    held, step = getattr(arguments, 'hold_out', []), getattr(arguments, 'step', None)
+    apart = ['--hold-out', *held] if held else []
+    rest = [*apart, *(['--step', f'{step:g}'] if step else [])]
+    return ' '.join([same_bags('watch', arguments), *map(shlex.quote, rest)])
+
+
+def point_on_watch(arguments: argparse.Namespace) -> None:
+    """Print how to open the live page on what a command line names."""
+    print(f'or see it on a live page: {watch(arguments)}')
+
+
+def next_command(
+    arguments: argparse.Namespace, folder: Path | None, answer: Explanation
+) -> str | None:
+    """`leo next` for what an answer leaves open, to type it; None where nothing can be driven."""
+    driven = any(a.strongest > 0 for a in answer.model.robot.actuators)
+    if answer.verdict not in NEGATIVE or not answer.next_run or not driven:
+        return None
+    told = ['--explain', str(folder)] if folder and answer.search is not None else []
+    return shlex.join([*shlex.split(same_bags('next', arguments)), *told])
+
+
 def _span_words(arguments: argparse.Namespace) -> list[str]:
     named = {'--from': getattr(arguments, 'begin', None), '--to': getattr(arguments, 'end', None)}
     return [w for option, at in named.items() if at is not None for w in (option, f'{at:g}')]
@@ -175,19 +193,6 @@ def _span_words(arguments: argparse.Namespace) -> list[str]:
 def write_json(folder: Path, name: str, data: dict) -> Path:
     """Write a JSON file whole or not at all."""
     return write_whole(folder / name, json.dumps(data, indent=1, allow_nan=False) + '\n')
-
-
-@contextmanager
-def progress(title: str, steps: int | None = None) -> Iterator[Callable[[str], None]]:
-    """A line on stderr: what is being done and, where `steps` says how much, the time left."""
-    what = TextColumn('{task.description}', markup=False)
-    columns = (SpinnerColumn(), what, BarColumn(), TimeElapsedColumn())
-    left = (TextColumn('left'), TimeRemainingColumn()) if steps else ()
-    console = Terminal(stderr=True)
-    quiet = not console.is_terminal
-    with Progress(*columns, *left, console=console, transient=True, disable=quiet) as bar:
-        task = bar.add_task(title, total=steps)
-        yield lambda text: bar.update(task, advance=1, description=f'{title}: {text}')
 
 
 def search_steps(model: Model) -> int:

@@ -9,7 +9,6 @@ import json
 from pathlib import Path
 
 import numpy as np
-from rich.table import Table
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.comparison import compare, Comparison, STAGES
@@ -17,7 +16,7 @@ from leo_diffmodel.compare.where import against_motion, bin_in_words, worst_plac
 from leo_diffmodel.report.text import percent
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.compare_several import compare_several
-from leo_msgs_py.console import Terminal
+from leo_msgs_py.console import Table, Terminal
 from leo_sim.model import Model
 
 EXAMPLES = (
@@ -46,7 +45,7 @@ def main(argv: list[str]) -> int:
         result = compare(recordings, model, arguments.step, told)
         if folder:
             told('report')
-            _write(folder, result, recordings, model)
+            _write(folder, result, recordings, model, common.watch(arguments))
     if arguments.json:
         print(json.dumps(result.data))
         return 0
@@ -54,6 +53,7 @@ def main(argv: list[str]) -> int:
     if folder:
         print(f'wrote {folder}/compare.json and report.html')
     print(f'next: {common.same_bags("explain", arguments)} -o out/explain')
+    common.point_on_watch(arguments)
     return 0
 
 
@@ -65,12 +65,12 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _write(
-    folder: Path, result: Comparison, recordings: Sequence[Recording], model: Model
+    folder: Path, result: Comparison, recordings: Sequence[Recording], model: Model, watch: str
 ) -> None:
     from leo_diffmodel.report.compared import write_comparison
 
     common.write_json(folder, 'compare.json', result.data)
-    write_comparison(folder / 'report.html', result, recordings, model)
+    write_comparison(folder / 'report.html', result, recordings, model, watch)
 
 
 def _print(data: dict) -> None:
@@ -114,9 +114,9 @@ def _states(data: dict) -> Table:
     rows = list(zip(data['horizon'], data['noise_floor']['horizon'], strict=True))
     rows = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, HORIZONS).astype(int))]
     table = Table(title='rms error ahead of the measured start / noise floor')
-    table.add_column('state', no_wrap=True)
+    table.add_column('state')
     for row, _ in rows:
-        table.add_column(f'{row["seconds"]:.3g} s', justify='right', no_wrap=True)
+        table.add_column(f'{row["seconds"]:.3g} s', justify='right')
     for i, state in enumerate(data['states']):
         cells = [f'{row["rmse"][i]:.2g} / {floor["rmse"][i]:.2g}' for row, floor in rows]
         table.add_row(f'{state["name"]} [{state["unit"]}]', *cells)

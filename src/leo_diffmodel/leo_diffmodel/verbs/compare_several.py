@@ -8,11 +8,10 @@ import json
 from pathlib import Path
 
 import numpy as np
-from rich.table import Table
 
 from leo_diffmodel.compare.ranking import rank, STAGES
 from leo_diffmodel.verbs import common
-from leo_msgs_py.console import Terminal
+from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_sim.model.model_file import load_model
 
@@ -46,7 +45,7 @@ def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:
 
 def _print(data: dict) -> None:
     console = Terminal(highlight=False)
-    console.print(_table(data))
+    console.print(ranking_table(data))
     console.print('[%] of how far the states move, all joints together')
     seen = ' that no fit saw' if data['held_out_blocks_only'] else ''
     best, *others = (row['model'] for row in data['models'])
@@ -57,11 +56,11 @@ def _print(data: dict) -> None:
     console.print(f'{told} (95 %, over {data["blocks"]} blocks of time{seen})', soft_wrap=True)
 
 
-def _table(data: dict) -> Table:
+def ranking_table(data: dict) -> Table:
     """A line for each model; the sizes are taken together over the states of one unit."""
     units = [state['unit'] for state in data['states']]
     table = Table(title=f'rms error {data["seconds"]:.2g} s ahead / noise floor, best first')
-    table.add_column('model', overflow='fold')
+    table.add_column('model')
     for unit in ('%', *dict.fromkeys(units)):
         table.add_column(f'[{unit}]', justify='right', no_wrap=True)
     table.add_column('', no_wrap=True)

@@ -9,16 +9,19 @@ from dataclasses import replace
 import json
 from pathlib import Path
 import shlex
+import sys
 
-from rich.table import Table
 from rich.text import Text
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.span import distinct
+from leo_diffmodel.explain.edit_test import edit_test
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.verbs import common
+from leo_diffmodel.verbs.compare_several import ranking_table
 from leo_diffmodel.verbs.explain_each import show_each, unique_names
 from leo_diffmodel.verbs.explain_text import told
-from leo_msgs_py.console import Terminal
+from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import effect_words, words
@@ -31,6 +34,7 @@ EXAMPLES = (
     'leo explain bags/run1 --model pendulum --write-effect found.py -o out/explain',
     'leo explain bags/light bags/heavy --each --model pendulum -o out/each',
     'leo explain bags/run1 --model pendulum --from 3 --to 12.5 --within 60s',
+    'leo explain bags/payload --model arm --edit-test bags/payload_taken_off -o out/explain',
 )
 SHOWN = 8
 
@@ -38,19 +42,24 @@ SHOWN = 8
 def main(argv: list[str]) -> int:
     """Run `leo explain`; exit status 0 for fine and named, 1 for an open answer."""
     arguments = _parser().parse_args(argv)
-    if arguments.each and (arguments.hold_out or arguments.write_effect):
-        raise UserError('--each takes every bag by itself: leave out --hold-out, --write-effect')
+    if arguments.each and (arguments.hold_out or arguments.write_effect or arguments.edit_test):
+        raise UserError('--each takes every bag by itself: leave out --hold-out, --write-effect '
+                        'and --edit-test')  # fmt: skip
     folder = common.fresh_folder(arguments.output)
     target = _fresh_effect(arguments.write_effect)
     model = common.load(arguments)
     recordings, held = common.read_all(arguments, model)
+    changed = common.read_bags(arguments.edit_test, model, arguments.topic_map)
+    distinct([*recordings, *held, *changed])
     if arguments.each:
         return _each(arguments, model, recordings, folder)
     result = _explained(arguments, model, recordings, held)
     if target:
         result = _written(target, result)
+    result = _edited(arguments, model, result, changed)
+    result = replace(result, next_command=common.next_command(arguments, folder, result))
     if folder:
-        write(folder, result, [*recordings, *held])
+        write(folder, result, [*recordings, *held], common.watch(arguments))
     if arguments.json:
         print(json.dumps(result.to_json()))
     else:
@@ -72,6 +81,20 @@ def _explained(
         )  # fmt: skip
 
 
+def _edited(
+    arguments: argparse.Namespace, given: Model, result: Explanation, bags: Sequence[Recording]
+) -> Explanation:
+    """The answer with the edit test, where there are bags for it and something was named."""
+    if not bags:
+        return result
+    if not result.effects:
+        print('warning: no edit test: no effect was named', file=sys.stderr)
+        return result
+    with common.progress('edit test') as heard:
+        found = edit_test(given, result.model, bags, arguments.step, heard)
+    return replace(result, edit_test=found)
+
+
 def _each(
     arguments: argparse.Namespace, model: Model, recordings: Sequence[Recording],
     folder: Path | None,
@@ -83,7 +106,8 @@ def _each(
         result = _explained(arguments, model, [recording], title=f'explaining {name}')
         results.append(result)
         if folder and (inside := common.fresh_folder(str(folder / name))):
-            write(inside, result, [recording])
+            arguments.bags = [str(recording.path)]
+            write(inside, result, [recording], common.watch(arguments))
     if arguments.json:
         answers = zip(names, results, strict=True)
         print(json.dumps({name: result.to_json() for name, result in answers}))
@@ -92,17 +116,17 @@ def _each(
     return 1 if any(r.verdict in common.NEGATIVE for r in results) else 0
 
 
-def write(folder: Path, result: Explanation, recordings: list) -> None:
-    """Write explain.json and report.html."""
+def write(folder: Path, result: Explanation, recordings: list, watch: str) -> None:
+    """Write explain.json and report.html; `watch` is the command of the live page."""
     common.write_json(folder, 'explain.json', result.to_json())
-    report(folder / 'report.html', result, recordings)
+    report(folder / 'report.html', result, recordings, watch)
 
 
-def report(path: Path, result: Explanation, recordings: list) -> None:
-    """Write the page of one explanation."""
+def report(path: Path, result: Explanation, recordings: list, watch: str) -> None:
+    """Write the page of one explanation; `watch` is the command of the live page."""
     from leo_diffmodel.report.explained import write_explanation
 
-    write_explanation(path, result, recordings)
+    write_explanation(path, result, recordings, watch)
 
 
 def show(result: Explanation) -> None:
@@ -115,7 +139,7 @@ def show(result: Explanation) -> None:
     if result.hypotheses:
         table = Table(title='hypotheses, best first')
         for column in ('effect', 'parameters', 'gain train / held out [nats]'):
-            table.add_column(column, overflow='fold')
+            table.add_column(column)
         for row in result.hypotheses[:SHOWN]:
             table.add_row(f'{row["name"]}:{row["where"]}', _values(row), _gains(row))
         console.print(table)
@@ -123,6 +147,11 @@ def show(result: Explanation) -> None:
         if own := row.get('recordings'):
             each = ', '.join(f'{v["value"]:.4g} {v["unit"]} in {name}' for name, v in own.items())
             console.print(f'{path}: {each}', highlight=False)
+    if result.edit_test:
+        console.print('edit test: what was named is taken out of the model and of the robot',
+                      highlight=False)  # fmt: skip
+        console.print(ranking_table(result.edit_test))
+        console.print(result.edit_test['sentence'], highlight=False)
     if result.next_run:
         console.print(f'what would settle it: {result.next_run}', highlight=False)
 
@@ -134,6 +163,10 @@ def _parser() -> argparse.ArgumentParser:
     arguments.add_argument(
         '--each', action='store_true', help='every bag by itself, answers side by side'
     )
+    arguments.add_argument(
+        '--edit-test', nargs='+', default=[], metavar='BAG',
+        help='bags of the robot after what was named was taken out of it',
+    )  # fmt: skip
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write JSON and report here')
     arguments.add_argument(
         '--write-effect', metavar='FILE.py', help='make an effect of what is no known effect'
@@ -197,9 +230,16 @@ def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explan
     if folder:
         print(f'wrote {folder}/explain.json and report.html')
     if folder and (result.effects or (result.unknown and result.unknown.source)):
-        print(f'next: {_add_words(arguments, folder, result)}')
+        if result.next_command:
+            print(f'next: {result.next_command}')
+        first = 'or' if result.next_command else 'next'
+        print(f'{first}: {_add_words(arguments, folder, result)}')
+    elif result.next_command:
+        print(f'next: {result.next_command}')
     elif folder and result.verdict == 'fine' and result.not_testable and _driven(result):
         print(f'next: {common.same_bags("next", arguments)} --explain {folder}')
+    if result.search is not None:
+        common.point_on_watch(arguments)
 
 
 def _add_words(arguments: argparse.Namespace, folder: Path, result: Explanation) -> str:

@@ -6,10 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.table import Table
-
 from leo_diffmodel.explain.explanation import Explanation
-from leo_msgs_py.console import Terminal
+from leo_msgs_py.console import Table, Terminal
 
 
 def unique_names(paths: Sequence[Path]) -> list[str]:
@@ -25,7 +23,7 @@ def show_each(bags: Sequence[str], answers: Sequence[Explanation]) -> None:
     """Print the verdict on each bag, and the effects with their values."""
     table = Table(title='each bag by itself')
     for column in ('bag', 'verdict', 'effects'):
-        table.add_column(column, overflow='fold')
+        table.add_column(column)
     for bag, answer in zip(bags, answers, strict=True):
         table.add_row(bag, answer.verdict, '\n'.join(map(_effect, answer.effects)))
     Terminal().print(table)

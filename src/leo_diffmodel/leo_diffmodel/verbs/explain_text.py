@@ -8,6 +8,7 @@ import re
 WIDTH, LINES = 100, 2
 CHANGE = re.compile(r'[;:] (?=(?:median )?held-out error )')
 NOTES = re.compile(r'(?:\(noise [^()]*\)|\d more states) \(')
+EFFECTS = re.compile(r'; (?=[A-Za-z_][\w.]*:\S+ \()')
 REST = re.compile(r'\. (?=\d+ % of |The rest )')
 
 
@@ -24,7 +25,16 @@ def told(verdict: str, sentence: str) -> list[str]:
     if len(verdict) + 2 + len(sentence) <= WIDTH * LINES:
         return [sentence, *notes]
     head, *rest = [part for half in REST.split(sentence) for part in CHANGE.split(half)]
-    return [_stopped(line) for line in (head, *rest)] + notes
+    return [_stopped(line) for line in (*_short(head, verdict), *rest)] + notes
+
+
+def _short(head: str, verdict: str) -> list[str]:
+    """A headline that names the effects alone where it is too long, and a line on each."""
+    if len(verdict) + 2 + len(head) <= WIDTH * LINES or ': ' not in head:
+        return [head]
+    about, _, listed = head.partition(': ')
+    effects = EFFECTS.split(listed)
+    return [f'{about}: {"; ".join(e.partition(" (")[0] for e in effects)}', *effects]
 
 
 def _without_notes(sentence: str) -> tuple[str, list[str]]:

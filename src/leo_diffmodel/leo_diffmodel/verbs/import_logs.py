@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`leo import LOG… --map MAP.yaml -o BAG`, and `leo import LOG --guess`."""
+"""leo import: logs (CSV, JSON, MATLAB, LeRobot data sets) become bags, by a column map."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from leo_diffmodel.bags.info import bag_info, BagInfo
 from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
+from leo_sim.description.robot import typed
 
 EXAMPLES = """\
   leo import swing.csv --map my_robot.yaml -o bags/swing
@@ -121,7 +122,7 @@ def _jobs(logs: list[str], output: Path, each: bool) -> list[tuple[list[str], Pa
 
 def _next(bags: list[Path], column_map: ColumnMap) -> str:
     names = ' '.join(shlex.quote(str(bag)) for bag in bags)
-    return f'leo compare {names} --model {column_map.robot or "MODEL"}'
+    return f'leo compare {names} --model {typed(column_map.robot or "")}'
 
 
 def _summary(info: BagInfo) -> dict[str, Any]:

@@ -4,18 +4,16 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 import json
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
-from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.verbs import common
-from leo_msgs_py.console import Terminal
+from leo_diffmodel.verbs import next_text as text
+from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.effects.consent import add_effect_argument
@@ -29,7 +27,8 @@ EXAMPLES = (
     'leo next bags/run1 --model pendulum --explain out/explain -o next.csv',
     'leo play next.csv --bag bags/run2                        # on the robot',
 )
-PAIRS_SHOWN, OPTIONS_SHOWN, POINTS_SHOWN = 3, 8, 12
+PAIRS_SHOWN, OPTIONS_SHOWN = 3, 8
+SECONDS = 20.0
 LONGEST = 600.0
 NEEDED = {'effects', 'not_testable', 'provenance'}
 
@@ -44,9 +43,7 @@ def main(argv: list[str]) -> int:
     arguments = _parser().parse_args(argv)
     target = _target(arguments)
     model = common.load(arguments)
-    if not any(a.strongest > 0 for a in model.robot.actuators):
-        why = 'has no motors, so there is no run to send; swing it by hand from other angles'
-        raise UserError(f'{model.robot.name} {why}')
+    check_driven(model)
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     answer = _answer(arguments, recordings, model, own)
@@ -64,6 +61,17 @@ def main(argv: list[str]) -> int:
     return 0 if found.best or found.aim == 'nothing' else 1
 
 
+def check_driven(model: Model) -> None:
+    """See that a run can be sent to the robot.
+
+    Raises:
+        UserError: it has no motors.
+    """
+    if not any(a.strongest > 0 for a in model.robot.actuators):
+        why = 'has no motors, so there is no run to send; swing it by hand from other angles'
+        raise UserError(f'{model.robot.name} {why}')
+
+
 def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('next', __doc__ or '', EXAMPLES)
     arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
@@ -76,7 +84,7 @@ def _parser() -> argparse.ArgumentParser:
     arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
     add_effect_argument(arguments)
     common.add_span_arguments(arguments)
-    arguments.add_argument('--seconds', type=float, default=20.0, help='length of the run')
+    arguments.add_argument('--seconds', type=float, default=SECONDS, help='length of the run')
     arguments.add_argument(
         '-o', dest='output', default='next_run.csv', metavar='FILE.csv', help='the run to write'
     )
@@ -132,16 +140,15 @@ def _show(found: Proposal, answer: dict[str, Any], seconds: float) -> None:
     console.print(Text.assemble((answer['verdict'], 'bold'), f': {answer["sentence"]}'),
                   highlight=False)
     if found.aim == 'nothing':
-        return _say_nothing(answer, console)
-    about = {'separate': 'nothing here tells these apart', 'show': 'these could not be tested'}
-    console.print(f'{about[found.aim]}: {_listed([*found.points, *found.hopeless])}')
+        console.print(text.nothing(answer))
+        return
+    console.print(text.asked(found))
     if found.points:
         console.print(_table(found))
     if found.hopeless:
-        console.print(f'no run of the menu helps with: {_listed(found.hopeless)}')
+        console.print(text.hopeless(found))
     if found.best is not None:
-        console.print(_sentence(found, found.best, seconds), highlight=False)
-    return None
+        console.print(text.best(found, seconds), highlight=False)
 
 
 def _point_on(file: Path | None, play: str | None) -> None:
@@ -149,39 +156,6 @@ def _point_on(file: Path | None, play: str | None) -> None:
         print(f'wrote {file}')
     if play:
         print(f'next: leo {play} --bag BAG    (on the robot; BAG is to be written)')
-
-
-def _say_nothing(answer: dict[str, Any], console: Console) -> None:
-    if answer['verdict'] in common.NEGATIVE and not answer.get('unknown'):
-        told = answer.get('next_run') or 'vary one thing at a time: speed, load, angle, supply'
-        console.print(f'No run of the menu settles what is open: {told}')
-    elif answer['verdict'] == 'unknown':
-        console.print('What is missing is no known effect, so no two of them are left to part; '
-                      'leo explain --write-effect makes an effect of it.')  # fmt: skip
-    else:
-        console.print('Nothing is open, and every effect was testable: no further run is needed.')
-
-
-def _sentence(found: Proposal, best: Option, seconds: float) -> str:
-    from leo_diffmodel.check.amplitudes import needed
-    from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
-    from leo_diffmodel.next_run.effects_shown import is_shown
-
-    if found.aim == 'show':
-        count = sum(bool(is_shown(n)) for n in best.nats)
-        return f'"{best.run.name}" would show {count} of the {len(found.points)}: {best.run.about}'
-    a, b = found.points[best.nats.index(min(best.nats))].split(' | ')
-    told = (f'"{best.run.name}" ({best.run.about}) tells {a} from {b} by '
-            f'{_number(min(best.nats))} nats')  # fmt: skip
-    if min(best.nats) > needed(MARGIN_NATS):
-        return told
-    longer = seconds * needed(MARGIN_NATS) / min(best.nats)
-    return f'{told}; more are needed to be sure: record {longer:.0f} s of it (--seconds)'
-
-
-def _listed(points: Sequence[str]) -> str:
-    more = f' and {len(points) - POINTS_SHOWN} more (--json)' if len(points) > POINTS_SHOWN else ''
-    return '; '.join(points[:POINTS_SHOWN]) + more
 
 
 def _table(found: Proposal) -> Table:
@@ -195,8 +169,8 @@ def _table(found: Proposal) -> Table:
         table.add_column(point, justify='right')
     table.add_column('what it does')
     for option in found.options[:OPTIONS_SHOWN]:
-        nats = [_number(n) for n in option.nats[:PAIRS_SHOWN]]
-        table.add_row(option.run.name, _number(min(option.nats)), *nats, _about(option))
+        nats = [text.number(n) for n in option.nats[:PAIRS_SHOWN]]
+        table.add_row(option.run.name, text.number(min(option.nats)), *nats, _about(option))
     return _cut(table, found)
 
 
@@ -221,7 +195,3 @@ def _cut(table: Table, found: Proposal) -> Table:
     if len(found.options) > OPTIONS_SHOWN:
         table.caption = f'and {len(found.options) - OPTIONS_SHOWN} more (--json lists them)'
     return table
-
-
-def _number(nats: float) -> str:
-    return 'over 1000' if nats > 1000 else f'{nats:.1f}'

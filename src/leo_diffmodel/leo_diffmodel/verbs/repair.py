@@ -4,22 +4,20 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from functools import partial
 import json
 from pathlib import Path
 import shlex
 from typing import Any
 
-from rich.table import Table
-
-from leo_diffmodel.add.ladder import ladder
 from leo_diffmodel.add.patch import history
-from leo_diffmodel.add.rounds import merged, rounds
+from leo_diffmodel.add.rounds import ladder, merged, rounds
 from leo_diffmodel.compare.comparison import compare
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.explain import report, show
-from leo_msgs_py.console import Terminal
+from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_sim.effects.consent import effect_words
 from leo_sim.model.model_file import save_model
@@ -49,18 +47,24 @@ def main(argv: list[str]) -> int:
         ask = partial(explain, recordings, hold_out=held, extra=own, progress=told,
                       step=arguments.step, keep=arguments.keep)  # fmt: skip
         found = rounds(lambda m, left: ask(m, within=left), model, arguments.within)
+    found = [replace(each, next_command=common.next_command(arguments, None, each))
+             for each in found]  # fmt: skip
     result = merged(found)
     rows = ladder(result)
     common.write_json(folder, 'compare.json', before.data)
     common.write_json(folder, 'explain.json', result.to_json())
     for number, each in enumerate(found, start=1):
         name = 'report.html' if number == 1 else f'report_{number}.html'
-        report(folder / name, each, [*recordings, *held])
+        report(folder / name, each, [*recordings, *held], common.watch(arguments))
     save_model(target, result.model, [*model.history, *history(result.to_json())])
     if arguments.json:
         print(json.dumps(result.to_json() | {'ladder': rows, 'model': str(target)}))
     else:
         _print(result, rows, folder, target)
+        if result.search is not None:
+            common.point_on_watch(arguments)
+        if result.next_command:
+            print(f'or: {result.next_command}')
     return 1 if result.verdict in common.NEGATIVE else 0
 
 

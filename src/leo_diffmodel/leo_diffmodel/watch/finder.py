@@ -1,102 +1,29 @@
 # SPDX-License-Identifier: Apache-2.0
-"""leo explain in a process of its own, so that the page goes on meanwhile."""
+"""leo explain in a process of its own."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-import multiprocessing
-from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
-import signal
-from typing import Any
+from functools import partial
 
-from leo_msgs_py.errors import UserError
+from leo_diffmodel.watch.errand import Errand, Heard
 
-Heard = Callable[[str], None]
-Ask = Callable[[Heard], dict]
-"""Explains, telling what it tries; the contents of explain.json. It is sent to the process."""
+Asked = Callable[[list[str], Heard], dict]
+"""Explains the bags of a command line; the contents of explain.json."""
 
 
-@dataclass(frozen=True)
-class News:
-    """How far the search is.
+class Finder(Errand):
+    """The search behind 'find it for me'.
 
     Attributes:
-        text: what is being tried.
-        count: how many things were.
-        answer: the contents of explain.json, at the end.
-        error: one line, where it ended without one.
+        words: the command line that it explains: bags, model and options; empty where the bags
+            are kept no longer.
     """
 
-    text: str = ''
-    count: int = 0
-    answer: dict[str, Any] | None = None
-    error: str = ''
-
-    @property
-    def over(self) -> bool:
-        """Whether there will be no more."""
-        return self.answer is not None or bool(self.error)
-
-
-class Finder:
-    """Starts the search and hears of it."""
-
-    def __init__(self, ask: Ask) -> None:
-        self._ask = ask
-        self._process: BaseProcess | None = None
-        self._pipe: Connection | None = None
-        self.news = News()
-
-    @property
-    def busy(self) -> bool:
-        """Whether a search is going on."""
-        return self._process is not None
+    def __init__(self, asked: Asked, words: list[str]) -> None:
+        super().__init__()
+        self._asked, self.words = asked, words
 
     def start(self) -> None:
         """Begin, unless it is going on."""
-        if self.busy:
-            return
-        context = multiprocessing.get_context('spawn')
-        self._pipe, there = context.Pipe(duplex=False)
-        self._process = context.Process(target=_work, args=(self._ask, there), daemon=True)
-        self.news = News('starting')
-        self._process.start()
-        there.close()
-
-    def hear(self) -> bool:
-        """Take in what has come meanwhile; whether something did."""
-        before = self.news
-        try:
-            while self._pipe and not self.news.over and self._pipe.poll():
-                self._take(*self._pipe.recv())
-        except EOFError:
-            self.news = News(error='the search ended before it had an answer')
-        if self.news.over:
-            self.stop()
-        return self.news != before
-
-    def stop(self) -> None:
-        """End the process, whatever it does."""
-        if self._process is not None:
-            self._process.terminate()
-            self._process.join()
-        self._process = self._pipe = None
-
-    def _take(self, kind: str, what: Any) -> None:
-        self.news = {
-            'told': lambda: News(what, self.news.count + 1),
-            'answer': lambda: News(answer=what),
-            'error': lambda: News(error=what),
-        }[kind]()
-
-
-def _work(ask: Ask, pipe: Connection) -> None:
-    """Search; Ctrl-C is for the process that started this one."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    try:
-        pipe.send(('answer', ask(lambda text: pipe.send(('told', text)))))
-    except UserError as error:
-        pipe.send(('error', str(error)))
+        self.begin(partial(self._asked, self.words))

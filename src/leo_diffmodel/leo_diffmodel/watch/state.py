@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 import time
 from typing import Any
@@ -13,8 +13,10 @@ import numpy as np
 from leo_diffmodel.compare.errors import state_names
 from leo_diffmodel.watch import adding
 from leo_diffmodel.watch.adding import Answer
+from leo_diffmodel.watch.errand import Errand
 from leo_diffmodel.watch.film import Film
 from leo_diffmodel.watch.guess import guess
+from leo_diffmodel.watch.lack import Lacks
 from leo_diffmodel.watch.player import Player
 from leo_diffmodel.watch.repaired import repaired, words
 from leo_diffmodel.watch.scene import Scene
@@ -32,6 +34,9 @@ SHORTEST, LONGEST = 0.05, 3.0
 class State:
     """One state for all tabs; whatever is done to it tells those that listen.
 
+    Errors and film are those of the switches at once; what takes longer follows in pieces, each
+    time `go_on` is called.
+
     Attributes:
         scene: the data.
         folder: where models may be written; None: nowhere.
@@ -42,9 +47,14 @@ class State:
         shown: index of the state whose error the figures show.
         given: errors of the model as given.
         now: errors of the model with what is switched on.
-        without: of each effect that is on, the error if it alone were off [noise floors].
+        without: of each effect that is on, the error if it alone were off [noise floors];
+            follows.
         film: the recording as predicted by both.
+        lacks: the torque that both lack, and where; follows.
+        chosen: the joint whose missing torque is shown, and the number of the variable against
+            which; None before there is one.
         seconds: what the last change took to compute.
+        drawing: draws pictures and films of the view.
         listeners: called after each change.
     """
 
@@ -58,9 +68,12 @@ class State:
         self.horizon, self.shown, self.seconds = HORIZON, 0, 0.0
         self.states = state_names(scene.model)
         self.listeners: list[Callable[[], None]] = []
+        self.drawing = Errand()
         self.given = self.now = score(scene, scene.model)
         self.without: Mapping[str, float] = {}
         self.film = Film.of(scene, self.horizon, scene.model)
+        self.lacks, self.chosen = Lacks(scene), None  # type: Lacks, tuple[int, int] | None
+        self._rest = self._follow(scene.model)
 
     @property
     def model(self) -> Model:
@@ -140,6 +153,25 @@ class State:
             raise UserError('start leo watch with -o DIR to write the model there')
         return adding.write_model(self.folder, self.scene, self.setting, self.answer)
 
+    def on(self, scene: Scene) -> State:
+        """The same switches on other data of the same robot; this state stays as it is."""
+        other = State(scene, self.folder)
+        other.setting, other.answer, other.horizon = self.setting, self.answer, self.horizon
+        other.film = Film.of(scene, other.horizon, scene.model)
+        other._compute()
+        other.finish()
+        return other
+
+    def become(self, other: State) -> None:
+        """Show the data of another state, unless switches were moved while it was computed."""
+        if (other.setting, other.horizon) != (self.setting, self.horizon):
+            return
+        self.scene, self.given, self.now = other.scene, other.given, other.now
+        self.film, self.without, self.seconds = other.film, other.without, other.seconds
+        self.lacks, self._rest = other.lacks, other._rest
+        self.player.length = other.player.length
+        self.tell()
+
     def look_ahead(self, seconds: float) -> None:
         """Predict over another horizon [s], as far as there is one in the data."""
         if seconds == self.horizon:
@@ -152,6 +184,12 @@ class State:
         """Show the error of another state."""
         if index != self.shown:
             self.shown = index
+            self.tell()
+
+    def choose(self, joint: int, variable: int) -> None:
+        """Show what another joint lacks, or against another variable."""
+        if (joint, variable) != self.chosen:
+            self.chosen = joint, variable
             self.tell()
 
     def go(self, seconds: float) -> None:
@@ -170,6 +208,19 @@ class State:
         if speed != self.player.speed:
             self.player.at_speed(speed)
             self.tell()
+
+    def go_on(self) -> bool:
+        """Compute the next piece of what follows the last change; whether there was one."""
+        for news in self._rest:
+            if news:
+                self.tell()
+            return True
+        return False
+
+    def finish(self) -> None:
+        """Compute all that follows the last change."""
+        while self.go_on():
+            pass
 
     def _first(self, label: str) -> dict[str, float]:
         """The values that an effect had, or else the best of a scan."""
@@ -192,8 +243,16 @@ class State:
         began, model = time.perf_counter(), self.model
         self.now = score(self.scene, model)
         self.film = self.film.repaired_by(model)
-        self.without = {label: self._size_without(label) for label in self.setting.on}
+        self.without = {k: v for k, v in self.without.items() if k in self.setting.on}
+        self.lacks.behind, self._rest = True, self._follow(model)
         self.seconds = time.perf_counter() - began
+
+    def _follow(self, model: Model) -> Iterator[bool]:
+        """What follows a change, in pieces; True where something is new."""
+        for label in self.setting.on:
+            self.without = {**self.without, label: self._size_without(label)}
+            yield True
+        yield from self.lacks.follow(model, bool(self.setting.on))
 
     def _size_without(self, label: str) -> float:
         rest = {name: v for name, v in self.setting.on.items() if name != label}

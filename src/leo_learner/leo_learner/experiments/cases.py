@@ -4,55 +4,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeVar
 
-from joblib import delayed, Parallel, parallel_config
 import numpy as np
 
-from leo_msgs_py.errors import one_line, UserError
+from leo_msgs_py.result_lines import append_result, read_results, Row
+from leo_msgs_py.workers import ONE, Workers
 
 C = TypeVar('C')
 """A case: a frozen dataclass whose fields begin its line in the results file."""
-Row = dict[str, Any]
-
-
-def read_results(path: Path) -> list[Row]:
-    """The lines of a results file; none where there is no file.
-
-    A line that was cut short is left out: its case is run again.
-
-    Raises:
-        UserError: it is no results file.
-    """
-    if not path.exists():
-        return []
-    try:
-        lines = path.read_text().splitlines()
-    except (OSError, ValueError) as error:
-        raise UserError(f'{path} cannot be read ({one_line(error)}); give another') from error
-    rows = [row for line in lines if (row := _row(line)) is not None]
-    if lines and not rows:
-        raise UserError(f'{path} is no results file: no line of it is a case; give another')
-    return rows
-
-
-def _row(line: str) -> Row | None:
-    """What a line says; None where it is no case, or part of one."""
-    try:
-        row = json.loads(line)
-    except ValueError:
-        return None
-    return row if isinstance(row, dict) else None
-
-
-def _append(path: Path, row: Row) -> None:
-    """Add a line, behind the end of one that was cut short."""
-    cut = path.exists() and path.read_bytes()[-1:] not in (b'', b'\n')
-    with path.open('a') as file:
-        file.write('\n' * cut + json.dumps(row) + '\n')
 
 
 def found(case: C, rows: Sequence[Row]) -> Row | None:
@@ -67,8 +29,7 @@ def missing(cases: Sequence[C], path: Path) -> list[C]:
 
 
 def run_cases(
-    cases: Sequence[C], run: Callable[[C], Row], path: Path, jobs: int = 1,
-    backend: str = 'loky',
+    cases: Sequence[C], run: Callable[[C], Row], path: Path, workers: Workers = ONE
 ) -> Iterator[Row]:
     """Run those cases that the results file lacks and append their lines as they come.
 
@@ -76,20 +37,14 @@ def run_cases(
         cases: of the experiment.
         run: makes the line of a case; what it had begun before it goes on with.
         path: of the results file.
-        jobs: processes at once.
-        backend: of joblib; `dask` or `ray` once registered, for a cluster.
+        workers: who runs them.
 
     Yields:
         each new line.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with parallel_config(backend, n_jobs=jobs):
-        rows = Parallel(return_as='generator_unordered')(
-            delayed(run)(case) for case in missing(cases, path)
-        )
-        for row in rows:
-            _append(path, row)
-            yield row
+    for row in workers.each(run, missing(cases, path)):
+        append_result(path, row)
+        yield row
 
 
 def hours(cases: Sequence[C], path: Path, jobs: int, weight: Callable[[Any], float]) -> float:

@@ -10,9 +10,10 @@ from typing import Any
 
 from leo_learner.configs import ABLATION
 from leo_learner.experiments import transfer, transfer_page, walking, walking_page
-from leo_learner.experiments.cases import missing, pace, read_results, Row
+from leo_learner.experiments.cases import missing, pace
 from leo_learner.experiments.walking import KNEE_ENDS
 from leo_learner.experiments.walking_page import Group
+from leo_msgs_py.result_lines import read_results, Row
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+import shlex
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
 
 from leo_learner.experiments.main_job import Found, RIG
+from leo_msgs_py.console import Table
 
 _KINDS = {'rmse': 'rms', 'median': 'median'}
 
@@ -35,8 +36,16 @@ def closing(found: Found, folder: Path, console: Console) -> None:
     console.print(table)
     for report in reports:
         console.print(f'report: {report.resolve()}', soft_wrap=True)
+    console.print(f'watch the error fall: {shlex.join(watching(folder))}', soft_wrap=True)
     policy = (folder / 'repaired' / 'policy.safetensors').resolve()
     console.print(f'next: leo play {policy} --model pendulum', soft_wrap=True)
+
+
+def watching(folder: Path) -> list[str]:
+    """The command of the live page on what a main job recorded."""
+    folder = folder.resolve()
+    return ['leo', 'watch', str(folder / 'rollout'), '--model', 'pendulum',
+            '-o', str(folder / 'watch')]  # fmt: skip
 
 
 def named(answer: Mapping[str, Any]) -> str:

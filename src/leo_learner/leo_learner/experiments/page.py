@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from leo_learner.experiments.cases import found, read_results
+from leo_learner.experiments.cases import found
 from leo_learner.experiments.catalogue import EXPERIMENTS
+from leo_msgs_py.result_lines import read_results
 from leo_msgs_py.whole_file import write_whole
 
 ABOUT = """\

@@ -10,11 +10,12 @@ from typing import Any
 from matplotlib.figure import Figure
 import numpy as np
 
-from leo_learner.experiments.cases import found, Row
+from leo_learner.experiments.cases import found
 from leo_learner.experiments.markdown import markdown
 from leo_learner.experiments.png_figures import DPI, HEIGHT, WIDTH
 from leo_learner.experiments.summary import mean_and_half
 from leo_learner.experiments.transfer import Case
+from leo_msgs_py.result_lines import Row
 
 HEADS = (
     'gap', 'repair', 'seeds', 'distance on the real robot [m]: ideal policy', 'after update 1',

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from leo_learner.experiments.cases import found, Row
+from leo_learner.experiments.cases import found
 from leo_learner.experiments.markdown import markdown
 from leo_learner.experiments.png_figures import learning_curves
 from leo_learner.experiments.summary import FAR, Summary, summary
 from leo_learner.experiments.walking import Case
+from leo_msgs_py.result_lines import Row
 
 Group = tuple[str, str, str, str, str]
 """Robot, truth, agent, actions, config."""

@@ -3,28 +3,36 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 import json
 from pathlib import Path
+import sys
 import time
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 
 EXAMPLES = """\
+  leo demo --quick
   leo demo
   leo demo --hidden-seed 4 -o runs/another_secret
-  leo demo --no-data --json"""
+  leo demo --no-data --json
+  leo demo --no-browser"""
 DATA = Path('..', 'shared', 'data')
 """Recorded robots, relative to the folder leo demo runs in."""
 
 
 def main(argv: list[str]) -> int:
-    """Run the main job and print the closing table."""
+    """Run the main job, print the closing table, and open the live page if there is a screen."""
     parser = Parser('leo demo', 'Find, repair and retrain, on a robot with a secret.', EXAMPLES)
     parser.add_argument('--hidden-seed', type=int, default=1, metavar='S', help='draws the secret')
     parser.add_argument('--data', type=Path, default=DATA, help='folder of recorded robots')
     parser.add_argument('--no-data', action='store_true', help='only the simulated robot')
+    parser.add_argument('--quick', action='store_true',
+                        help='explain a shipped recording instead: under a minute')
     parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder of the run')
+    parser.add_argument('--no-browser', action='store_true',
+                        help='end without opening the live page on the recording')  # fmt: skip
     parser.add_json()
     options = parser.parse_args(argv)
     if options.hidden_seed < 0:
@@ -32,6 +40,10 @@ def main(argv: list[str]) -> int:
     folder = options.output or Path('runs', time.strftime('demo-%Y%m%d-%H%M%S'))
     if folder.exists():
         raise UserError(f'{folder} exists; give another folder with -o')
+    if options.quick:
+        from leo_learner.experiments.quick import quick
+
+        return quick(folder, options.json)
 
     from leo_learner.experiments.closing import closing
     from leo_learner.experiments.main_job import MainJob, Plan
@@ -43,4 +55,16 @@ def main(argv: list[str]) -> int:
     closing(found, folder, console)
     if options.json:
         print(json.dumps(vars(found)))
+    elif not options.no_browser:
+        _watch(folder)
     return 0
+
+
+def _watch(folder: Path) -> None:
+    """Open the live page until Ctrl-C, where somebody sits in front of a screen and a terminal."""
+    from leo_diffmodel.verbs import watch
+    from leo_learner.experiments.closing import watching
+
+    if watch.screen() and sys.stdout.isatty():
+        with suppress(KeyboardInterrupt):
+            watch.main(watching(folder)[2:])

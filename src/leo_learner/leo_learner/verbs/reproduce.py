@@ -12,8 +12,9 @@ import threading
 from typing import Any, TYPE_CHECKING
 
 from leo_learner.verbs import reproduce_table7
-from leo_msgs_py.errors import one_line, UserError
+from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import dispatch, Parser
+from leo_msgs_py.workers import add_worker_arguments, chosen_workers
 
 if TYPE_CHECKING:
     from leo_learner.experiments.catalogue import Experiment
@@ -53,10 +54,7 @@ def _parser(name: str) -> Parser:
         f'  leo reproduce {name} --jobs 2\n  leo reproduce {name} --plan',
     )
     parser.add_argument('--plan', action='store_true', help='say what is left to run, run nothing')
-    parser.add_argument('--jobs', type=int, default=1, metavar='N', help='processes at once')
-    parser.add_argument(
-        '--backend', default='loky', help="joblib's: loky (this machine), or one registered"
-    )
+    add_worker_arguments(parser, jobs=1)
     parser.add_argument(
         '--folder', type=Path, default=Path('runs', 'leo'), metavar='DIR',
         help='of the training runs; those that were stopped go on',
@@ -74,9 +72,10 @@ def _parser(name: str) -> Parser:
 
 
 def _experiment(name: str, argv: list[str]) -> int:
-    from leo_learner.experiments.cases import missing, read_results
+    from leo_learner.experiments.cases import missing
     from leo_learner.experiments.catalogue import EXPERIMENTS
     from leo_learner.experiments.page import write_page
+    from leo_msgs_py.result_lines import read_results
 
     options = _parser(name).parse_args(argv)
     _check(options)
@@ -106,15 +105,7 @@ def _experiment(name: str, argv: list[str]) -> int:
 
 
 def _check(options: Any) -> None:
-    from joblib import parallel_config
-
-    if options.jobs < 1:
-        raise UserError('leo reproduce: --jobs takes 1 or more')
-    try:
-        with parallel_config(options.backend):
-            pass
-    except (ImportError, ValueError) as error:
-        raise UserError(f'leo reproduce: --backend: {one_line(error)}') from error
+    chosen_workers(options, 'leo reproduce')
     for name, path in (('--results', options.results), ('--folder', options.folder)):
         if path.is_file():
             raise UserError(f'leo reproduce: {name} {path} is a file; give a folder')
@@ -153,7 +144,7 @@ def _run(experiment: Experiment, options: Any) -> None:
             progress.update(task, completed=sum(done))
 
         with _every(LOOK_PERIOD, look):
-            for row in run_cases(left, run, path, options.jobs, options.backend):
+            for row in run_cases(left, run, path, chosen_workers(options, 'leo reproduce')):
                 progress.console.print(
                     f'{experiment.title}: seed {row["seed"]}, {row["seconds"] / 60:.0f} min'
                 )

@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+from functools import partial
 import json
 from pathlib import Path
 import statistics
 from typing import Any
 
+from leo_msgs_py.console import Table
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.workers import add_worker_arguments, chosen_workers, ONE
 
 EXAMPLES = """\
   leo reproduce table7
@@ -86,6 +89,7 @@ def _parser() -> Parser:
         '--figure', type=Path, default=Path('docs', 'table7.png'), metavar='FILE',
         help='learning curves on the ideal, the repaired and the real pendulum',
     )
+    add_worker_arguments(parser, jobs=1)
     parser.add_json()
     return parser
 
@@ -108,8 +112,9 @@ def _draw(rows: list[dict[str, Any]], path: Path) -> bool:
 
 def _rows(options: Any) -> list[dict[str, Any]]:
     """The lines of the cases, from the results file or by running them."""
-    from leo_learner.experiments.cases import found, read_results, run_cases
+    from leo_learner.experiments.cases import found, run_cases
     from leo_learner.experiments.table7 import Case, run_case
+    from leo_msgs_py.result_lines import read_results
 
     cases = [
         Case(options.truth, options.repair, options.transitions, options.config, options.steps,
@@ -117,10 +122,9 @@ def _rows(options: Any) -> list[dict[str, Any]]:
         for seed in range(options.seeds)
     ]
 
-    def run(case: Case) -> dict[str, Any]:
-        return run_case(case, options.folder, quiet=options.json)
-
-    for _ in run_cases(cases, run, options.results):
+    workers = chosen_workers(options, 'leo reproduce')
+    run = partial(run_case, folder=options.folder, quiet=options.json or workers != ONE)
+    for _ in run_cases(cases, run, options.results, workers):
         pass
     lines = read_results(options.results)
     return [row for case in cases if (row := found(case, lines)) is not None]
@@ -143,7 +147,7 @@ def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _beside(path: Path, row: dict[str, Any]) -> list[dict[str, Any]]:
     """Summaries of what else the results file has of the same truth, however it was learned."""
-    from leo_learner.experiments.cases import read_results
+    from leo_msgs_py.result_lines import read_results
 
     groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
     for other in read_results(path):
@@ -156,7 +160,6 @@ def _beside(path: Path, row: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _print(rows: list[dict[str, Any]], result: dict[str, Any]) -> None:
-    from rich.table import Table
 
     from leo_msgs_py.console import Terminal
 

@@ -78,8 +78,8 @@ def settle(node: Any) -> None:
         )
         if state != seen:
             seen, changed = state, now
-        calm = now - start >= _AT_LEAST_S and now - changed >= _QUIET_S
-        if calm or now - start >= _AT_MOST_S:
+        quiet = now - start >= _AT_LEAST_S and now - changed >= _QUIET_S
+        if quiet or now - start >= _AT_MOST_S:
             return
         spin_once(0.05)
 

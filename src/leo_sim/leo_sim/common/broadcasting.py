@@ -7,16 +7,18 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Numbers = float | Array
+"""A float, or an array that broadcasts with the others."""
 
 
-def filled(shape: tuple[int, ...], values: Any) -> Any:
+def filled(shape: tuple[int, ...], values: Numbers) -> Any:
     """A new array of that shape filled with values that broadcast to it."""
     result = np.empty(shape)
     result[...] = values
     return result
 
 
-def paired(first: Any, second: Any) -> Any:
+def paired(first: Numbers, second: Numbers) -> Any:
     """Both side by side along a new first axis of 2."""
     result = np.empty((2, *common(np.shape(first), np.shape(second))))
     result[0], result[1] = first, second
@@ -31,7 +33,7 @@ def common(*shapes: tuple[int, ...]) -> tuple[int, ...]:
     return distinct.pop() if distinct else ()
 
 
-def rows(values: Any, shape: tuple[int, ...], tail: int | tuple[int, ...], whole: bool = False
+def rows(values: Numbers, shape: tuple[int, ...], tail: int | tuple[int, ...], whole: bool = False
          ) -> Any:
     """Values (..., *tail) as contiguous rows (N, *tail), or (1, *tail) where all are the same.
 

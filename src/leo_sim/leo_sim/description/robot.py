@@ -195,6 +195,11 @@ def named_robots() -> dict[str, Path]:
     return {entry.name: Path(entry.load()) for entry in entry_points(group='leo.robots')}
 
 
+def typed(name: str) -> str:
+    """A robot's name as a command takes it; MODEL for one that has no entry point."""
+    return name if name in named_robots() else 'MODEL'
+
+
 def _named_folder(name: str) -> Path:
     robots = named_robots()
     if name not in robots:

@@ -110,10 +110,7 @@ def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
     and damping are torques of the model.
     """
     root = ElementTree.fromstring(xml)
-    for link in root.findall('link'):
-        for old in link.findall('inertial'):
-            link.remove(old)
-        link.append(_inertial(link.get('name', ''), bodies[link.get('name', '')]))
+    put_bodies(root, bodies)
     for joint in root.findall('joint'):
         for old in joint.findall('dynamics') + joint.findall('limit'):
             joint.remove(old)
@@ -127,6 +124,19 @@ def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
             free = {'lower': '1', 'upper': '-1', 'effort': '0', 'velocity': '0'}
             ElementTree.SubElement(joint, 'limit', free)
     return ElementTree.tostring(root, encoding='unicode')
+
+
+def put_bodies(root: ElementTree.Element, bodies: Mapping[str, Body]) -> None:
+    """Give links of a URDF other inertial figures, along principal axes.
+
+    Raises:
+        UserError: Figures that no body has.
+    """
+    links = {link.get('name', ''): link for link in root.findall('link')}
+    for name, body in bodies.items():
+        for old in links[name].findall('inertial'):
+            links[name].remove(old)
+        links[name].append(_inertial(name, body))
 
 
 def _vector(text: str | None, default: str = '0 0 0') -> Vector:
@@ -150,6 +160,15 @@ def _rotation(rpy: Vector) -> np.ndarray:
     return np.array([[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
                      [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
                      [-sp, cp * sr, cp * cr]])
+
+
+def rpy(rotation: np.ndarray) -> Vector:
+    """Roll, pitch and yaw rad of a rotation matrix, as `<origin>` has them."""
+    pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
+    if math.hypot(rotation[0, 0], rotation[1, 0]) < 1e-9:  # roll and yaw turn about one axis
+        return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
+    return (math.atan2(rotation[2, 1], rotation[2, 2]), pitch,
+            math.atan2(rotation[1, 0], rotation[0, 0]))
 
 
 def origin(element: ElementTree.Element) -> tuple[Vector, np.ndarray]:
@@ -243,12 +262,9 @@ def _inertial(name: str, body: Body) -> ElementTree.Element:
         moments, rotation = np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         rotation = rotation * np.sign(np.linalg.det(rotation))
     moments = _physical(name, body.mass, moments)
-    pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[2, 1], rotation[2, 2]))
-    roll = math.atan2(rotation[2, 1], rotation[2, 2])
-    yaw = math.atan2(rotation[1, 0], rotation[0, 0])
     element = ElementTree.Element('inertial')
     ElementTree.SubElement(element, 'origin', {
-        'xyz': _written(body.com), 'rpy': _written((roll, pitch, yaw))})
+        'xyz': _written(body.com), 'rpy': _written(rpy(rotation))})
     ElementTree.SubElement(element, 'mass', {'value': repr(float(body.mass))})
     ElementTree.SubElement(element, 'inertia', {
         'ixx': repr(float(moments[0])), 'iyy': repr(float(moments[1])),

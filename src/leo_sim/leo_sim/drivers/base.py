@@ -102,7 +102,10 @@ class Driver(Protocol):
         """Go to the start pose; raises NotPossible where the robot cannot by itself."""
 
     def stop(self) -> None:
-        """Leave the motors at 0 and close the device; safe to call twice."""
+        """Leave the motors at 0, or free those that follow goals; close the device.
+
+        Safe to call twice.
+        """
 
 
 @runtime_checkable
@@ -124,6 +127,7 @@ class Haltable(Protocol):
     def halt(self) -> Applied | None:
         """Motors to 0 at once, as `write` of zeros does, from another thread than all other calls.
 
+        Those that follow goals are freed: 0 is a place.
         A `read` may be waiting for the device meanwhile. It must not wait for that to end.
         """
 

@@ -3,8 +3,8 @@
 
 * Before the first command, after a reset, and when the torque is on again: motors free. Nothing
   moves to where some goal of before was.
-* No command for as long as the time-out, or a state that could not be read: the servo holds the
-  last goal it was sent. Freed, an arm would fall.
+* No command for as long as the time-out, a state that could not be read, or a loop that hangs:
+  the servo holds the last goal it was sent. Freed, an arm would fall.
 * E-stop: motors free, latched. A servo that goes on pushing is not stopped; an arm must be held
   up by other means (a spring, a brake), as when its supply is cut.
 """
@@ -30,14 +30,16 @@ class GoalSafety(Safety):
 
     at_stop: ClassVar[str] = 'motors free'
     when_old: ClassVar[str] = 'the last goal is held until the next one'
+    when_blind: ClassVar[str] = 'the last goal'
+    at_end: ClassVar[str] = 'motors free'
 
     def __init__(self, goals: np.ndarray, timeout: float = 0.2, slew: float = 0.0) -> None:
         self._seen = np.full(goals.shape[1], np.nan)
         super().__init__(np.ones(goals.shape[1]), timeout, slew)
         self._low, self._high = goals
 
-    def must_halt(self, now: float) -> bool:
-        """Whether e-stop forbids any torque; what is only too old is held."""
+    def must_halt(self, now: float, silent: bool = False) -> bool:
+        """Whether e-stop forbids any torque; what is only too old, or silent, is held."""
         return self.e_stopped
 
     def drives(self, values: np.ndarray) -> bool:

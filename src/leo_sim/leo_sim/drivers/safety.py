@@ -35,6 +35,8 @@ class Safety:
         rejected: how many commands were refused.
         at_stop: what an e-stop does, in words.
         when_old: what becomes of a command that grew too old.
+        when_blind: what is sent where the robot could not be measured.
+        at_end: how the motors are left.
 
     Raises:
         UserError: a limit that is not above 0, or a time or slew below 0.
@@ -42,6 +44,8 @@ class Safety:
 
     at_stop: ClassVar[str] = '0'
     when_old: ClassVar[str] = '0 until the next one'
+    when_blind: ClassVar[str] = '0'
+    at_end: ClassVar[str] = 'motors at 0'
 
     def __init__(
         self, limits: Sequence[float] | np.ndarray, timeout: float = 0.2, slew: float = 0.0
@@ -94,9 +98,9 @@ class Safety:
         """Whether e-stop, or a command too old at time `now` [s], holds the robot at 0."""
         return self.e_stopped or self._is_too_old(now)
 
-    def must_halt(self, now: float) -> bool:
-        """Whether nothing may drive the robot at time `now` [s]."""
-        return self.stops(now)
+    def must_halt(self, now: float, silent: bool = False) -> bool:
+        """Whether nothing may drive the robot at time `now` [s], in a loop that may hang."""
+        return silent or self.stops(now)
 
     def drives(self, values: np.ndarray) -> bool:
         """Whether such values drive a motor."""

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Servos on a bus as a robot: volts as PWM of the measured supply, whoever made them.
+"""Servos on a bus as a robot: volts as PWM of the measured supply, or goals, whoever made them.
 
-Where it stops by itself it leaves 0 V on motors that are on: they brake. A servo that shuts itself
-down, and /robot/torque false, leave a motor free. See docs/your_driver.md.
+Where it stops by itself it leaves 0 V on motors that are on: they brake. Motors that follow goals
+are freed. A servo that shuts itself down, and /robot/torque false, leave a motor free. See
+docs/your_driver.md.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import replace
 import time
 from typing import ClassVar
 
@@ -26,7 +28,8 @@ from leo_sim.drivers.base import (
     TransientFault,
 )
 from leo_sim.drivers.pose import farthest, pose_of
-from leo_sim.drivers.servo_joints import JointUnits, MotorUnits
+from leo_sim.drivers.servo_goals import motor_units
+from leo_sim.drivers.servo_joints import JointUnits
 from leo_sim.drivers.servo_line import Block, latency_timer, ServoLine
 
 SHARE = 0.4
@@ -41,7 +44,8 @@ class ServoDriver(ABC):
     """Servos on one bus, one for every joint; those without an actuator are read only.
 
     What a protocol has of its own is in the subclasses: how a servo is made ready, and how it is
-    known that an answer is fresh, that a servo is well, and that it took the last command.
+    known that an answer is fresh and that a servo is well. What an input has of its own, volts or
+    goals, is in its MotorUnits.
     """
 
     line: ClassVar[type[ServoLine]]
@@ -55,32 +59,34 @@ class ServoDriver(ABC):
         if bus is None or robot.driver.family != family:
             raise UserError(f'{robot.name} has no servos: give it some in robot.yaml, driver: '
                             f'{family} (docs/your_driver.md)')
-        if robot.input == 'position':
-            raise UserError(f'{robot.name} takes positions, and no driver here sends servos any; '
-                            'drive it by voltage (input: voltage), or with a driver of your own')
-        self.info = robot_info(robot, options.state_rate, own_clock=False)
+        self._joints, self._motors = JointUnits(robot, bus), motor_units(robot, bus)
+        self.info = replace(robot_info(robot, options.state_rate, own_clock=False),
+                            goals=self._motors.goals)
         self.starts = 0
         self._file = bus
         self._models = {s.id: servo_model(s.model, family) for s in bus.servos.values()}
         self._names = {servo.id: joint for joint, servo in bus.servos.items()}
         self._path = options.port or bus.port
         self._bus = self.line(self._path, bus.baud, self._names)
-        self._joints, self._motors = JointUnits(robot, bus), MotorUnits(robot, bus)
         self._actuated = list(robot.actuated)
         self._pose = pose_of(robot, options.start)
         self._angles = np.full(len(self.info.joints), np.nan)
         count = len(self.info.actuators)
         self._sent = np.zeros(count, dtype=int)
-        self._enabled = True
+        self._enabled, self._on = True, np.zeros(count, dtype=bool)
         self._angle = self._rate = np.zeros(count)
         self._supply = np.zeros(count)
         self._conditions: dict[int, str] = {}
         self._readings: Readings | None = None
         self._cycle = 0.0
-        self._zeros = self._bus.packet(self._motors.goal, dict.fromkeys(self._motors.ids, 0))
+        name, value = self._motors.rest
+        self._rest = self._bus.packet(name, dict.fromkeys(self._motors.ids, value))
+        goals = self._bus.packet(self._motors.goal, dict.fromkeys(self._motors.ids, 0))
+        self._on_its_way = self._bus.seconds(len(goals))
+        self._from = self._bus.earlier(self.first, self._motors.told)
 
     def connect(self) -> None:
-        """Open the bus, check every servo, and leave the motors on at 0."""
+        """Open the bus, check every servo, and leave the motors at 0, or free without a goal."""
         self._bus.open()
         try:
             self._make_ready()
@@ -96,14 +102,18 @@ class ServoDriver(ABC):
         for servo in self._joints.ids:
             self._greet(servo)
             self._configure(servo)
+        for servo in self._motors.ids:
+            for name, value in self._motors.settings(servo).items():
+                self._bus.set(servo, name, value)
         self._supply = 0.1 * np.array(
             [self._bus.get(servo, 'present_input_voltage') for servo in self._motors.ids])
-        self._motors.own_limits = np.array(
-            [self._bus.get(servo, self._motors.limit) for servo in self._motors.ids])
+        for line in self._motors.learn(self._bus, self._supply):
+            print(line, flush=True)
+        self._switch(np.isfinite(self._motors.nothing))
         self._bus.wait_at_most(max(SHARE / self.info.state_rate, 1e-3 * ((timer or 1) + 2)))
 
     def read(self) -> JointStates:
-        """All servos with one instruction; stamped when it was sent, which is when they measure.
+        """All servos with one instruction, stamped when they measured.
 
         Raises:
             TransientFault: an answer is missing, damaged or of an earlier reading, or the last
@@ -111,7 +121,7 @@ class ServoDriver(ABC):
             DriverFault: a servo has let go.
         """
         began = time.monotonic()
-        sent, blocks = self._bus.sync_read(self._joints.ids, self.first, self.last)
+        sent, blocks = self._bus.sync_read(self._joints.ids, self._from, self.last)
         self._check_fresh(sent, blocks)
         angles, rates = self._joints.angles(blocks), self._joints.rates(blocks)
         self._angles = angles
@@ -121,22 +131,28 @@ class ServoDriver(ABC):
         self._check_taken(blocks)
         now = time.monotonic()
         self._cycle = now - began
-        stamp_ns = time.time_ns() - round((now - sent) * 1e9)
+        measured = self._measured(sent, now, blocks)
+        stamp_ns = time.time_ns() - round((now - measured) * 1e9)
         return JointStates(stamp_ns, self.info.joints, angles, rates)
 
     def write(self, values: np.ndarray) -> Applied:
-        """All motors with one instruction; what its counts are at the measured supply."""
-        allowed = self._motors.allowed(values, self._angle, self._rate)
-        self._sent = self._motors.counts(allowed, self._supply) * self._enabled
-        self._bus.sync_write(self._motors.goal, dict(
-            zip(self._motors.ids, self._sent.tolist(), strict=True)))
+        """All motors with one instruction, NaN frees one; what its counts are, at this supply."""
+        wanted = self._enabled & np.isfinite(values)
+        self._switch(wanted)
+        allowed = self._motors.allowed(np.where(wanted, values, 0.0), self._angle, self._rate)
+        self._sent = np.where(wanted, self._motors.counts(allowed, self._supply), 0)
+        goals = {servo: int(count) for servo, count, on in
+                 zip(self._motors.ids, self._sent, wanted, strict=True) if on}
+        if goals:
+            self._bus.sync_write(self._motors.goal, goals)
         return self._applied()
 
     def halt(self) -> Applied:
-        """0 to all motors, twice since nobody answers; other calls may wait for the bus."""
+        """All motors to 0, or free; twice since nobody answers. Other calls may wait meanwhile."""
         self._sent = np.zeros_like(self._sent)
-        self._bus.send(self._zeros)
-        self._bus.send(self._zeros)
+        self._on = self._on & np.isfinite(self._motors.nothing)
+        self._bus.send(self._rest)
+        self._bus.send(self._rest)
         return self._applied()
 
     def advance(self, seconds: float) -> float:
@@ -144,11 +160,24 @@ class ServoDriver(ABC):
         return seconds
 
     def set_torque(self, on: bool) -> None:
-        """Motors on at 0, or free."""
+        """Motors on at 0, those of goals from the next goal on; or free."""
         self.halt()
-        for servo in self._motors.ids:
-            self._bus.set(servo, 'torque_enable', int(on))
         self._enabled = on
+        self._switch(on & np.isfinite(self._motors.nothing))
+
+    def _switch(self, wanted: np.ndarray) -> None:
+        """Free the motors that are not wanted; torque comes on, where it was off, without a move.
+
+        That motors are free is not answered for, and said again with each write.
+        """
+        free = [n for n, on in zip(self._motors.ids, wanted, strict=True) if not on]
+        if free:
+            self._bus.sync_write('torque_enable', dict.fromkeys(free, 0))
+        for k in np.flatnonzero(wanted & ~self._on):
+            servo = self._motors.ids[k]
+            self._bus.set(servo, self._motors.goal, self._motors.begin(self._bus, servo))
+            self._bus.set(servo, 'torque_enable', 1)
+        self._on = wanted.copy()
 
     def reset(self) -> None:
         """Begin anew where somebody has put the robot into its start pose by hand.
@@ -163,7 +192,7 @@ class ServoDriver(ABC):
         self.starts += 1
 
     def stop(self) -> None:
-        """0 V, motors on: they brake."""
+        """0 V, motors on: they brake. Those of goals are freed."""
         if not self._bus.is_open:
             return
         try:
@@ -211,9 +240,13 @@ class ServoDriver(ABC):
             condition=tuple(self._conditions.get(servo, '') for servo in self._motors.ids),
         )
 
+    def _measured(self, sent: float, answered: float, blocks: dict[int, Block]) -> float:
+        """When the servos measured [s]: when they were asked, unless they can tell."""
+        return sent
+
     @abstractmethod
     def _configure(self, servo: int) -> None:
-        """Make a servo ready, at 0, then torque on; its motor is free meanwhile."""
+        """Free a servo's motor and make it ready to be asked."""
 
     @abstractmethod
     def _check_fresh(self, sent: float, blocks: dict[int, Block]) -> None:
@@ -223,9 +256,20 @@ class ServoDriver(ABC):
     def _alerts(self, block: Block) -> bool:
         """Whether a servo says that something is wrong with it."""
 
-    @abstractmethod
     def _check_taken(self, blocks: dict[int, Block]) -> None:
-        """Raise TransientFault where a motor is not driven as it was told, DriverFault if free."""
+        """Look whether each motor does as it was told, since sync writes are unanswered."""
+        for servo, sent, on in zip(self._motors.ids, self._sent, self._on, strict=True):
+            taken = self._motors.taken(blocks[servo], sent)
+            if on and not (taken and not self._motors.seems_free(blocks[servo])):
+                self._check_on(servo)
+                if not taken:
+                    raise TransientFault(f'{self._who(servo)} has not taken the last command')
+
+    def _check_on(self, servo: int) -> None:
+        """Raise DriverFault where a motor that should be driven is not."""
+        if not self._bus.get(servo, 'torque_enable'):
+            raise DriverFault(f'{self._who(servo)} is free though nobody asked: it was '
+                              'restarted, or its supply failed; start the robot again')
 
     def _check_alerts(self, blocks: dict[int, Block]) -> None:
         """Look at servos that say something is wrong; those that let go end the run."""
@@ -238,16 +282,18 @@ class ServoDriver(ABC):
                 if error & self._bus.get(servo, 'shutdown'):
                     raise DriverFault(
                         f'{self._who(servo)} has let go: {self._said(error)}; it is free, the '
-                        'others brake at 0 V; mend that, then switch its supply off and on'
+                        f'others {self._motors.at_rest}; mend that, then switch its supply off '
+                        'and on'
                     )
 
     def _applied(self) -> Applied:
+        values = self._motors.values(self._sent, self._supply)
         return Applied(
-            stamp_ns=time.time_ns(),
+            stamp_ns=time.time_ns() + round(1e9 * self._on_its_way),
             names=self.info.actuators,
-            values=self._motors.values(self._sent, self._supply),
+            values=np.where(self._on, values, 0.0),
             interface=self.info.interface,
-            enabled=np.full(len(self._sent), self._enabled),
+            enabled=self._on.copy(),
         )
 
     def _who(self, servo: int) -> str:

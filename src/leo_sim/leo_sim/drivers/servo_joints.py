@@ -3,15 +3,22 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
 import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.description.robot_file import BusFile
-from leo_sim.description.servos import servo_model
-from leo_sim.drivers.servo_line import Block
+from leo_sim.description.servos import MODES, servo_model
+from leo_sim.drivers.servo_line import Block, ServoLine
 
 Array = np.ndarray
+
+TOLERANCES = {'dynamixel': 0, 'feetech': 20}
+"""How far the PWM that a servo shows may be from the one it was told, counts: a Feetech servo
+measures its duty."""
 
 
 class JointUnits:
@@ -52,8 +59,8 @@ class JointUnits:
         return self._rate * np.array([blocks[n].get('present_velocity') for n in self.ids])
 
 
-class MotorUnits:
-    """Inputs of the actuators as PWM or current counts of their servos, and back.
+class MotorUnits(ABC):
+    """Inputs of the actuators as a register of their servos, and back.
 
     Args:
         robot: whose actuators they are.
@@ -62,36 +69,131 @@ class MotorUnits:
     Attributes:
         ids: of the servos, in the order of the actuators.
         goal: the register that drives them.
-        limit: the register that limits it.
-        own_limits: what the servos have there, counts, (A,).
+        told: the register in which a servo says what it was told; '' where none does.
+        tolerance: how far that may be from what was sent, counts.
+        rest: the register and value that stop a motor.
+        nothing: the input before any command, (A,); NaN leaves a motor free.
+        goals: lowest and highest goal [rad], (2, A); None where inputs are no goals.
+        at_rest: what becomes of the motors when the driver ends, in words.
+        holds: a motor that is left alone holds its joint, and needs nobody to stop it.
 
     Raises:
-        UserError: torques are asked of a servo that knows no current.
+        UserError: the servos do not take such inputs.
     """
 
+    goal: str
+    told: str
+    tolerance: int = 0
+    rest: tuple[str, int]
+    nothing: Array
+    goals: Array | None = None
+    at_rest: ClassVar[str]
+    holds: ClassVar[bool]
+
     def __init__(self, robot: Robot, bus: BusFile) -> None:
-        servos = [bus.servos[actuator.joint] for actuator in robot.actuators]
-        models = [servo_model(servo.model) for servo in servos]
-        self.ids = [servo.id for servo in servos]
+        self._robot = robot
+        self._family = robot.driver.family
+        self._names = [actuator.joint for actuator in robot.actuators]
+        self._servos = [bus.servos[name] for name in self._names]
+        self._models = [servo_model(servo.model) for servo in self._servos]
+        self.ids = [servo.id for servo in self._servos]
+        self._direction = np.array([servo.direction for servo in self._servos])
+        self._low = np.array([servo.low for servo in self._servos])
+        self._high = np.array([servo.high for servo in self._servos])
+        self._full = np.array([model.pwm_of_supply for model in self._models])
+        self._ampere = np.array([model.current_unit for model in self._models])
+
+    @property
+    def mode(self) -> int:
+        """The operating mode in which the goal drives."""
+        return MODES[self._family][self.goal]
+
+    def settings(self, servo: int) -> dict[str, int]:
+        """Registers that a servo must have before its torque comes on, in this order."""
+        return {'operating_mode': self.mode}
+
+    @abstractmethod
+    def learn(self, bus: ServoLine, supply: Array) -> list[str]:
+        """Read what the servos allow; what of them does not fit robot.yaml, a line each.
+
+        Args:
+            bus: with the servos.
+            supply: that they measure [V], (A,).
+        """
+
+    @abstractmethod
+    def begin(self, bus: ServoLine, servo: int) -> int:
+        """The goal at which a servo's torque comes on: nothing moves by that."""
+
+    @abstractmethod
+    def allowed(self, wanted: Array, angle: Array, rate: Array) -> Array:
+        """What may be asked of the actuators [V, N m or rad], (A,), at angles and rates, (A,)."""
+
+    @abstractmethod
+    def counts(self, values: Array, supply: Array) -> Array:
+        """The goal register for inputs (A,), at measured supply voltages [V], (A,)."""
+
+    @abstractmethod
+    def values(self, counts: Array, supply: Array) -> Array:
+        """The inputs (A,) of goal registers, at measured supply voltages [V], (A,)."""
+
+    def taken(self, block: Block, sent: int) -> bool:
+        """Whether a servo says it was told what was sent, as far as it can say."""
+        return not self.told or abs(block.get(self.told) - sent) <= self.tolerance
+
+    def seems_free(self, block: Block) -> bool:
+        """Whether a motor that should be on looks as if it were free."""
+        return False
+
+    def currents(self, blocks: dict[int, Block]) -> Array | None:
+        """Currents [A] along the joints, (A,); None where a servo measures none."""
+        if not self._ampere.all():
+            return None
+        counts = np.array([blocks[n].get('present_current') for n in self.ids])
+        return self._direction * self._ampere * counts
+
+
+class DriveUnits(MotorUnits):
+    """Volts as PWM of the measured supply, torques as currents.
+
+    Where a driver stops it leaves 0 on motors that are on: they brake.
+
+    Attributes:
+        own_limits: what the servos allow, counts, (A,).
+    """
+
+    at_rest = 'brake at 0 V'
+    holds = False
+
+    def __init__(self, robot: Robot, bus: BusFile) -> None:
+        super().__init__(robot, bus)
         self.by_voltage = robot.input == 'voltage'
         self.goal = 'goal_pwm' if self.by_voltage else 'goal_current'
-        self.limit = 'pwm_limit' if self.by_voltage else 'current_limit'
-        self.own_limits = np.full(len(servos), np.iinfo(np.int16).max)
-        self._direction = np.array([servo.direction for servo in servos])
-        self._full = np.array([model.pwm_of_supply for model in models])
-        self._ampere = np.array([model.current_unit for model in models])
+        self.told = 'present_pwm' if self.by_voltage else ''
+        self.tolerance = TOLERANCES[self._family]
+        self.rest = self.goal, 0
+        self.nothing = np.zeros(len(self.ids))
+        self.own_limits = np.full(len(self.ids), np.iinfo(np.int16).max)
         if not self.by_voltage and not self._ampere.all():
-            raise UserError(f'{robot.name} is driven by torques, but {models[0].name} knows no '
-                            'current; give input: voltage, or other servos')
-        self._low = np.array([servo.low for servo in servos])
-        self._high = np.array([servo.high for servo in servos])
+            raise UserError(f'{robot.name} is driven by torques, but {self._models[0].name} knows '
+                            'no current; give input: voltage, or other servos')
         self._current_limit = np.array([
-            servo.current_limit.value if servo.current_limit else np.inf for servo in servos])
-        constants = [servo.torque_constant for servo in servos]
+            s.current_limit.value if s.current_limit else np.inf for s in self._servos])
+        constants = [servo.torque_constant for servo in self._servos]
         self._torque = np.array([constant.value if constant else np.nan for constant in constants])
         self._emf = np.array([a.torque_constant or np.nan for a in robot.actuators])
         self._ohm = np.array([a.resistance or np.nan for a in robot.actuators])
         self._strongest = np.array([a.limit for a in robot.actuators])
+
+    def learn(self, bus: ServoLine, supply: Array) -> list[str]:
+        """Read the largest PWM or current that each servo allows."""
+        limit = 'pwm_limit' if self.by_voltage else 'current_limit'
+        self.own_limits = np.array([bus.get(servo, limit) for servo in self.ids])
+        return []
+
+    def begin(self, bus: ServoLine, servo: int) -> int:
+        """Torque comes on at 0."""
+        return 0
 
     def allowed(self, wanted: Array, angle: Array, rate: Array) -> Array:
         """What may be asked of the actuators [V or N m], (A,), at their angles and rates.
@@ -118,13 +220,6 @@ class MotorUnits:
         """Counts that stay within the limits of the robot and of the servos, (A,)."""
         within = np.floor(self._strongest / np.abs(self._per_count(supply)) + 1e-9).astype(int)
         return np.minimum(within, self.own_limits)
-
-    def currents(self, blocks: dict[int, Block]) -> Array | None:
-        """Currents [A] along the joints, (A,); None where a servo measures none."""
-        if not self._ampere.all():
-            return None
-        counts = np.array([blocks[n].get('present_current') for n in self.ids])
-        return self._direction * self._ampere * counts
 
     def _per_count(self, supply: Array) -> Array:
         """V or N m a count, with the joint's sign."""

@@ -27,6 +27,9 @@ POLL = 0.0005
 RUBBISH = 5.0
 """Whatever still comes after so many times the time of an answer is none."""
 
+BITS = 10
+"""Of a byte on the bus, with its start and stop bit."""
+
 COMM_SUCCESS, COMM_RX_CORRUPT = 0, -3002
 """Results of an SDK: success of both, and one that is none."""
 
@@ -81,6 +84,9 @@ class _Paper:
 
     def clearPort(self) -> None:
         """Nothing to clear."""
+
+    def setPacketTimeout(self, packet_length: int) -> None:
+        """Nobody answers."""
 
     def writePort(self, packet: Sequence[int]) -> int:
         """Keep a packet."""
@@ -182,13 +188,17 @@ class ServoLine:
             raise DriverFault(f'{self._who(servo)} refuses {name} {value}: '
                               f'{self._packets.getRxPacketError(error)}')
 
+    def earlier(self, one: str, other: str) -> str:
+        """The register of two that comes first; '' is none."""
+        return min(filter(None, (one, other)), key=lambda name: self._registers[name].address)
+
     def sync_read(
         self, servos: Sequence[int], first: str, last: str
     ) -> tuple[float, dict[int, Block]]:
         """All registers from `first` to `last` of all servos, with one instruction.
 
         Returns:
-            When it was sent, as of time.monotonic [s], and what each servo answered.
+            When all of it was sent, as of time.monotonic [s], and what each servo answered.
 
         Raises:
             TransientFault: an answer is missing or damaged.
@@ -196,9 +206,11 @@ class ServoLine:
         start = self._registers[first].address
         length = self._registers[last].end - start
         self._port.is_using = False
-        result = self._packets.syncReadTx(
-            self._port, start, length, list(servos), len(servos), *self.asks)
-        sent = time.monotonic()
+        asked = start, length, list(servos), len(servos), *self.asks
+        paper = _Paper()
+        self._packets.syncReadTx(paper, *asked)
+        result = self._packets.syncReadTx(self._port, *asked)
+        sent = time.monotonic() + self.seconds(len(paper.written))
         self._check(result, servos[0])
         found = {}
         for servo in servos:
@@ -207,6 +219,10 @@ class ServoLine:
             self._check(result, servo)
             found[servo] = Block(start, bytes(data), error, self._registers)
         return sent, found
+
+    def seconds(self, count: int) -> float:
+        """How long so many bytes are on their way [s]."""
+        return count * BITS / self._baud
 
     def sync_write(self, name: str, values: Mapping[int, int]) -> None:
         """Write a register of several servos with one instruction, which nobody answers."""

@@ -2,7 +2,7 @@
 """The parts of `leo_sim.dynamics.substep.Dynamics` that several bodies share: kick and motion."""
 from typing import Any
 
-from leo_sim.common.broadcasting import Array
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.dynamics.impulses import Factor
 
 
@@ -12,7 +12,7 @@ class Free:
     mass_and_bias: Any
     bias: Any
 
-    def kicked(self, q: Array, dq: Array, diagonal: Any, driving: Any, held: Any, h: Any
+    def kicked(self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
                ) -> tuple[Any, Factor]:
         """Rates (..., J) after h s without impulses, and the factor of the inertia.
 
@@ -34,9 +34,9 @@ class Free:
 class Stateless(Free):
     """A body without a state of its own: its rates hold from one kick to the next."""
 
-    def begin(self, q: Array, dq: Array, h: Any) -> None:
+    def begin(self, q: Array, dq: Array, h: Numbers) -> None:
         """Nothing: this body has no state of its own."""
 
-    def move(self, q: Array, dq: Array, faster: Array, h: Any) -> tuple[Any, Any]:
+    def move(self, q: Array, dq: Array, faster: Array, h: Numbers) -> tuple[Any, Any]:
         """The state after the rates became `faster` and held for h s."""
         return q + h * faster, faster

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, Indices, rows
+from leo_sim.common.broadcasting import Array, Indices, Numbers, rows
 from leo_sim.common.compiled import compiled, compiled_in_place, compiled_without_gil
 from leo_sim.description.robot import Contact, Robot
 from leo_sim.dynamics.contact_kernel import Touch
@@ -80,7 +80,7 @@ class Spheres:
         return np.where(touch.over < 0, force, 0.0).reshape(*shape, -1)
 
 
-def _each(contacts: Sequence[Contact], name: str, of_ground: Any) -> Any:
+def _each(contacts: Sequence[Contact], name: str, of_ground: Numbers) -> Any:
     """A figure of every sphere: its own, or that of the ground, (..., P)."""
     figures = [of_ground if getattr(c, name) is None else getattr(c, name) for c in contacts]
     return np.stack(np.broadcast_arrays(*(np.asarray(f, dtype=float) for f in figures)), axis=-1)

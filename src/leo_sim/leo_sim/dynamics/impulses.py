@@ -42,7 +42,7 @@ class Contact(NamedTuple):
 class Factor:
     """The inverse of an inertia (..., J, J) plus a diagonal (..., J)."""
 
-    def __init__(self, mass: Any, diagonal: Any):
+    def __init__(self, mass: Any, diagonal: Array):
         size = mass.shape[-1]
         diagonal = np.asarray(diagonal, dtype=float)
         if size == 1:

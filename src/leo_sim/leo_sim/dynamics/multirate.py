@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.common.broadcasting import rows as _rows
 from leo_sim.dynamics.contact_kernel import advance, Forces, Motion, Play, Touch
 from leo_sim.dynamics.contact_periods import advance_periods
@@ -24,9 +24,9 @@ from leo_sim.laws.laws import HELD, Laws, Memory
 BASE = 3  # joints of a planar base
 
 
-def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, inputs: Any,
-              enabled: Any, h: Any, count: int, push: Any = 0.0, *, spheres: Spheres,
-              geometry_every: int, switching: float) -> tuple[Any, Any, Memory]:
+def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, inputs: Array,
+              enabled: np.ndarray | None, h: Numbers, count: int, push: Numbers = 0.0, *,
+              spheres: Spheres, geometry_every: int, switching: float) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held; see `substep.integrate`.
 
     A command that changes meanwhile (delay, lag) is a mean over `switching` s at most.
@@ -78,8 +78,9 @@ class _Driven(NamedTuple):
     play: Play
 
 
-def _driven(laws: Laws, drag: Drag, q: Array, dq: Array, memory: Memory, u: Any, enabled: Any,
-            push: Any, load: Any, lead: tuple[int, ...], before: _Driven | None) -> _Driven:
+def _driven(laws: Laws, drag: Drag, q: Array, dq: Array, memory: Memory, u: Array,
+            enabled: np.ndarray | None, push: Numbers, load: Array | None, lead: tuple[int, ...],
+            before: _Driven | None) -> _Driven:
     """The laws of the model at one instant, for the kernel; `lead` are axes of the dynamics.
 
     Before is an earlier instant with the same drag.
@@ -117,7 +118,8 @@ def _undriven(laws: Laws, drag: Drag, linked: Any, moving: tuple[Any, ...],
 
 
 def _moved(laws: Laws, spheres: Spheres, driven: _Driven, q: Array, dq: Array, memory: Memory,
-           place: tuple[Any, Any, Any, Any], h: Any, count: int) -> tuple[Any, Any, Memory, Any]:
+           place: tuple[Any, Any, Any, Any], h: Numbers, count: int
+           ) -> tuple[Any, Any, Memory, Any]:
     """State, memory and mean contact torque of `count` substeps of h s.
 
     The place is angles and rates in the middle of them, inertia and bias there.
@@ -136,7 +138,7 @@ def _moved(laws: Laws, spheres: Spheres, driven: _Driven, q: Array, dq: Array, m
 
 
 def _moved_on(laws: Laws, spheres: Spheres, driven: _Driven, dynamics: Planar, q: Array, dq: Array,
-              last: Any, memory: Memory, h: Any, inner: int, count: int
+              last: Array, memory: Memory, h: Numbers, inner: int, count: int
               ) -> tuple[Any, Any, Memory]:
     """State and memory after `count` periods of `inner` substeps of h s.
 

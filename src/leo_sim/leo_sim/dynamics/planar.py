@@ -91,7 +91,7 @@ class Planar:
         return common(q.shape[:-1], dq.shape[:-1], self.figures.shape[:-2],
                       self.gravity.shape)
 
-    def _filled(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Any) -> Any:
+    def _filled(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array) -> Any:
         """The bias torques; fills the inertia too unless it has no rows."""
         size = q.shape[-1]
         states = rows(q, shape, size, True), rows(dq, shape, size, True)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.urdf import Body, Joint
 from leo_sim.dynamics.free_motion import Stateless
 from leo_sim.kinematics.components import (
@@ -50,7 +50,7 @@ class _Composite(NamedTuple):
 class Rigid(Stateless):
     """Dynamics of a tree."""
 
-    def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Any):
+    def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Numbers):
         self._joints = list(joints)
         self._bodies = [bodies[joint.child] for joint in joints]
         links = {joint.child: i for i, joint in enumerate(joints)}

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.urdf import Body, Joint
 from leo_sim.dynamics.free_motion import Stateless
 from leo_sim.dynamics.rigid import Rigid
@@ -18,7 +18,7 @@ class Single(Stateless):
     external forces load it by a + b cos q + c sin q. They load a slide by a constant.
     """
 
-    def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Any):
+    def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Numbers):
         tree = Rigid(joints, bodies, gravity)
         ahead, aside, behind = (tree.load(np.array([a])) for a in (0.0, 0.5 * np.pi, np.pi))
         self._mass = tree.mass_and_bias(np.zeros(1), np.zeros(1))[0]

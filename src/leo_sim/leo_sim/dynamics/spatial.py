@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, common, rows
+from leo_sim.common.broadcasting import Array, common, Numbers, rows
 from leo_sim.description.urdf import Body, Joint
 from leo_sim.dynamics.free_motion import Stateless
 from leo_sim.dynamics.impulses import Factor
@@ -52,7 +52,7 @@ class Spatial(Stateless):
         """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
         return -self.bias(q, np.zeros_like(q))
 
-    def kicked(self, q: Array, dq: Array, diagonal: Any, driving: Any, held: Any, h: Any
+    def kicked(self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
                ) -> tuple[Any, Factor]:
         """See `Free`; here all at once."""
         size, h = q.shape[-1], np.asarray(h)
@@ -76,7 +76,7 @@ class Spatial(Stateless):
         """Leading axes of what is computed for such states."""
         return common(np.shape(q)[:-1], np.shape(dq)[:-1], self.leading)
 
-    def _filled(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Any) -> Any:
+    def _filled(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array) -> Any:
         """The bias torques; fills the inertia too unless it has no rows."""
         size = np.shape(q)[-1]
         states = rows(q, shape, size, True), rows(dq, shape, size, True)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, paired
+from leo_sim.common.broadcasting import Array, Numbers, paired
 from leo_sim.dynamics.impulses import Contact, Factor, settled
 from leo_sim.laws.laws import Laws, Memory
 
@@ -21,16 +21,16 @@ PROBE = 1e-3  # rad/s, to differentiate the torques by speed
 class Dynamics(Protocol):
     """What a substep needs of a body: inertia, bias and load at a state, and its motion."""
 
-    def begin(self, q: Array, dq: Array, h: Any) -> None:
+    def begin(self, q: Array, dq: Array, h: Numbers) -> None:
         """Take a state; substeps of h s follow."""
 
-    def move(self, q: Array, dq: Array, faster: Array, h: Any) -> tuple[Any, Any]:
+    def move(self, q: Array, dq: Array, faster: Array, h: Numbers) -> tuple[Any, Any]:
         """The state after the rates went from dq to `faster` and then held for h s."""
 
     def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
         """Joint-space inertia (..., J, J) and bias torques (..., J)."""
 
-    def kicked(self, q: Array, dq: Array, diagonal: Any, driving: Any, held: Any, h: Any
+    def kicked(self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
                ) -> tuple[Any, Factor]:
         """Rates (..., J) after h s without impulses, and the inertia; see `free_motion.Free`."""
 
@@ -45,8 +45,8 @@ class Drag(NamedTuple):
     joint: Any
 
 
-def slowing(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, u: Any,
-            enabled: Any) -> Drag:
+def slowing(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, u: Array,
+            enabled: np.ndarray | None) -> Drag:
     """Derivative of the smooth torques by speed, once per sample period."""
     load = dynamics.load(q) if laws.needs_load else None
     here = laws.torques(q, dq, dq, u, enabled, load, memory)
@@ -54,8 +54,9 @@ def slowing(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory,
     return Drag((here.motor - faster.motor) / PROBE, (here.joint - faster.joint) / PROBE)
 
 
-def kick(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, u: Any, enabled: Any,
-         h: Any, drag: Drag, push: Any = 0.0) -> tuple[Any, Memory]:
+def kick(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, u: Array,
+         enabled: np.ndarray | None, h: Numbers, drag: Drag, push: Numbers = 0.0
+         ) -> tuple[Any, Memory]:
     """Rates (..., J) after one kick at the angles q, and the new memory."""
     load = dynamics.load(q) if laws.needs_load else None
     offset, motor_speed = memory[DRIVE] if laws.gap is not None else (None, dq)
@@ -80,8 +81,9 @@ def kick(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, u:
     return rates, memory
 
 
-def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, inputs: Any,
-              enabled: Any, h: Any, count: int, push: Any = 0.0) -> tuple[Any, Any, Memory]:
+def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, inputs: Array,
+              enabled: np.ndarray | None, h: Numbers, count: int, push: Numbers = 0.0
+              ) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held.
 
     Args:

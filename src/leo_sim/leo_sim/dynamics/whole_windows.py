@@ -17,7 +17,7 @@ import numba
 from numba.core.errors import NumbaExperimentalFeatureWarning
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, rows
+from leo_sim.common.broadcasting import Array, Numbers, rows
 from leo_sim.common.compiled import compiled_law
 from leo_sim.dynamics.spatial import Spatial
 from leo_sim.dynamics.substep import DRIVE, PROBE, rested
@@ -128,7 +128,7 @@ def _first(laws: Laws, held: Held) -> tuple[Any, ...]:
     return level, *(np.shape(part)[:-1] for part in parts)
 
 
-def _driving(laws: Laws, cut: Pieces, memory: Memory, level: Any,
+def _driving(laws: Laws, cut: Pieces, memory: Memory, level: Numbers,
              axes: tuple[tuple[int, ...], int]) -> Driving:
     """One row for every state; their leading axes and number of joints are given."""
     (lead, size), count = axes, len(cut.parts)

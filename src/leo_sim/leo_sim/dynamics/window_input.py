@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, Indices
+from leo_sim.common.broadcasting import Array, Indices, Numbers
 from leo_sim.dynamics.substep import substeps
 from leo_sim.laws.laws import Laws, Memory
 
@@ -85,7 +85,7 @@ def _changing(laws: Laws, held: Held, of: Indices, h: Array) -> tuple[Any, Any]:
     return u, None if np.all(on == 1.0) else on
 
 
-def _samples_first(values: Any) -> Any:
+def _samples_first(values: Numbers) -> Any:
     """Values (..., W, K, A) as (K, S, W, A)."""
     return _scanned(np.moveaxis(np.asarray(values), -2, 0))
 

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.effects.base import Effect, Parameter, Values
 
 
@@ -21,7 +22,7 @@ class ActuatorLag(Effect):
     dynamic = True
     rank = 50
 
-    def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+    def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
         """Inputs that reach the motors."""
         before = np.zeros_like(u) if memory is None else memory
         steps = dt / np.maximum(p['tau'], 1e-200)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, TYPE_CHECKING
 
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.effects.base import Effect, Parameter, Values
 from leo_sim.effects.motor import Motor
 
@@ -27,7 +28,7 @@ class BackEmfScale(Effect):
     steady = True
     rank = 10
 
-    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+    def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
         """Torque at the joints, N m."""
         return (p['k'] - 1.0) * motor.back_emf
 

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple, TYPE_CHECKING
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.urdf import Body as Body
 
 if TYPE_CHECKING:
@@ -133,7 +134,7 @@ class Effect:
     rank: ClassVar[int] = 100
     source: str = ''
 
-    def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+    def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
         """Inputs that reach the motors in the next dt s.
 
         Args:
@@ -144,7 +145,7 @@ class Effect:
         """
         return self._by_law(p, u), memory
 
-    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+    def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
         """Torque added at the joints, N m; for `dry` effects the one that opposes dq.
 
         Args:
@@ -162,7 +163,7 @@ class Effect:
         values = [p[parameter.name] for parameter in self.parameters]
         return self.law(*values, *[0.0] * (3 - len(values)), *of)
 
-    def remember(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> Any:
+    def remember(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Any:
         """What the torque hook of an effect that `remembers` knows after dt s at the rates dq.
 
         Args:
@@ -187,7 +188,8 @@ class Effect:
         """The changed ground."""
         raise NotImplementedError
 
-    def sensor(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> tuple[Any, Any, Any]:
+    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
+               ) -> tuple[Any, Any, Any]:
         """Measured angles and rates of true ones, and the memory.
 
         Args:
@@ -199,7 +201,7 @@ class Effect:
         """
         raise NotImplementedError
 
-    def unsensed(self, p: Values, q: Any, dq: Any, past: Sequence[tuple[Any, Any]]
+    def unsensed(self, p: Values, q: Array, dq: Array, past: Sequence[tuple[Any, Any]]
                  ) -> tuple[Any, Any, Any]:
         """True angles and rates of measured ones, and the memory of the sensor hook with them.
 

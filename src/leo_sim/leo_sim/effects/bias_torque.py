@@ -2,6 +2,7 @@
 """A constant torque t."""
 from typing import Any
 
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.effects.base import Effect, Parameter, Values
 from leo_sim.effects.motor import Motor
 
@@ -19,6 +20,6 @@ class BiasTorque(Effect):
     reveal = 'Slow motion over the full turn: a bias stays constant, gravity terms change sign.'
     steady = True
 
-    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+    def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
         """Torque at the joints, N m."""
         return p['t'] + 0.0 * q

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.effects.base import Effect, Parameter, Values
 
 
@@ -27,7 +28,7 @@ class CommandDelay(Effect):
     dynamic = True
     rank = 10
 
-    def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+    def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
         """Inputs that reach the motors."""
         delay = p['delay']
         memory = self._remember(u, memory)
@@ -39,7 +40,7 @@ class CommandDelay(Effect):
         return late, self._forget(np.stack([ages + dt, held]), np.max(delay))
 
     @staticmethod
-    def _remember(u: Any, memory: Any) -> Any:
+    def _remember(u: Array, memory: Any) -> Any:
         """The memory with the command u as its newest entry, if it is new."""
         if memory is None:
             memory = np.zeros((2, 1, *np.shape(u)))

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.effects.base import Effect, Parameter, Values
 from leo_sim.effects.motor import Motor
 
@@ -25,6 +26,6 @@ class CoulombFriction(Effect):
     dry = True
     steady = True
 
-    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+    def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
         """Torque at the joints, N m."""
         return -np.copysign(p['c'], dq)

@@ -2,6 +2,7 @@
 """The measured angle is the true one + o."""
 from typing import Any
 
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.effects.base import Effect, Parameter, Values
 
 
@@ -17,6 +18,7 @@ class EncoderOffset(Effect):
     confused_with = 'bias_torque over narrow angles; link_com x.'
     reveal = 'Hanging still, and slow motion over a full turn.'
 
-    def sensor(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> tuple[Any, Any, Any]:
+    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
+               ) -> tuple[Any, Any, Any]:
         """What the encoder reads."""
         return q + p['o'], dq, memory

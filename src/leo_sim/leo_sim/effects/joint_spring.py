@@ -2,6 +2,7 @@
 """A linear spring at the joint: -k (q - rest)."""
 from typing import Any
 
+from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -22,6 +23,7 @@ class JointSpring(Effect):
     reveal = 'Large angles, several turns if the robot can.'
 
     @staticmethod
-    def law(k: Any, rest: Any, _a: Any, q: Any, dq: Any, motor: Any, load: Any) -> Any:
+    def law(k: Numbers, rest: Numbers, _a: Numbers, q: Numbers, dq: Numbers, motor: Numbers,
+            load: Numbers) -> Any:
         """Torque at the joint, N m."""
         return -k * (q - rest)

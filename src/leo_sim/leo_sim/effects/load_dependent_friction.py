@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -24,6 +25,7 @@ class LoadDependentFriction(Effect):
     uses_load = True
 
     @staticmethod
-    def law(mu: Any, _a: Any, _b: Any, q: Any, dq: Any, motor: Any, load: Any) -> Any:
+    def law(mu: Numbers, _a: Numbers, _b: Numbers, q: Numbers, dq: Numbers, motor: Numbers,
+            load: Numbers) -> Any:
         """Torque at the joint, N m."""
         return -np.copysign(mu * np.abs(motor - load), dq)

@@ -4,6 +4,7 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.effects.base import Effect, Parameter, Values
 
 if TYPE_CHECKING:
@@ -32,7 +33,8 @@ class MeasurementDelay(Effect):
     late = True
     rank = 90
 
-    def sensor(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> tuple[Any, Any, Any]:
+    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
+               ) -> tuple[Any, Any, Any]:
         """What arrives now."""
         if memory is None or np.any(dt):
             memory = self._seen(q, dq, memory, dt, np.max(p['delay']))
@@ -46,7 +48,7 @@ class MeasurementDelay(Effect):
         return q, dq, memory
 
     @staticmethod
-    def _seen(q: Any, dq: Any, memory: Any, dt: Any, longest: float) -> Any:
+    def _seen(q: Array, dq: Array, memory: Any, dt: Numbers, longest: float) -> Any:
         """The memory with the state of now, less what no delay up to `longest` reaches."""
         newest = np.stack(np.broadcast_arrays(0.0, q, dq))[:, None]
         if memory is None:

@@ -2,6 +2,8 @@
 """The motor law: a DC motor on a voltage, or a torque source (docs/reference/leo.md 4)."""
 from typing import Any, NamedTuple
 
+from leo_sim.common.broadcasting import Array, Numbers
+
 
 class Motor(NamedTuple):
     """What the motors do at the joints, N m, positive along +q.
@@ -15,7 +17,7 @@ class Motor(NamedTuple):
     back_emf: Any
 
 
-def voltage_motor(voltage: Any, speed: Any, constant: Any, resistance: Any,
+def voltage_motor(voltage: Array, speed: Array, constant: Numbers, resistance: Numbers,
                   enabled: Any | None = None) -> Motor:
     """Torque of a DC motor: k (V - k w) / R while enabled, none when it is free.
 
@@ -36,6 +38,6 @@ def voltage_motor(voltage: Any, speed: Any, constant: Any, resistance: Any,
     return Motor(torque * enabled, back_emf * enabled)
 
 
-def torque_source(command: Any, enabled: Any | None = None) -> Motor:
+def torque_source(command: Array, enabled: Any | None = None) -> Motor:
     """Torque of an actuator that follows its torque command, N m."""
     return Motor(command if enabled is None else command * enabled, 0.0)

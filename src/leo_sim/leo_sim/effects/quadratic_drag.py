@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -20,6 +21,7 @@ class QuadraticDrag(Effect):
     reveal = 'Free swings from large and from small angles.'
 
     @staticmethod
-    def law(d: Any, _a: Any, _b: Any, q: Any, dq: Any, motor: Any, load: Any) -> Any:
+    def law(d: Numbers, _a: Numbers, _b: Numbers, q: Numbers, dq: Numbers, motor: Numbers,
+            load: Numbers) -> Any:
         """Torque at the joint, N m."""
         return -d * dq * np.abs(dq)

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -26,7 +27,8 @@ class StribeckFriction(Effect):
     dry = True
 
     @staticmethod
-    def law(c: Any, c_static: Any, v_s: Any, q: Any, dq: Any, motor: Any, load: Any) -> Any:
+    def law(c: Numbers, c_static: Numbers, v_s: Numbers, q: Numbers, dq: Numbers, motor: Numbers,
+            load: Numbers) -> Any:
         """Torque at the joint, N m."""
         level = c + (c_static - c) * np.exp(-(dq / np.maximum(v_s, 1e-9)) ** 2)
         return -np.copysign(level, dq)

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -24,6 +25,7 @@ class TorqueRipple(Effect):
     reveal = 'Slow motion over full turns, both ways.'
 
     @staticmethod
-    def law(a: Any, n: Any, phase: Any, q: Any, dq: Any, motor: Any, load: Any) -> Any:
+    def law(a: Numbers, n: Numbers, phase: Numbers, q: Numbers, dq: Numbers, motor: Numbers,
+            load: Numbers) -> Any:
         """Torque at the joint, N m."""
         return a * np.sin(n * q + phase)

@@ -2,6 +2,7 @@
 """The net motor torque is k times the model's, back-EMF included."""
 from typing import Any
 
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.effects.base import Effect, Parameter, Values
 from leo_sim.effects.motor import Motor
 
@@ -23,6 +24,6 @@ class TorqueScale(Effect):
     steady = True
     rank = 20
 
-    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+    def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
         """Torque at the joints, N m."""
         return (p['k'] - 1.0) * motor.torque

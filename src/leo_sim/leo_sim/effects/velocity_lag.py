@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import paired
+from leo_sim.common.broadcasting import Array, Numbers, paired
 from leo_sim.effects.base import Effect, Parameter, Values
 
 TINY = 1e-200
@@ -29,7 +29,8 @@ class VelocityLag(Effect):
     dynamic = True
     rank = 10
 
-    def sensor(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> tuple[Any, Any, Any]:
+    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
+               ) -> tuple[Any, Any, Any]:
         """What the encoder and its filter read."""
         if memory is None:
             return q, dq, np.stack([dq, dq])
@@ -41,7 +42,7 @@ class VelocityLag(Effect):
         read = dq - behind * (1.0 - decay) + (read - before) * decay
         return q, read, paired(read, dq)
 
-    def unsensed(self, p: Values, q: Any, dq: Any, past: Sequence[tuple[Any, Any]]
+    def unsensed(self, p: Values, q: Array, dq: Array, past: Sequence[tuple[Any, Any]]
                  ) -> tuple[Any, Any, Any]:
         """The true rate is ahead of the measured one by tau x the lagged acceleration."""
         tau, slope = np.maximum(p['tau'], TINY), past[0][0] if past else 0.0

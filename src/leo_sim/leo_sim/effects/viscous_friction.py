@@ -2,6 +2,7 @@
 """Viscous friction: a torque -b w against the joint speed."""
 from typing import Any
 
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.effects.base import Effect, Parameter, Values
 from leo_sim.effects.motor import Motor
 
@@ -20,6 +21,6 @@ class ViscousFriction(Effect):
     reveal = 'Let it swing with the motors free: back-EMF is gone then, viscous friction is not.'
     steady = True
 
-    def torque(self, p: Values, q: Any, dq: Any, motor: Motor, load: Any) -> Any:
+    def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
         """Torque at the joints, N m."""
         return -p['b'] * dq

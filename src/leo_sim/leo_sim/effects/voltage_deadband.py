@@ -6,6 +6,7 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, in_input_unit, Parameter
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ class VoltageDeadband(Effect):
     rank = 30
 
     @staticmethod
-    def law(v: Any, _: Any, __: Any, u: Any) -> Any:
+    def law(v: Numbers, _: Numbers, __: Numbers, u: Numbers) -> Any:
         """Inputs that reach the motors."""
         return np.sign(u) * np.maximum(np.abs(u) - v, 0.0)
 

@@ -2,6 +2,7 @@
 """The motor gets k times the command."""
 from typing import Any
 
+from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -20,6 +21,6 @@ class VoltageScale(Effect):
     rank = 20
 
     @staticmethod
-    def law(k: Any, _: Any, __: Any, u: Any) -> Any:
+    def law(k: Numbers, _: Numbers, __: Numbers, u: Numbers) -> Any:
         """Inputs that reach the motors."""
         return k * u

@@ -8,6 +8,8 @@ the tree does about the arithmetic of hand-written equations, on floats or on ar
 from collections.abc import Sequence
 from typing import Any
 
+from leo_sim.common.broadcasting import Numbers
+
 Vec = tuple[Any, Any, Any]
 Mat = Sequence[Any]
 ZERO: Vec = (0.0, 0.0, 0.0)  # this very tuple is skipped as a whole
@@ -58,7 +60,7 @@ def plus(a: Vec, b: Vec) -> Vec:
     return add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2])
 
 
-def scaled(factor: Any, a: Vec) -> Vec:
+def scaled(factor: Numbers, a: Vec) -> Vec:
     """A vector times a factor."""
     if a is ZERO or (factor.__class__ is float and factor == 0.0):
         return ZERO
@@ -99,7 +101,7 @@ def symmetric(i: Sequence[Any]) -> Mat:
     return xx, xy, xz, xy, yy, yz, xz, yz, zz
 
 
-def steiner(mass: Any, moment: Vec, shift: Vec) -> Mat:
+def steiner(mass: Numbers, moment: Vec, shift: Vec) -> Mat:
     """What a shift of the reference point by -p adds to a rotational inertia (full matrix).
 
     Args:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.urdf import Body, Joint
 from leo_sim.kinematics.components import add, Mat, mul, plus, product, scaled, turned, Vec, ZERO
 
@@ -66,7 +66,7 @@ def turning_parts(joint: Joint) -> tuple[Mat, Mat, Mat]:
     return first, second, third
 
 
-def placed(joint: Joint, parts: tuple[Mat, Mat, Mat], angle: Any) -> Frame:
+def placed(joint: Joint, parts: tuple[Mat, Mat, Mat], angle: Numbers) -> Frame:
     """A child link in its parent at an angle (rad, m) of the joint between them."""
     if joint.kind == 'fixed':
         return Frame(joint.rotation, joint.translation)

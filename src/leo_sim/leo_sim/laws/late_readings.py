@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.effects.command_delay import CommandDelay
 from leo_sim.laws.placement import Use
 
 DELAY = CommandDelay()
 
 
-def act_late(use: Use, u: Any, enabled: Any, memory: Any, h: Any) -> tuple[Any, Any, Any]:
+def act_late(use: Use, u: Array, enabled: np.ndarray | None, memory: Any, h: Numbers
+             ) -> tuple[Any, Any, Any]:
     """Inputs and the share of the next h s that each motor is on, and the new memory.
 
     Args:

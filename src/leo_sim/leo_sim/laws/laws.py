@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.constants import bodies
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Body
@@ -118,7 +118,8 @@ class Laws:
             robot = replace(robot, input='voltage')
         return Laws(robot, kept, values, of_readings)
 
-    def command(self, u: Any, enabled: Any, memory: Memory, h: Any) -> tuple[Any, Any, Memory]:
+    def command(self, u: Array, enabled: np.ndarray | None, memory: Memory, h: Numbers
+                ) -> tuple[Any, Any, Memory]:
         """What reaches the motors over the next h s of a held input, and the new memory.
 
         Args:
@@ -140,7 +141,7 @@ class Laws:
                 changed[use.key] = kept
         return u, enabled, changed
 
-    def remember(self, q: Array, dq: Array, memory: Memory, h: Any) -> Memory:
+    def remember(self, q: Array, dq: Array, memory: Memory, h: Numbers) -> Memory:
         """The memory of the torque and sensor laws after h s, at the rates dq."""
         kept = {use.key: use.effect.remember(use.values, q[..., use.at], dq[..., use.at],
                                              _recalled(use, memory), h)
@@ -156,12 +157,13 @@ class Laws:
         """True angles and rates of measured ones, with sensors that had settled."""
         return self.sensors.true_state(q, dq)[:2]
 
-    def at_motors(self, u: Any, q: Array, dq: Array) -> Any:
+    def at_motors(self, u: Array, q: Array, dq: Array) -> Any:
         """What inputs (..., A) put on the motors, V or N m: a loop makes volts of goals."""
         return u if self.servos is None else self.servos.voltage(u, q, dq)
 
-    def torques(self, q: Array, dq: Array, motor_speed: Array, u: Any, enabled: Any, load: Any,
-                memory: Memory = NOTHING) -> Torques:
+    def torques(self, q: Array, dq: Array, motor_speed: Array, u: Array,
+                enabled: np.ndarray | None, load: Array | None, memory: Memory = NOTHING
+                ) -> Torques:
         """All torques at one instant.
 
         Args:
@@ -231,7 +233,8 @@ class Laws:
         self.rotor_inertia = drive.rotor_inertia
         self.gap = drive.gap if np.any(drive.gap) else None
 
-    def _motor(self, q: Array, dq: Array, speed: Any, u: Any, enabled: Any) -> Motor:
+    def _motor(self, q: Array, dq: Array, speed: Array, u: Array, enabled: np.ndarray | None
+               ) -> Motor:
         u = self.at_motors(u, q, dq)
         if self.input == 'torque':
             motor = torque_source(u, enabled)
@@ -250,7 +253,7 @@ class Laws:
         result[..., self.actuated] = figures
         return result
 
-    def _added(self, total: Any, use: Use, q: Array, dq: Array, motor: Motor, load: Any,
+    def _added(self, total: Any, use: Use, q: Array, dq: Array, motor: Motor, load: Array | None,
                memory: Memory) -> Any:
         index = use.at
         part = use.effect.torque(use.values, q[..., index], dq[..., index],

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from leo_sim.common.broadcasting import Array
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.laws.placement import put, Use
 
 Memory = Mapping[str, Any]
@@ -25,7 +25,7 @@ class Sensors:
         self._uses, self._offset = uses, offset
         self.dynamic = any(use.effect.dynamic for use in uses)
 
-    def sense(self, q: Array, dq: Array, memory: Memory, dt: Any) -> tuple[Any, Any, Memory]:
+    def sense(self, q: Array, dq: Array, memory: Memory, dt: Numbers) -> tuple[Any, Any, Memory]:
         """Measured angles and rates of the true ones dt s after the memory, and the new memory."""
         if self._offset is not None:
             q = q + self._offset

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.effects.base import Effect, Parameter, Values
 from leo_sim.laws.placement import Index, put, stacked, Use
 from leo_sim.laws.sensors import Sensors
@@ -62,7 +62,7 @@ class Servos:
         self.after, self.sensors, self._actuated = after, sensors, actuated
         self._size = size
 
-    def voltage(self, goal: Any, q: Array, dq: Array) -> Any:
+    def voltage(self, goal: Array, q: Array, dq: Array) -> Any:
         """What is on the motors, V, (..., A).
 
         Args:
@@ -70,14 +70,18 @@ class Servos:
             q: True angles of all joints, (..., J).
             dq: Their rates, (..., J).
         """
-        angle, rate = (read[..., self._actuated] for read in self.sensors.sense(q, dq, {}, 0)[:2])
-        gain, rate_gain, grain, supply = self.loop
-        error = grain * (np.rint(goal / grain) - np.rint(angle / grain))
-        volts = np.clip(gain * error - rate_gain * rate, -1.0, 1.0) * supply
+        volts = self.duty(goal, q, dq) * self.loop.supply
         for use in self.after:
             part = use.effect.command(use.values, volts[..., use.at], None, 0.0)[0]
             volts = put(volts, use.at, part)
         return volts
+
+    def duty(self, goal: Any, q: Array, dq: Array) -> Any:
+        """The share of the supply that the loops ask for, -1 to 1, (..., A); as `voltage`."""
+        angle, rate = (read[..., self._actuated] for read in self.sensors.sense(q, dq, {}, 0)[:2])
+        gain, rate_gain, grain, _ = self.loop
+        error = grain * (np.rint(goal / grain) - np.rint(angle / grain))
+        return np.clip(gain * error - rate_gain * rate, -1.0, 1.0)
 
     def reading(self) -> tuple[Any, Any, Any]:
         """Of joints at an angle q and a rate w the servos read (scale q + zero, rate_scale w).
@@ -104,7 +108,7 @@ class GoalRate(Effect):
     dynamic = True
     rank = 15
 
-    def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+    def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
         """The goal amid the next dt s, and at their end."""
         before = u if memory is None else memory
         most = p['rate'] * dt

@@ -3,8 +3,9 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from leo_sim.common.broadcasting import paired
+from leo_sim.common.broadcasting import Array, Numbers, paired
 from leo_sim.dynamics import whole_windows
 from leo_sim.dynamics.substep import DRIVE, rested, slowing, substeps
 from leo_sim.dynamics.window_input import Held
@@ -30,9 +31,10 @@ class History(NamedTuple):
     dt: Any
 
 
-def rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any = None,
-            history: History | tuple[Any, ...] | None = None,
-            push: Any = None, start: Any = 0.0, held: Any = None) -> tuple[Any, Any]:
+def rollout(model: Model, q0: ArrayLike, dq0: ArrayLike, inputs: ArrayLike, dt: ArrayLike,
+            enabled: np.ndarray | None = None, history: History | tuple[Any, ...] | None = None,
+            push: Array | None = None, start: ArrayLike = 0.0, held: ArrayLike | None = None
+            ) -> tuple[Any, Any]:
     """Measured angles and rates along open-loop windows.
 
     The same numbers as `Model.step` over each interval, to rounding. Without a history the
@@ -66,7 +68,7 @@ def rollout(model: Model, q0: Any, dq0: Any, inputs: Any, dt: Any, enabled: Any 
     return np.concatenate(angles, axis=-3), np.concatenate(rates, axis=-3)
 
 
-def _held(model: Model, held: Any, count: int) -> Any:
+def _held(model: Model, held: ArrayLike | None, count: int) -> Any:
     """Which windows have a base that does not move, 1 or 0 (W,); None where none has."""
     if held is None:
         held = model.held
@@ -79,8 +81,9 @@ def _rollout(model: Model, batch: Batch) -> tuple[Any, Any]:
         return _rolled(model, *batch)
 
 
-def _rolled(model: Model, q0: Any, dq0: Any, inputs: Any, periods: Any, enabled: Any,
-            history: Any, push: Any, start: Any, held: Any) -> tuple[Any, Any]:
+def _rolled(model: Model, q0: Array, dq0: Array, inputs: Array, periods: Array,
+            enabled: np.ndarray | None, history: Any, push: Array | None, start: Array,
+            held: Array | None) -> tuple[Any, Any]:
     laws, dynamics = model.laws if history is None else model.reading_laws, model.rigid
     memory: Memory = {TIME: start[..., None]} | ({} if held is None else {HELD: held})
     past: list[tuple[Any, Any]] = []
@@ -102,7 +105,7 @@ def _rolled(model: Model, q0: Any, dq0: Any, inputs: Any, periods: Any, enabled:
     return _stacked([m[0] for m in measured]), _stacked([m[1] for m in measured])
 
 
-def warmed(model: Model, history: History, dq: Any, memory: Memory
+def warmed(model: Model, history: History, dq: Array, memory: Memory
            ) -> tuple[Memory, list[tuple[Any, Any]]]:
     """What the effects remember after the history, with the joints held to its states.
 
@@ -155,7 +158,8 @@ def _faster(model: Model, state: tuple[Any, Any], past: list[tuple[Any, Any]], m
     return (after - dq) / np.maximum(h * count, 1e-12), h * count
 
 
-def _play(model: Model, memory: Memory, q: Any, dq: Any, u: Any, enabled: Any, h: Any) -> Memory:
+def _play(model: Model, memory: Memory, q: Array, dq: Array, u: Array, enabled: np.ndarray | None,
+          h: Numbers) -> Memory:
     """The motor sides after h s while the joints move at given rates."""
     laws = model.reading_laws
     offset, speed = memory[DRIVE]
@@ -168,7 +172,7 @@ def _play(model: Model, memory: Memory, q: Any, dq: Any, u: Any, enabled: Any, h
     return {**memory, DRIVE: paired(offset + h * slip, dq + slip)}
 
 
-def _substep(periods: Any, longest: float) -> tuple[Any, int]:
+def _substep(periods: Array, longest: float) -> tuple[Any, int]:
     """Substep length (a float, or (W, 1) for uneven periods) and count for one interval."""
     most = float(periods.max())
     count = substeps(most, longest)
@@ -177,7 +181,7 @@ def _substep(periods: Any, longest: float) -> tuple[Any, int]:
     return periods[:, None] / count, count
 
 
-def _on(enabled: Any, k: int) -> Any:
+def _on(enabled: np.ndarray | None, k: int) -> Any:
     """Which motors are on in interval k; None for all."""
     if enabled is None:
         return None

@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.common.names import nearest
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.dynamics.ground import Spheres
@@ -23,6 +25,7 @@ from leo_sim.laws.laws import HELD, Laws, TIME
 from leo_sim.model.by_recording import checked_by_recording, chosen
 from leo_sim.model.start_pose import start_pose
 from leo_sim.model.state_check import check_possible, check_sizes, outside
+from leo_sim.references.optional import mujoco
 
 MUJOCO_STEP = 0.0005
 """It integrates implicitly: shorter substeps take longer and change little, s."""
@@ -149,7 +152,7 @@ class Model:
         ground = self.laws.ground
         return Gait(self.robot, ground.slope) if ground else None
 
-    def state_from(self, q: Any, dq: Any) -> State:
+    def state_from(self, q: Array, dq: Array) -> State:
         """The state at rest whose measured angles and rates are q and dq, (J,).
 
         Raises:
@@ -160,8 +163,8 @@ class Model:
         check_possible(self.robot, q, dq)
         return State(*self.laws.true_state(q, dq), _memory(self.held))
 
-    def step(self, state: State, inputs: Any, dt: float, enabled: Any = None,
-             push: Any = 0.0) -> State:
+    def step(self, state: State, inputs: ArrayLike, dt: float, enabled: np.ndarray | None = None,
+             push: Numbers = 0.0) -> State:
         """The state after dt s with the inputs held; a pure function, to the bit.
 
         Args:
@@ -230,7 +233,7 @@ class Model:
     @cached_property
     def _dynamics(self) -> Any:
         if self.engine == 'mujoco':
-            return _mujoco().World(self.robot, self.laws)
+            return mujoco('engine mujoco').World(self.robot, self.laws)
         if self.engine != 'pybullet':
             return self.rigid
         from leo_sim.dynamics.pybullet import Bullet
@@ -252,7 +255,7 @@ class Model:
             from leo_sim.references import rk4
             return rk4.integrate
         if self.engine == 'mujoco':
-            return _mujoco().integrate
+            return mujoco('engine mujoco').integrate
         return self.integrate
 
     def __getstate__(self) -> dict[str, Any]:
@@ -262,15 +265,6 @@ class Model:
 
 def _memory(held: bool) -> dict[str, np.ndarray]:
     return {HELD: np.ones(())} if held else {}
-
-
-def _mujoco() -> Any:
-    try:
-        from leo_sim.references import mujoco
-    except ModuleNotFoundError as error:
-        raise UserError("engine mujoco needs the package mujoco: pip install 'mujoco<4'"
-                        ) from error
-    return mujoco
 
 
 def _all_constants(robot: Robot, changed: Mapping[str, Any]) -> dict[str, Any]:

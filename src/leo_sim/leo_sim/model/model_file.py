@@ -85,7 +85,7 @@ def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
             raise UserError(f'no model file {path}')
         return Model(load_robot(ref), engine=engine)
     file = read(path, ModelFile)
-    robot = load_robot(_beside(path, file.robot))
+    robot = load_robot(_robot_of(path, file.robot))
     constants = _each(path, robot, file.constants)
     robot = robot.with_constants(_constants(path, robot, constants))
     difference = file.difference_model
@@ -299,6 +299,20 @@ def _beside(path: Path, ref: str) -> str:
     return str(near) if os.path.exists(near) else ref
 
 
+def _robot_of(path: Path, ref: str) -> str:
+    """The folder or the name of a model file's robot.
+
+    Raises:
+        UserError: It is neither.
+    """
+    found, robots = _beside(path, ref), named_robots()
+    if not os.path.isdir(found) and ref not in robots:
+        raise UserError(f'{path}: robot: no robot is named {ref!r}, and there is no folder '
+                        f'{path.parent / ref}{nearest(ref, robots)}; a robot folder goes there, '
+                        'or the file says where it is')
+    return found
+
+
 def _reference(path: Path, robot: Robot) -> str:
     """How model.yaml names a robot: by its name where it has one, else by its folder."""
     for name, folder in named_robots().items():
@@ -308,5 +322,10 @@ def _reference(path: Path, robot: Robot) -> str:
 
 
 def _relative(target: Path, folder: Path) -> Path:
+    """The way from a folder to a file or folder, so that both can move together.
+
+    Absolute where they have nothing in common but the root.
+    """
     resolved, base = target.resolve(), folder.resolve()
-    return resolved.relative_to(base) if resolved.is_relative_to(base) else resolved
+    common = Path(os.path.commonpath([resolved, base]))
+    return resolved if common == Path(common.anchor) else Path(os.path.relpath(resolved, base))

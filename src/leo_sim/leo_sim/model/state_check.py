@@ -3,15 +3,17 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.broadcasting import Array
 from leo_sim.description.robot import Robot
 
 SLACK = 0.1
 """How far beyond a stop a measured state may be, rad or m: noise, and a stop that gives."""
 
 
-def check_sizes(robot: Robot, q: Any, dq: Any, inputs: Any) -> None:
+def check_sizes(robot: Robot, q: Array, dq: Array, inputs: ArrayLike) -> None:
     """Raise UserError where a state or an input has not one number per joint or actuator."""
     names = robot.joint_names
     for what, values in (('angles', q), ('rates', dq)):
@@ -24,7 +26,7 @@ def check_sizes(robot: Robot, q: Any, dq: Any, inputs: Any) -> None:
                         f'found {_shape(inputs)}')
 
 
-def check_possible(robot: Robot, q: Any, dq: Any) -> None:
+def check_possible(robot: Robot, q: Array, dq: Array) -> None:
     """Raise UserError for a number that is not finite or an angle outside its stops."""
     if not (np.isfinite(q).all() and np.isfinite(dq).all()):
         raise UserError(f'a state of {robot.name} has numbers that are not finite')
@@ -37,11 +39,11 @@ def check_possible(robot: Robot, q: Any, dq: Any) -> None:
                             f'stops {low:.4g} to {high:.4g} {unit}')
 
 
-def outside(stops: tuple[Any, Any], q: Any) -> bool:
+def outside(stops: tuple[Any, Any], q: Array) -> bool:
     """Whether angles (J,) are beyond stops (low, high) by more than the slack; false for NaN."""
     return bool(((q < stops[0] - SLACK) | (q > stops[1] + SLACK)).any())
 
 
-def _shape(values: Any) -> str:
+def _shape(values: ArrayLike) -> str:
     shape = np.shape(values)
     return str(shape[0]) if len(shape) == 1 else f'an array of shape {shape}'

@@ -176,7 +176,7 @@ class RobotNode(Node):
                 with suppress(DriverFault, UserError, OSError):
                     self._gate.write(blind=True)
             return False
-        self.get_logger().info(f'stopped, motors at 0; {self._sent} states sent')
+        self.get_logger().info(f'stopped, {self._safety.at_end}; {self._sent} states sent')
         return True
 
     def _on_command(self, message: Any, info: dict[str, Any]) -> None:
@@ -215,7 +215,7 @@ class RobotNode(Node):
     def _tick(self) -> None:
         """Publish the state of now, apply what is commanded, and get the next state ready.
 
-        Where the state could not be read none is published, and 0 is applied.
+        Where the state could not be read none is published, and 0 is applied, or the last goal.
         """
         began = time.monotonic()
         unread = self._attempt(self._publish_state)
@@ -237,7 +237,8 @@ class RobotNode(Node):
             act()
         except TransientFault as fault:
             self.get_logger().warning(
-                f'{fault}; 0 in this period ({self._faults.total + 1} so far)',
+                f'{fault}; {self._safety.when_blind} in this period '
+                f'({self._faults.total + 1} so far)',
                 throttle_duration_sec=1.0,
             )
             return str(fault)

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import fields
 from functools import partial
 import math
+import sys
 from threading import Event, Thread
 from typing import Any
 
@@ -30,6 +31,8 @@ from leo_sim.nodes.parameters import read_options
 OVERHEATED, OVERLOADED = 0x04, 0x20
 NONE = -1
 """Where a parameter asks for a servo's id: no servo."""
+SWITCH = 1e-4
+"""How long the node may keep the servos' thread waiting for the interpreter [s]."""
 EVENTS = ('restart', 'overheat', 'overload')
 """What happens to a servo, each time it is set."""
 
@@ -118,6 +121,7 @@ def main(argv: list[str]) -> int:
     with graph(argv):
         node = ServoBusNode()
         spare_collector()
+        sys.setswitchinterval(SWITCH)
         ended = Event()
         thread = Thread(target=node.rig.run, args=(ended,), daemon=True)
         thread.start()

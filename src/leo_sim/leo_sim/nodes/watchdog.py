@@ -29,7 +29,8 @@ class Gate:
         driver: what moves.
         safety: what it may be told.
         clock: the time that `safety` goes by [s].
-        silence: time without a write [s] after which the motors are brought to 0; 0 disables.
+        silence: time without a write [s] after which the motors are brought to 0, those that
+            follow goals excepted; 0 disables.
 
     Attributes:
         halts: how often the watchdog was needed.
@@ -86,8 +87,8 @@ class Gate:
         return applied
 
     def _must_stop(self) -> bool:
-        silent = time.monotonic() - self._written
-        return self._safety.must_halt(self._clock()) or (0.0 < self._silence < silent)
+        silent = 0.0 < self._silence < time.monotonic() - self._written
+        return self._safety.must_halt(self._clock(), silent)
 
 
 @contextmanager

@@ -14,51 +14,73 @@ LEAST = 1e-12
 """Moments of inertia of point masses, kg m2: MuJoCo takes no zero."""
 
 
+HARD, RETURN = 0.9999, 0.02
+"""Stops: impedance, and the share of what a joint went too far that it goes back per substep."""
+
+
 def mjcf(joints: Sequence[Joint], bodies: Mapping[str, Body], contacts: Sequence[Contact],
          gravity: float, slope: float) -> str:
-    """The description as XML; contacts are spheres that touch the ground alone."""
+    """The description as XML."""
+    return written(tree(joints, bodies, contacts, gravity, slope))
+
+
+def written(root: ElementTree.Element) -> str:
+    """A description as text."""
+    return ElementTree.tostring(root, encoding='unicode')
+
+
+def hard_figures(h: float) -> tuple[tuple[float, float], tuple[float, ...]]:
+    """Of hard stops and dry friction at substeps of h s: MuJoCo's solref and solimp."""
+    return (-HARD * RETURN / h ** 2, -HARD / h), (HARD, HARD, 1.0, 0.5, 1.0)
+
+
+def tree(joints: Sequence[Joint], bodies: Mapping[str, Body], contacts: Sequence[Contact],
+         gravity: float, slope: float) -> ElementTree.Element:
+    """The description; contacts are spheres that touch the ground alone."""
     root = ElementTree.Element('mujoco')
-    _add(root, 'compiler', angle='radian', inertiafromgeom='false', autolimits='false')
-    option = _add(root, 'option', gravity=_text((0.0, 0.0, -gravity)), cone='elliptic',
-                  impratio='10', integrator='implicitfast', jacobian='dense')
-    _add(option, 'flag', warmstart='disable', eulerdamp='enable')
-    world = _add(root, 'worldbody')
+    added(root, 'compiler', angle='radian', inertiafromgeom='false', autolimits='false')
+    option = added(root, 'option', gravity=numbers((0.0, 0.0, -gravity)), cone='elliptic',
+                   impratio='10', integrator='implicitfast', jacobian='dense')
+    added(option, 'flag', warmstart='disable', eulerdamp='enable')
+    world = added(root, 'worldbody')
     if contacts:
         up = (-math.sin(slope), 0.0, math.cos(slope))
-        _add(world, 'geom', name=GROUND, type='plane', size='0 0 1', zaxis=_text(up))
+        added(world, 'geom', name=GROUND, type='plane', size='0 0 1', zaxis=numbers(up))
     children = {joint.child for joint in joints}
     made = {joint.parent: world for joint in joints if joint.parent not in children}
     for joint in joints:
         made[joint.child] = _body(made[joint.parent], joint, bodies[joint.child])
-    pairs = _add(root, 'contact')
+    pairs = added(root, 'contact')
     for contact in contacts:
-        _add(made[contact.link], 'geom', name=contact.name, type='sphere', mass='0',
-             size=repr(contact.radius), pos=_text((contact.x, 0.0, contact.z)), contype='0',
-             conaffinity='0')
-        _add(pairs, 'pair', geom1=GROUND, geom2=contact.name, condim='3')
-    return ElementTree.tostring(root, encoding='unicode')
+        added(made[contact.link], 'geom', name=contact.name, type='sphere', mass='0',
+              size=repr(contact.radius), pos=numbers((contact.x, 0.0, contact.z)), contype='0',
+              conaffinity='0')
+        added(pairs, 'pair', geom1=GROUND, geom2=contact.name, condim='3')
+    return root
 
 
 def _body(parent: ElementTree.Element, joint: Joint, body: Body) -> ElementTree.Element:
     r = joint.rotation
-    element = _add(parent, 'body', name=joint.child, pos=_text(joint.translation),
-                   xyaxes=_text((r[0], r[3], r[6], r[1], r[4], r[7])))
+    element = added(parent, 'body', name=joint.child, pos=numbers(joint.translation),
+                    xyaxes=numbers((r[0], r[3], r[6], r[1], r[4], r[7])))
     if joint.kind != 'fixed':
         low, high = joint.limits
-        stops = {'limited': 'true', 'range': _text((low, high))} if math.isfinite(low) else {}
-        _add(element, 'joint', name=joint.name, type=KINDS[joint.kind], axis=_text(joint.axis),
-             **stops)
+        stops = {'limited': 'true', 'range': numbers((low, high))} if math.isfinite(low) else {}
+        added(element, 'joint', name=joint.name, type=KINDS[joint.kind], axis=numbers(joint.axis),
+              **stops)
     if body.mass:
         xx, yy, zz, *products = body.inertia
         figures = (*(max(moment, LEAST) for moment in (xx, yy, zz)), *products)
-        _add(element, 'inertial', mass=repr(float(body.mass)), pos=_text(body.com),
-             fullinertia=_text(figures))
+        added(element, 'inertial', mass=repr(float(body.mass)), pos=numbers(body.com),
+              fullinertia=numbers(figures))
     return element
 
 
-def _add(parent: ElementTree.Element, tag: str, **attributes: str) -> ElementTree.Element:
+def added(parent: ElementTree.Element, tag: str, **attributes: str) -> ElementTree.Element:
+    """A new last child."""
     return ElementTree.SubElement(parent, tag, attributes)
 
 
-def _text(vector: Sequence[Any]) -> str:
+def numbers(vector: Sequence[Any]) -> str:
+    """Numbers as an attribute, to the last bit."""
     return ' '.join(repr(float(component)) for component in vector)

@@ -5,6 +5,7 @@ It integrates implicitly and solves contacts, stops and dry friction its own way
 long substeps and differs honestly from the other engines. The laws of the model give the joint
 torques of each substep; what falls with speed becomes damping, which MuJoCo takes implicitly.
 """
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -16,16 +17,13 @@ from leo_sim.description.robot import Contact, Robot
 from leo_sim.dynamics.substep import rested, slowing
 from leo_sim.effects.base import Ground
 from leo_sim.laws.laws import HELD, Laws, Memory
-from leo_sim.references.mjcf import mjcf
+from leo_sim.references.mjcf import hard_figures, mjcf
 
 BASE = 3
 """Joints of a planar base."""
 
-HARD, RETURN = 0.9999, 0.02
-"""Stops: impedance, and the share of what a joint went too far that it goes back per substep."""
-
-IMMOVABLE = 1e9
-"""Inertia of the joints of a held base, kg or kg m2."""
+IMMOVABLE = 1e4
+"""Inertia of the joints of a held base, kg or kg m2; with more the solver ends too early."""
 
 
 class World:
@@ -87,8 +85,8 @@ class World:
         With m = h (D + h K), k = K / m and b = 1 / h that is the implicit Euler step of a
         spring K with a damper D.
         """
-        self._model.jnt_solref[:] = -HARD * RETURN / h ** 2, -HARD / h
-        self._model.jnt_solimp[:] = HARD, HARD, 1.0, 0.5, 1.0
+        self._model.jnt_solref[:], self._model.jnt_solimp[:] = hard_figures(h)
+        self._model.dof_solref[:], self._model.dof_solimp[:] = hard_figures(h)
         for pair, (stiffness, damping, friction) in enumerate(self._springs):
             geom = self._model.pair_geom2[pair]
             weight = self._model.body_invweight0[self._model.geom_bodyid[geom], 0]
@@ -97,6 +95,18 @@ class World:
             self._model.pair_solimp[pair] = impedance, impedance, 1.0, 0.5, 1.0
             self._model.pair_solref[pair] = (-impedance * stiffness / mass, -impedance / h)
             self._model.pair_friction[pair] = friction, friction, 0.0, 0.0, 0.0
+
+
+def compiled(path: Path) -> Any:
+    """An MJCF file as MuJoCo compiles it, an `MjModel`.
+
+    Raises:
+        UserError: MuJoCo refuses it.
+    """
+    try:
+        return mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        raise UserError(f'{path}: MuJoCo refuses it: {" ".join(str(error).split())}') from error
 
 
 def integrate(laws: Laws, world: Any, q: Array, dq: Array, memory: Memory, inputs: Any,

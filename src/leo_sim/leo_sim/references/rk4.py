@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.dynamics.impulses import Factor
 from leo_sim.dynamics.substep import DRIVE, Dynamics, rested
 from leo_sim.laws.laws import Laws, Memory
@@ -47,8 +47,8 @@ class _Motion(NamedTuple):
 class _System:
     """Derivatives of one model with its input held."""
 
-    def __init__(self, laws: Laws, dynamics: Dynamics, u: Any, enabled: Any, memory: Memory,
-                 push: Any = 0.0):
+    def __init__(self, laws: Laws, dynamics: Dynamics, u: Array, enabled: np.ndarray | None,
+                 memory: Memory, push: Numbers = 0.0):
         self.laws, self.dynamics, self.u, self.enabled = laws, dynamics, u, enabled
         self.memory, self.push = memory, push
         self.gap = np.zeros(len(laws.joints)) + (0.0 if laws.gap is None else laws.gap)
@@ -68,7 +68,7 @@ class _System:
         rotor = np.where(linked, link, torques.motor / inertia)
         return link, rotor, torques.motor - laws.rotor_inertia * link
 
-    def _with_friction(self, factor: Factor, free: Any, level: Any, sliding: Any) -> Any:
+    def _with_friction(self, factor: Factor, free: Array, level: Any, sliding: Any) -> Any:
         """Accelerations with friction against sliding; sticking joints are held while it can."""
         if not self.laws.dry:
             return factor.solve(free)
@@ -121,8 +121,9 @@ class _System:
         return first, stops & (fraction <= first), ends & (fraction <= first)
 
 
-def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, inputs: Any,
-              enabled: Any, h: float, count: int, push: Any = 0.0) -> tuple[Any, Any, Memory]:
+def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, inputs: Array,
+              enabled: np.ndarray | None, h: float, count: int, push: Numbers = 0.0
+              ) -> tuple[Any, Any, Memory]:
     """The state after `count` steps of h s with the inputs held; see `substep.integrate`."""
     memory = rested(laws, q, dq, memory)
     offset, speed = memory[DRIVE] if laws.gap is not None else (np.zeros_like(q), dq)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.robot import Robot
 from leo_sim.description.robot_check import OF_JOINTS
 from leo_sim.description.robot_file import RewardFile
@@ -67,11 +68,11 @@ class Task:
         self._motors = [np.array([getattr(a, key) for a in robot.actuators])
                         for key in ('torque_constant', 'resistance')]
 
-    def observation(self, q: Any, dq: Any) -> np.ndarray:
+    def observation(self, q: Array, dq: Array) -> np.ndarray:
         """What the agent sees, (..., n) in the order of robot.yaml."""
         return observation(self.robot, q, dq)
 
-    def reward(self, memory: Memory, before: Motion, inputs: Any, after: Motion,
+    def reward(self, memory: Memory, before: Motion, inputs: Array, after: Motion,
                ended: Any = None) -> tuple[Any, Memory]:
         """Reward of one control step, (...): sum of weight (quantity - target)^power.
 
@@ -100,7 +101,7 @@ class Task:
             over = over | (height < rule.low) | (height > rule.high)
         return over
 
-    def motor_power(self, dq: Any, volts: Any, dq_next: Any) -> Any:
+    def motor_power(self, dq: Array, volts: Array, dq_next: Array) -> Any:
         """Electrical power the motors take in a control step, W, (...).
 
         Sum of max(0, u i), with the current at the mean of the rates before and after: no
@@ -145,19 +146,19 @@ class Task:
                 - self._gait.stride(step.before.q, step.stance))
 
 
-def observation(robot: Robot, q: Any, dq: Any) -> np.ndarray:
+def observation(robot: Robot, q: Array, dq: Array) -> np.ndarray:
     """What the agent sees, (..., n) in the order of robot.yaml; the plain state without a list."""
     if not robot.observation:
         return np.concatenate([q, dq], axis=-1)
     return _features(q, dq)[..., _columns(robot, robot.observation)]
 
 
-def wrapped(angle: Any) -> Any:
+def wrapped(angle: Numbers) -> Any:
     """Angles brought to (-pi, pi]."""
     return np.pi - (np.pi - np.asarray(angle)) % (2 * np.pi)
 
 
-def _features(q: Any, dq: Any) -> np.ndarray:
+def _features(q: Array, dq: Array) -> np.ndarray:
     """All quantities of all joints, (..., 5 J), in the order of QUANTITIES."""
     return np.concatenate([q, wrapped(q), np.cos(q), np.sin(q), dq], axis=-1)
 

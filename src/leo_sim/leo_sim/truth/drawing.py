@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.broadcasting import Numbers
 from leo_sim.description.robot import Robot
 from leo_sim.effects import EFFECTS, place
 from leo_sim.effects.base import Parameter, Placed
@@ -33,7 +34,7 @@ AMPLITUDES = np.geomspace(1e-7, 1e2, 109)
 """Tried amplitudes, in the unit of the effect's first parameter."""
 
 COARSE = 9
-"""Of a robot on the ground one amplitude in so many is tried first: its runs are dear."""
+"""Of a robot on the ground one amplitude in so many is tried first: its runs are expensive."""
 
 MOST = {'': 0.5, 's': 0.1, 'rad': 0.3}
 """Largest sensible amplitude by unit of the first parameter: half as strong, 0.1 s late."""
@@ -156,7 +157,7 @@ def _shape(name: str, parameters: tuple[Parameter, ...], rng: np.random.Generato
     return {first.name: (first.neutral, sign), **{p.name: (p.neutral, 0.0) for p in others}}
 
 
-def _values(shape: Shape, parameters: tuple[Parameter, ...], amplitude: Any) -> dict[str, Any]:
+def _values(shape: Shape, parameters: tuple[Parameter, ...], amplitude: Numbers) -> dict[str, Any]:
     bounds = {p.name: (p.low, p.high) for p in parameters}
     return {
         name: np.clip(offset + slope * amplitude, *bounds[name])

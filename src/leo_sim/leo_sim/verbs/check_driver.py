@@ -9,6 +9,7 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
+from leo_msgs_py.console import Table
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs import common
 
@@ -95,13 +96,12 @@ def _asker() -> Callable[[str], None]:
 
 
 def _table(results: list[Result]) -> None:
-    from rich.table import Table
 
     from leo_msgs_py.console import Terminal
 
     table = Table()
     for heading in ('check', 'verdict', 'what', 'what to mend'):
-        table.add_column(heading, overflow='fold')
+        table.add_column(heading)
     for result in results:
         table.add_row(result.name, result.verdict, result.what, result.mend)
     Terminal().print(table)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`leo robot init|list`."""
+"""`leo robot`: make a robot folder from a URDF or MJCF, measure its step; list named robots."""
 from __future__ import annotations
 
 import json
@@ -18,23 +18,27 @@ _INIT_EXAMPLES = """\
   leo robot init arm.urdf -o arm
   leo robot init arm.urdf -o arm --input voltage   # motors that take volts
   leo robot init arm.urdf -o arm --input position  # servos that take goals
+  leo robot init arm.xml -o arm                    # an MJCF
   leo robot init arm.urdf -o arm --driver dynamixel
 """
+_STEP_EXAMPLES = '  leo robot step arm\n'
 _LIST_EXAMPLES = '  leo robot list\n'
 
 
 def main(argv: list[str]) -> int:
     """Run the chosen subcommand and return its exit status."""
-    about = 'Make a robot folder from a URDF; list the robots that have a name.'
-    verbs = {'init': _init, 'list': _list}
-    return common.dispatch('leo robot', about, verbs, argv, _INIT_EXAMPLES + _LIST_EXAMPLES)
+    about = 'Make a robot folder from a URDF or MJCF; measure its integration step; list robots.'
+    verbs = {'init': _init, 'step': _step, 'list': _list}
+    return common.dispatch('leo robot', about, verbs, argv,
+                           _INIT_EXAMPLES + _STEP_EXAMPLES + _LIST_EXAMPLES)
 
 
 def _init(argv: list[str]) -> int:
     parser = common.Parser(
-        'leo robot init', 'Make a robot folder from a URDF and say what is left to fill in.',
+        'leo robot init',
+        'Make a robot folder from a URDF or MJCF and say what is left to fill in.',
         _INIT_EXAMPLES)
-    parser.add_argument('urdf', type=Path, metavar='URDF')
+    parser.add_argument('urdf', type=Path, metavar='URDF|MJCF')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='FOLDER')
     parser.add_argument('--input', choices=('torque', 'voltage', 'position'), default='torque',
                         help='what the actuators take (default: torque)')
@@ -56,6 +60,25 @@ def _init(argv: list[str]) -> int:
             'notes': made.notes, 'next': following}, indent=2))
     else:
         print('\n'.join([*_said(made, options.output), f'next: {following}']))
+    return 0
+
+
+def _step(argv: list[str]) -> int:
+    parser = common.Parser(
+        'leo robot step', 'Measure the integration step of a robot folder and write it there.',
+        _STEP_EXAMPLES)
+    parser.add_argument('folder', type=Path, metavar='FOLDER')
+    parser.add_json()
+    options = parser.parse_args(argv)
+
+    from leo_sim.verbs.skeleton.measured_step import measure_step
+
+    before, after, error = measure_step(options.folder)
+    data = {'folder': str(options.folder), 'before': before, 'integration_step': after}
+    common.show(options, data, [
+        f'integration step {before:g} -> {after:g} s: one control period is off by '
+        f'{100 * error:.1g} % of its change of speed',
+        f'wrote {options.folder}/robot.yaml'])
     return 0
 
 

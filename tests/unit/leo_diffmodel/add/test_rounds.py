@@ -83,11 +83,25 @@ def test_a_short_sentence_is_one_line():
 
 
 def test_a_long_sentence_is_a_headline_and_lines():
-    listed = '; '.join(f'link_mass:{name} (m = 1 ± 0.1 kg)' for name in 'abcdefgh')
+    effects = [f'link_mass:{name} (m = 1 ± 0.1 kg)' for name in 'abcdefgh']
+    listed, named = '; '.join(effects), '; '.join(f'link_mass:{name}' for name in 'abcdefgh')
     error = 'median held-out error 0.3 s ahead: a 2 -> 1 rad (noise 1) and 9 more states'
     notes = 'left out, --keep uses it: 1.0 to 2.0 s (a: pushed; hard (here)); the time was over'
     rest = '40 % of the mean squared error beyond noise is something else, most of it at a'
     assert told('partly', f'Missing for sure: {listed}; {error} ({notes}). {rest}.') == [
-        f'Missing for sure: {listed}.', f'{error}.', f'{rest}.',
-        'left out, --keep uses it: 1.0 to 2.0 s (a: pushed; hard (here))', 'the time was over',
+        f'Missing for sure: {named}.', *(f'{effect}.' for effect in effects), f'{error}.',
+        f'{rest}.', 'left out, --keep uses it: 1.0 to 2.0 s (a: pushed; hard (here))',
+        'the time was over',
     ]  # fmt: skip
+
+
+def test_a_headline_that_is_too_long_names_the_effects_and_gives_each_a_line():
+    effects = ['stribeck_friction:elbow (c = 0.124 ± 0.01 N m; a note; v_s = 0.1 rad/s)',
+               'encoder_offset:elbow (o = 0.038 rad), or bias_torque:elbow or link_com:fore',
+               'viscous_friction:shoulder (b = 0.0587 N m s/rad), the same as back_emf_scale']
+    head = 'Something is missing that this data cannot pin down: '
+    lines = told('ambiguous', f'{head}{"; ".join(effects)}; held-out error 0.5 s ahead: less.')
+    assert lines[0] == (f'{head}stribeck_friction:elbow; encoder_offset:elbow; '
+                        'viscous_friction:shoulder.')
+    assert lines[1:4] == [f'{effect}.' for effect in effects]
+    assert len(lines[0]) + len('ambiguous: ') <= 200

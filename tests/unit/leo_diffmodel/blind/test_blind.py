@@ -19,7 +19,8 @@ from leo_diffmodel.blind.record import record
 from leo_diffmodel.blind.scenes import Given
 from leo_diffmodel.blind.table import confusion, lower_bound, summary, upper_bound
 from leo_diffmodel.blind.truth import hide, reveal
-from leo_diffmodel.verbs.blind import main, TITLES, WORDS
+from leo_diffmodel.verbs.blind import main
+from leo_diffmodel.verbs.blind_told import TITLES, WORDS
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 
@@ -319,9 +320,9 @@ def test_a_run_continues_where_it_ended(tmp_path, monkeypatch):
 
     monkeypatch.setattr(run_cases, 'run_case', fake)
     results = tmp_path / 'deep' / 'results.jsonl'
-    assert [r['seed'] for r in run_cases.run(range(3), 'none', results, 1)] == [0, 1, 2]
-    run_cases.run(range(4), 'none', results, 1)
-    run_cases.run(range(1), 'pair', results, 1)
+    assert [r['seed'] for r in run_cases.run(range(3), 'none', results)] == [0, 1, 2]
+    run_cases.run(range(4), 'none', results)
+    run_cases.run(range(1), 'pair', results)
     assert asked == [(0, 'none'), (1, 'none'), (2, 'none'), (3, 'none'), (0, 'pair')]
     assert len([json.loads(line) for line in results.read_text().splitlines()]) == 5
 

@@ -221,12 +221,12 @@ def test_an_examination_takes_its_own_seeds_and_none_twice(tmp_path, monkeypatch
     results = tmp_path / 'results.jsonl'
     for seeds, examination in (([49_999], True), ([50_000], False)):
         with pytest.raises(UserError, match=r'development|for an examination'):
-            run_cases.run(seeds, 'small', results, 1, examination=examination)
-    run_cases.run([50_000], 'small', results, 1, examination=True)
-    run_cases.run([50_000, 50_001], 'small', results, 1, examination=True)
+            run_cases.run(seeds, 'small', results, examination=examination)
+    run_cases.run([50_000], 'small', results, examination=True)
+    run_cases.run([50_000, 50_001], 'small', results, examination=True)
     monkeypatch.setattr(origin, 'commit', lambda: 'another')
     with pytest.raises(UserError, match='50001 of small is in the results already'):
-        run_cases.run([50_001, 50_002], 'small', results, 1, examination=True)
+        run_cases.run([50_001, 50_002], 'small', results, examination=True)
     lines = [json.loads(line) for line in results.read_text().splitlines()]
     assert [line['examination'] for line in lines] == [True, True]
     assert lines[0]['commit'] and 'numpy' in lines[0]['versions'] and lines[0]['machine']
@@ -269,7 +269,7 @@ def test_a_case_that_ends_with_an_error_ends_no_other(tmp_path, monkeypatch, cap
 
     monkeypatch.setattr(run_cases, 'run_case', failing)
     results = tmp_path / 'results.jsonl'
-    rows = run_cases.run([0, 1, 2], 'small', results, 1)
+    rows = run_cases.run([0, 1, 2], 'small', results)
     assert [row['seed'] for row in rows] == [0, 2]
     assert len(results.read_text().splitlines()) == 2
     assert 'small 1 has no answer: ZeroDivisionError' in capsys.readouterr().err

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is held out shares no time with what is learned from."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from tests.simulate import record, TORQUE
@@ -59,3 +62,17 @@ def test_windows_never_cross_the_end_of_an_episode():
     np.testing.assert_allclose(gaps, 0.01)
     with pytest.raises(ValueError, match='no episode holds a window of 6 s'):
         cut([whole], 6.0)
+
+
+@pytest.mark.parametrize('count', [2, 6])
+def test_neither_what_is_held_out_nor_the_folds_depend_on_the_order_of_bags(count):
+    data = [replace(record(TORQUE, seconds=7 + s, seed=s), path=Path(f'run{s}'))
+            for s in range(count)]  # fmt: skip
+
+    def parted(order):
+        windows, blocks = cut(order, 0.3), make_blocks(order, [])
+        names = [order[s].path.name for s in windows.source]
+        return set(zip(names, windows.start.tolist(), blocks.held(windows).tolist(),
+                       blocks.folds(windows).tolist(), strict=True))  # fmt: skip
+
+    assert parted(data) == parted(data[::-1])

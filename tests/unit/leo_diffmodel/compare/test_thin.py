@@ -15,7 +15,7 @@ from leo_sim.model.batch import rollout
 
 
 def faster(recording: Recording, factor: int) -> Recording:
-    """The same states told to be `factor` times as close in time."""
+    """These states told to be `factor` times as close in time."""
     episodes = tuple(replace(e, t=e.t / factor) for e in recording.episodes)
     return replace(recording, episodes=episodes, command_period=recording.command_period / factor)
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from tests.simulate import PENDULUM, record, TORQUE
 
-from leo_diffmodel.compare.torque import missing_torque
+from leo_diffmodel.compare.torque import _covariance, missing_torque
 from leo_sim.model import Model
 
 
@@ -31,3 +31,13 @@ def test_a_torque_that_changes_is_followed():
     truth = 0.5 * np.sin(2 * np.pi * 0.5 * missing.time)
     assert np.corrcoef(missing.torque[:, 0], truth)[0, 1] > 0.8
     assert missing.torque[:, 0] @ truth / (truth @ truth) == pytest.approx(1.0, abs=0.1)
+
+
+def test_columns_too_far_apart_for_floating_point_still_have_a_covariance():
+    """A contact that ends in a window can make one column 10^12 times as long as another."""
+    rng = np.random.default_rng(1)
+    first, second = rng.standard_normal((2, 30))
+    columns = np.stack([1e12 * first, 1e12 * first, second], axis=-1)[None]
+    variance = np.diagonal(_covariance(columns)[0])
+    assert np.all(variance > 0)
+    assert variance[2] == pytest.approx(1 / (second @ second), rel=0.2)

@@ -15,11 +15,11 @@ from leo_diffmodel.compare.pushes import predict, respond
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.decide.verdict import Rest
 from leo_diffmodel.explain.estimate import contact
-from leo_diffmodel.explain.estimate.contact import converged, finalists, polished
+from leo_diffmodel.explain.estimate.contact import converged, finalists, polished, Stand
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.footing import refined, settled
 from leo_diffmodel.explain.estimate.ground_scan import is_straight, turned_to_any, TWO_ANGLES
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.estimate.linearisation import refined, settled
 from leo_diffmodel.explain.estimate.loss import gains, WINDOW_NATS
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates
@@ -93,11 +93,11 @@ def test_a_delay_is_searched_for_with_few_looks_at_the_geometry(model, braked, m
 
 def test_what_a_coarse_integration_is_off_by_is_taken_off(model):
     windows = cut([recorded(start='standing', seconds=0.9)], 0.1)
-    kept, footing = settled(model, windows, SIGMA)
+    kept, linearisation = settled(model, windows, SIGMA)
     windows = windows.take(kept)
-    finer, moved = refined(model, windows, footing)
-    fine = predict(model.changed(scheme='training'), windows, footing.start)
-    coarse = predict(model, windows, footing.start)
+    finer, moved = refined(model, windows, linearisation)
+    fine = predict(model.changed(scheme='training'), windows, linearisation.start)
+    coarse = predict(model, windows, linearisation.start)
     assert np.abs(fine - coarse).max() > 1e-6
     np.testing.assert_allclose(finer.measured - coarse, windows.measured - fine, atol=1e-12)
     again, _ = refined(model, finer, moved)
@@ -106,22 +106,22 @@ def test_what_a_coarse_integration_is_off_by_is_taken_off(model):
 
 def test_starts_settle_on_another_model_by_the_answer_of_the_first(model, braked):
     windows = cut([braked], 0.1)
-    kept, footing = settled(model, windows, SIGMA)
+    kept, linearisation = settled(model, windows, SIGMA)
     right = model.changed(effects=[place(LEO, 'viscous_friction', 'left_knee', b=0.05)])
-    _, again = settled(right, windows.take(kept), SIGMA, footing)
+    _, again = settled(right, windows.take(kept), SIGMA, linearisation)
     _, anew = settled(right, windows.take(kept), SIGMA)
-    noise_alone = 0.5 * (windows.measured[0].size - footing.start.shape[-1])
-    assert np.median(footing.loss) > 2.0 * noise_alone
+    noise_alone = 0.5 * (windows.measured[0].size - linearisation.start.shape[-1])
+    assert np.median(linearisation.loss) > 2.0 * noise_alone
     assert np.median(again.loss) == pytest.approx(noise_alone, rel=0.1)
     np.testing.assert_allclose(again.loss, anew.loss, atol=1.0)  # nats; noise makes 80
 
 
 def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
     windows = cut([recorded(start='standing', seconds=0.9)], 0.1)
-    kept, footing = settled(model, windows, SIGMA)
-    sunk = footing.start - 0.05 * (np.arange(18) == 1)
-    _, again = settled(model, windows.take(kept), SIGMA, replace(footing, start=sunk))
-    assert np.median(again.loss) < 1.1 * np.median(footing.loss)
+    kept, linearisation = settled(model, windows, SIGMA)
+    sunk = linearisation.start - 0.05 * (np.arange(18) == 1)
+    _, again = settled(model, windows.take(kept), SIGMA, replace(linearisation, start=sunk))
+    assert np.median(again.loss) < 1.1 * np.median(linearisation.loss)
 
 
 @pytest.mark.parametrize(('on_ground', 'share', 'found'), [
@@ -131,7 +131,7 @@ def test_on_the_ground_a_law_is_looked_for_in_what_matters(monkeypatch, on_groun
     monkeypatch.setattr(unknown_find, 'find_alone', lambda *_: None)
     monkeypatch.setattr(unknown_find, '_beyond', lambda *_: 'law')
     monkeypatch.setattr(unknown_find, 'rest_of', lambda *_: Rest(2.0, share))
-    problem = SimpleNamespace(windows=None, footing=on_ground or None)
+    problem = SimpleNamespace(windows=None, linearisation=on_ground or None)
     posed = SimpleNamespace(blocks=SimpleNamespace(index=lambda _: None))
     search = SimpleNamespace(problem=problem, posed=posed, null=None, final=None, alone=None)
     assert unknown_find.find([], search) == found
@@ -286,3 +286,9 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
         field, rising = contact._further(null, field, 3, 5.0)
         names.append([name for name, _ in field])
     assert names == [['ahead', 'gaining'], ['ahead', 'gaining'], ['gaining']] and not rising
+
+
+def test_a_parameter_on_its_bound_does_not_count_as_one_that_still_moves():
+    fitted = SimpleNamespace(standard_errors=np.array([0.0, 0.5]))
+    stand = Stand(None, fitted, SimpleNamespace(theta=np.array([3.0, -1.0])))
+    assert contact._standard_errors_moved(stand) == 2.0

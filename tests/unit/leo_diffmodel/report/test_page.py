@@ -161,9 +161,10 @@ def test_an_answer_is_a_bar_beside_the_other_sets():
 def test_what_came_from_outside_is_escaped(model, recording, tmp_path):
     path = tmp_path / 'report.html'
     hostile = '<script>alert(1)</script> coulomb_friction:pivot'
-    write_explanation(path, explanation('named', model, hostile), [recording])
+    command = 'leo watch "<b>" --model pendulum'
+    write_explanation(path, explanation('named', model, hostile), [recording], command)
     links, text = read(path)
-    assert links.scripts == 0 and hostile in text
+    assert links.scripts == 0 and hostile in text and command in text
     assert '<run>' not in path.read_text() and 'bags/<run> & "1"' in text
 
 

@@ -87,3 +87,11 @@ def test_prose_escapes_and_sets_effects_apart():
     shown = str(text.prose('<b>coulomb_friction:pivot</b> & 0.4 -> 0.1'))
     assert '<b class="effect">coulomb_friction:pivot</b>' in shown
     assert shown.startswith('&lt;b&gt;') and '&amp; 0.4 → 0.1' in shown.replace('-&gt;', '→')
+
+
+def test_a_unit_in_a_sentence_is_raised_whole():
+    from leo_diffmodel.report.text import prose
+
+    assert prose('d = 7 N m s2/rad2 at m2, 9.8 m/s2, 1 kg m2, 2 N m s/rad') == (
+        'd = 7 N m s²/rad² at m2, 9.8 m/s², 1 kg m², 2 N m s/rad'
+    )

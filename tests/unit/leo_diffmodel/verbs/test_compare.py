@@ -34,6 +34,7 @@ def test_a_person_sees_where_it_fails(rubbing, capsys):
         assert part in sentence, part
     assert 'moving forward' in text and 'moving backward' in text
     assert f'next: leo explain {rubbing} --model pendulum' in text
+    assert f'live page: leo watch {rubbing} --model pendulum\n' in text
 
 
 def test_json_to_stdout_is_the_file(rubbing, tmp_path, capsys):
@@ -55,7 +56,7 @@ def test_the_page_of_two_joints(tmp_path, capsys):
     path = bag(tmp_path / 'two', record(DOUBLE, *rubs, seconds=10, inputs=inputs))
     assert main([str(path), '--model', 'double_pendulum', '-o', str(tmp_path)]) == 0
     links, text = read(tmp_path / 'report.html')
-    assert links.urls == []
+    assert links.urls == [] and f'leo watch {path} --model double_pendulum' in text
     for title in ('How much of the motion the model explains', 'Where it fails',
                   'Torque the model lacks', 'Error against prediction horizon',
                   'Where this comes from'):  # fmt: skip

@@ -51,6 +51,7 @@ def test_the_hidden_effect_brings_the_held_out_error_to_the_floor(state):
     state.switch(LABEL, True)
     assert state.setting.on[LABEL]['c'] == pytest.approx(TRUTH, rel=0.15)
     assert state.sizes[1] < NEAR
+    state.finish()
     assert state.without[LABEL] == pytest.approx(state.sizes[0])
     last = state.now.rows[-1]
     assert np.all(np.array(last['rmse']) < 0.3 * np.array(state.given.rows[-1]['rmse']))

@@ -13,7 +13,7 @@ from leo_learner.configs import ABLATION, RECOMMENDED_WALKING
 from leo_learner.env import ModelEnv
 from leo_learner.experiments import walking
 from leo_learner.experiments.ahead import mse_ahead
-from leo_learner.experiments.cases import found, hours, missing, read_results, run_cases
+from leo_learner.experiments.cases import found, hours, missing, run_cases
 from leo_learner.experiments.catalogue import EXPERIMENTS, training_hours
 from leo_learner.experiments.page import write_page
 from leo_learner.experiments.summary import common_curves, mean_and_half, summary, walks
@@ -21,6 +21,8 @@ from leo_learner.experiments.walking import Case, KNEE_ENDS, model_of
 from leo_learner.rollouts import Rollouts
 from leo_learner.verbs.reproduce import main, NAMES
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.result_lines import read_results
+from leo_msgs_py.workers import Workers
 from leo_sim.model import Model
 
 IDEAL = Case('leo', 'ideal', 'ddpg', 'full', 'recommended', 300_000, 0)
@@ -57,7 +59,7 @@ def test_only_missing_cases_are_run_and_their_lines_stay(tmp_path):
     assert [row['square'] for row in run_cases(cases[:1], square, path)] == [1.0]
     more = [*cases, Small(3.0, 1)]
     assert missing(more, path) == more[1:]
-    assert sorted(row['square'] for row in run_cases(more, square, path, jobs=2)) == [4.0, 9.0]
+    assert sorted(row['square'] for row in run_cases(more, square, path, Workers(2))) == [4.0, 9.0]
     assert list(run_cases(more, square, path)) == []
     assert found(cases[1], read_results(path))['square'] == 4.0
     assert len(read_results(path)) == 3

@@ -16,7 +16,7 @@ from leo_sim.drivers import dynamixel, load_driver, servo_line
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
 from leo_sim.drivers.dynamixel_bus import _Packets
 from leo_sim.drivers.servo_bus.packets import encoded, status
-from leo_sim.drivers.servo_joints import MotorUnits
+from leo_sim.drivers.servo_joints import DriveUnits
 
 LEO = patient(load_robot('leo'))
 PWM_STEP = 13.8 / 885
@@ -27,7 +27,7 @@ SIX = st.lists(finite, min_size=6, max_size=6)
 @pytest.fixture(autouse=True)
 def busy_machine(monkeypatch):
     monkeypatch.setattr(dynamixel, 'LATE', LATE)
-    monkeypatch.setattr(servo_line, 'CONFIGURE', 1.0)
+    monkeypatch.setattr(servo_line, 'CONFIGURE', 30.0)
 
 
 @pytest.fixture
@@ -71,6 +71,15 @@ def test_volts_are_on_the_motors_as_they_are_told_within_a_step_of_pwm(leo):
     driver.read()
 
 
+def test_a_command_is_stamped_when_its_last_byte_is_on_the_bus(leo):
+    _, driver = leo
+    began = time.time_ns()
+    stamp_ns = driver.write(np.zeros(6)).stamp_ns
+    head, per_servo, crc, bits = 12, 3, 2, 10
+    seconds = (head + 6 * per_servo + crc) * bits / LEO.driver.dynamixel.baud
+    assert began + 1e9 * seconds <= stamp_ns <= time.time_ns() + 1e9 * seconds
+
+
 def test_connecting_never_drives_a_motor(monkeypatch):
     with running(LEO, 13.8, 'hanging') as rig:
         seen, drive = [], rig.plant.drive
@@ -110,7 +119,7 @@ def test_what_is_allowed_only_takes_away(wanted, angle, rate, limit, supply):
         })
         for joint, s in file.servos.items()
     }
-    units = MotorUnits(LEO, file.model_copy(update={'servos': servos}))
+    units = DriveUnits(LEO, file.model_copy(update={'servos': servos}))
     wanted, angle, rate = np.array([wanted, angle, rate])
     values = units.allowed(wanted, angle, rate)
     assert np.all(np.abs(values) <= np.abs(wanted)) and np.all(values * wanted >= 0.0)
@@ -158,7 +167,7 @@ def test_halt_does_not_wait_for_a_read_that_hangs(leo):
     driver.write(np.full(6, 2.0))
     until(lambda: np.nanmax(rig.plant.volts) > 1.9)
     data = driver._bus.packet('goal_pwm', dict.fromkeys(range(1, 7), 0))
-    assert driver._zeros == data
+    assert driver._rest == data
     applied = driver.halt()
     until(lambda: not rig.plant.volts.any())
     assert applied.values.tolist() == 6 * [0.0] and applied.enabled.all()
@@ -311,14 +320,16 @@ def refused(robot, port, said):
     assert '\n' not in str(raised.value)
 
 
-def test_what_is_wrong_with_the_connection_is_one_line(tmp_path):
+def test_what_is_wrong_with_the_connection_is_one_line(monkeypatch):
     pendulum = load_robot('servo_pendulum')
     refused(pendulum, '/dev/ttyNOTHING', 'cannot open /dev/ttyNOTHING: there is no such port')
     refused(load_robot('pendulum'), '', 'pendulum has no servos')
     with running(LEO, 13.8, 'hanging') as rig:
         refused(pendulum, rig.port, r'model number 1030, robot.yaml says XL330-M288 \(1200\)')
         rig.bus.silent = frozenset({4})
-        refused(LEO, rig.port, r'servo 4 \(right_knee\) does not answer')
+        with monkeypatch.context() as patch:
+            patch.setattr(servo_line, 'CONFIGURE', 1.0)
+            refused(LEO, rig.port, r'servo 4 \(right_knee\) does not answer')
         rig.bus.silent = frozenset()
         rig.bus.servos[2].fail(0x20)
         refused(LEO, rig.port, r'servo 2 \(right_hip\) has stopped itself: overloaded')

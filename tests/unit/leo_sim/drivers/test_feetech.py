@@ -41,7 +41,7 @@ time.sleep(1000)
 
 @pytest.fixture(autouse=True)
 def busy_machine(monkeypatch):
-    monkeypatch.setattr(servo_line, 'CONFIGURE', 1.0)
+    monkeypatch.setattr(servo_line, 'CONFIGURE', 30.0)
 
 
 @pytest.fixture

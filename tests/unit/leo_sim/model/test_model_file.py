@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Model files: round trip, and one clear line for whatever is wrong in one."""
+import shutil
+
 import numpy as np
 import pytest
 import yaml
@@ -103,6 +105,35 @@ def test_a_robot_folder_beside_the_file(tmp_path):
     assert model.robot.folder == folder
     saved = save_model(tmp_path / 'new.yaml', model)
     assert yaml.safe_load(saved.read_text())['robot'] == 'mine'
+
+
+def with_a_robot_folder(tmp_path):
+    """A model of a robot in folder `here/arm`, in file `here/out/m.yaml`."""
+    arm = tmp_path / 'here/arm'
+    shutil.copytree(load_robot('pendulum').folder, arm)
+    (tmp_path / 'here/out').mkdir()
+    return save_model(tmp_path / 'here/out/m.yaml', Model(load_robot(arm)))
+
+
+def test_a_model_and_its_robot_can_move_together(tmp_path):
+    path = with_a_robot_folder(tmp_path)
+    assert yaml.safe_load(path.read_text())['robot'] == '../arm'
+    (tmp_path / 'here').rename(tmp_path / 'there')
+    moved = load_model(tmp_path / 'there/out/m.yaml')
+    assert moved.robot.folder.resolve() == (tmp_path / 'there/arm').resolve()
+
+
+def test_a_robot_at_an_absolute_path_is_read(tmp_path):
+    path = with_a_robot_folder(tmp_path)
+    path.write_text(f'robot: {tmp_path}/here/arm\n')
+    assert load_model(path).robot.name == 'pendulum'
+
+
+def test_a_robot_folder_that_is_not_there_is_said(tmp_path):
+    path = with_a_robot_folder(tmp_path)
+    (tmp_path / 'here/arm').rename(tmp_path / 'here/leg')
+    with pytest.raises(UserError, match=r'm.yaml: robot: .* there is no folder .*/arm; '):
+        load_model(path)
 
 
 def test_an_effect_of_the_user(tmp_path):

@@ -35,7 +35,7 @@ def simulated(effects=(), constants=EXACT, goals=GOALS, **model):
 
 def integrated(volts=lambda v: v, gain=GAIN, rate_gain=0.0, supply=SUPPLY, zero=0.0, delay=0.0,
                goals=GOALS):
-    """The same from the equations alone; `volts` is what becomes of the loop's voltage."""
+    """The motion from the equations alone; `volts` is what becomes of the loop's voltage."""
     def derivative(t, y, goal):
         duty = np.clip(gain * (goal - y[0] - zero) - rate_gain * y[1], -1, 1)
         torque = KT * (volts(duty * supply) - KT * y[1]) / OHM

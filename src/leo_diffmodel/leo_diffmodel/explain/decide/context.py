@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a finished search says of the data that no fit has seen."""
+"""What a finished search says of the validation data."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
-from leo_diffmodel.explain.estimate.telling import completed
+from leo_diffmodel.explain.estimate.own_constants import completed
 from leo_diffmodel.explain.select.evidence import score, Scored
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import widens
@@ -41,7 +41,7 @@ class Context:
         found: the finished search.
         base: the model as given.
         facts: what decides which effects are the same thing.
-        held: windows no fit has seen, for the errors.
+        validation: windows that no fit was made on, for the errors.
         step: one control period [s].
         settings: the gates.
         bags: names of the recordings, in the order of the windows' `source`.
@@ -51,7 +51,7 @@ class Context:
     found: Search
     base: Model
     facts: Facts
-    held: Windows
+    validation: Windows
     step: float
     settings: Settings = SETTINGS
     bags: tuple[str, ...] = ()
@@ -63,7 +63,7 @@ class Context:
         values = _values(fitted)
         if values not in self._made:
             model, sigma = self._model(fitted), self.found.problem.sigma
-            self._made[values] = errors.predict_windows(model, self.held, sigma)
+            self._made[values] = errors.predict_windows(model, self.validation, sigma)
         return self._made[values]
 
     def without(self, candidate: Candidate) -> Scored:
@@ -91,26 +91,31 @@ class Context:
 
     def undisturbed(self, fitted: Fit) -> Context:
         """This search, read on the windows that hold no hand push."""
-        calm = undisturbed(self.predict(fitted))
-        context = replace(self, held=self.held.take(calm))
-        context._made[_values(fitted)] = self.predict(fitted).take(calm)
+        free = undisturbed(self.predict(fitted))
+        context = replace(self, validation=self.validation.take(free))
+        context._made[_values(fitted)] = self.predict(fitted).take(free)
         return context
 
     def headline(self, fitted: Fit) -> float:
         """Mean held-out error over the states, as it is told."""
         return self.told.mean(self.without_floor(fitted))
 
+    def by_unit(self, fitted: Fit) -> dict[str, float]:
+        """Held-out error of each unit, as it is told."""
+        units = [state['unit'] for state in errors.state_names(self.base)]
+        return self.told.by_unit(self.without_floor(fitted), units)
+
     @property
     def told(self) -> Headline:
         """Which figure an answer is told with."""
-        return headline(self.base.robot, float(np.median(self.held.dt.sum(axis=1))))
+        return headline(self.base.robot, float(np.median(self.validation.dt.sum(axis=1))))
 
     def without_floor(self, fitted: Fit) -> Prediction:
         """As `predict`, but with a floor of 0: one prediction a window instead of 1 + 2J."""
         if made := self._made.get(_values(fitted)):
             return made
-        states = predict(self._model(fitted), self.held, self.held.measured[:, 0])
-        return Prediction(self.held, states, np.zeros_like(states))
+        states = predict(self._model(fitted), self.validation, self.validation.measured[:, 0])
+        return Prediction(self.validation, states, np.zeros_like(states))
 
     @cached_property
     def floors(self) -> list[float]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,6 +55,12 @@ class Headline:
     def mean(self, prediction: Prediction) -> float:
         """The mean over the states."""
         return float(np.mean(self.figures(prediction)[self.statistic]))
+
+    def by_unit(self, prediction: Prediction, units: Sequence[str]) -> dict[str, float]:
+        """Over the states of each unit, the root of the mean square of their figures."""
+        figures = np.array(self.figures(prediction)[self.statistic])
+        mine = {unit: np.array([u == unit for u in units]) for unit in dict.fromkeys(units)}
+        return {unit: float(np.sqrt(np.mean(figures[of] ** 2))) for unit, of in mine.items()}
 
 
 def headline(robot: Robot, longest: float = np.inf) -> Headline:

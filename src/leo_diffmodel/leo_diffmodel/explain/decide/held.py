@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The windows that held-out errors are given on."""
+"""The windows of validation data that errors are given on."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ PUSH_SIGMAS = 6.0
 PUSH_TIMES = 6.0
 
 
-def held_windows(recordings: Sequence[Recording], found: Search, model: Model) -> Windows:
-    """Windows of the data no fit has seen, as long as the longest horizon that fits.
+def validation_windows(recordings: Sequence[Recording], found: Search, model: Model) -> Windows:
+    """Windows of validation data, as long as the longest horizon that fits.
 
     On the ground, the longest of which there are enough, or else the shortest. They keep what was
     before them where the explained model has a memory, such as a delay that was named.
     """
     remembering = errors.has_memory(found.final.hypothesis.model(model, found.final.theta))
-    held = found.problem.windows.take(found.problem.judged)
+    validation = found.problem.windows.take(found.problem.judged)
     enough = ENOUGH_ON_GROUND if model.robot.contacts else 1
-    shortest = LONGER * float(held.dt[0].sum())
-    chosen = held
+    shortest = LONGER * float(validation.dt[0].sum())
+    chosen = validation
     for seconds in (s for s in HORIZON_SECONDS if s > shortest):
         windows = held_out(recordings, found.posed.blocks, model, seconds, remembering)
         chosen = windows if windows and windows.count else chosen
@@ -65,5 +65,5 @@ def held_out(
 def undisturbed(prediction: Prediction) -> Array:
     """Windows that do not look like a hand push, far worse predicted than all others, (W,)."""
     size = np.sqrt((prediction.error**2 / prediction.floor).mean(axis=(1, 2)))
-    calm = size < max(PUSH_SIGMAS, PUSH_TIMES * float(np.median(size)))
-    return calm if calm.sum() >= calm.size / 2 else np.ones_like(calm)
+    free = size < max(PUSH_SIGMAS, PUSH_TIMES * float(np.median(size)))
+    return free if free.sum() >= free.size / 2 else np.ones_like(free)

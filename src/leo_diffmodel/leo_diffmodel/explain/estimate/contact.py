@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Estimator for robots with contact: a knock-out, each contender on contacts of its own."""
+"""Estimator for robots with contact: successive halving, each candidate on contacts of its own."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.ends import FarAhead
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
+from leo_diffmodel.explain.estimate.far_ahead import FarAhead
 from leo_diffmodel.explain.estimate.fit import fit, looked_at, moved, settled_as, Step
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
@@ -28,7 +28,7 @@ Array = np.ndarray
 MOST_CONTENDERS, WORTH, WORTH_ALL, WORTH_MORE = 10, 0.35, 0.8, 0.5
 """How many are tried, and the share of the threshold that a scan, then a fit in some windows, and
 what that comes to in all must promise."""
-KNOCK_OUT, KNOCK_OUT_WINDOWS = ((4, np.inf), (3, 60.0)), 40
+HALVING, HALVING_WINDOWS = ((4, np.inf), (3, 60.0)), 40
 """How many go on after each step, and by how many nats (for a dispersion of 1) behind the best at
 most; in how many windows. None goes before a step: a scan may stop far from where an effect fits.
 """
@@ -38,13 +38,13 @@ RISING, LATE = 0.1, 6
 STRIDES = (1.0, 0.3)
 MOST_STEPS, ENOUGH_NATS = 10, 2.0
 LAST_STEPS, NEARLY, FARTHEST = 3, 0.3, 3.0
-"""Of a fit whose windows are asked anew: how many; shorter ones, in standard deviations, are not
-worth one, and longer ones are cut.
+"""Of a fit whose windows are linearised anew: how many; shorter ones, in standard deviations, are
+not worth one, and longer ones are cut.
 """
 
 
 class Stand(NamedTuple):
-    """A hypothesis at some values, on a footing of its own, and where a step leads from there."""
+    """A hypothesis at some values, linearised there, and the next step of its fit."""
 
     posed: Posed
     fit: Fit
@@ -74,7 +74,7 @@ class Contact(FarAhead):
         scanner.trace(pool, lambda c: told(c.label))
         scans = sorted((scanner.scan(c) for c in pool), key=lambda s: -s.gain)
         limit = threshold(scans, self.settings)
-        null, last = knock_out(posed, null, scans, limit, told)
+        null, last = successive_halving(posed, null, scans, limit, told)
         larger = tuple(Estimate(at.posed, at.fit) for at in last)
         return Extension(Estimate(posed, null), larger, tuple(scans), limit)
 
@@ -89,22 +89,22 @@ class Contact(FarAhead):
         return Estimate(*polished(at.posed, at.fit)) if at.fit.hypothesis.size else at
 
 
-def knock_out(
+def successive_halving(
     posed: Posed, null: Fit, scans: Sequence[Scan], limit: float, progress: Progress
 ) -> tuple[Fit, list[Stand]]:
-    """The hypothesis and those with one effect more that a knock-out leaves.
+    """The hypothesis and those with one effect more that successive halving leaves.
 
-    A fit is dear here. Each contender has its own contacts from the first step on; those of the
-    model without it favour small effects. Those ahead after a step in some windows go on; the
-    last are fitted in all.
+    A fit is expensive here. Each candidate has its own contacts from the first step on; those of
+    the model without it favour small effects. Those ahead after a step in some windows go on;
+    the last are fitted in all.
     """
     worth = [s for s in scans[:MOST_CONTENDERS] if s.gain > WORTH * limit] or scans[:1]
     train = np.flatnonzero(posed.problem.train)
-    count = min(KNOCK_OUT_WINDOWS, len(train))
+    count = min(HALVING_WINDOWS, len(train))
     some = train[np.linspace(0, len(train) - 1, count).astype(int)]
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
     first = finalists(null, [replace(s, theta=at.fit.theta) for s, at in field], scans)
-    last = _each(_footed, posed, [_with(null, s) for s in first])
+    last = _each(_linearised, posed, [_with(null, s) for s in first])
     promised = nats * len(train) / count
     if promised > WORTH_ALL * limit and _gained(null, last) > WORTH_MORE * limit:
         last = _each(converged, posed, [at.fit for at in last])
@@ -118,16 +118,16 @@ def _played(
     posed: Posed, null: Fit, scans: Sequence[Scan], progress: Progress
 ) -> tuple[list[tuple[Scan, Stand]], float]:
     """The last contenders, best first, and what the best of them gains [nats]."""
-    stands = _each(_footed, posed, [_with(null, s) for s in scans])
+    stands = _each(_linearised, posed, [_with(null, s) for s in scans])
     field = list(zip(scans, stands, strict=True))
-    for left, behind in KNOCK_OUT:
+    for left, behind in HALVING:
         field, rising = _further(null, field, left, behind)
         progress(field[0][0].candidate.label)
     for _ in range(LATE):
         if not rising:
             break
-        field, rising = _further(null, field, *KNOCK_OUT[-1])
-    field = field[: KNOCK_OUT[-1][0]]
+        field, rising = _further(null, field, *HALVING[-1])
+    field = field[: HALVING[-1][0]]
     spread = min(dispersion(at.fit) for _, at in field)
     saved = gains(null, [at.fit for _, at in field], posed.problem.train, spread)
     return field, max(saved) / spread
@@ -166,8 +166,8 @@ def _each(
     function: Callable[[Posed, Fit], Stand], posed: Posed, points: Sequence[Fit]
 ) -> list[Stand]:
     """The function of each point; what scans have found out is too much to be sent along."""
-    assert posed.problem.footing
-    traces = posed.problem.footing.traces
+    assert posed.problem.linearisation
+    traces = posed.problem.linearisation.traces
     stands = helper.spread(partial(function, _tracing(posed, {})), points)
     return [
         _of(at, point)._replace(posed=_tracing(at.posed, traces))
@@ -181,13 +181,13 @@ def _of(at: Stand, point: Fit) -> Stand:
 
 
 def _tracing(posed: Posed, traces: dict) -> Posed:
-    assert posed.problem.footing
-    footing = replace(posed.problem.footing, traces=traces)
-    return replace(posed, problem=replace(posed.problem, footing=footing))
+    assert posed.problem.linearisation
+    linearisation = replace(posed.problem.linearisation, traces=traces)
+    return replace(posed, problem=replace(posed.problem, linearisation=linearisation))
 
 
 def _from_others(fitted: Fit, last: Sequence[Stand]) -> Fit:
-    """The fit on the footing of the others in the windows where that suits it better."""
+    """The fit from the linearisation of the others in the windows where that suits it better."""
     for at in last:
         fitted = settled_as(at.posed.problem, fitted, at.fit)
     return fitted
@@ -237,7 +237,7 @@ def _with(null: Fit, scan: Scan) -> Fit:
 def _advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
     """A step further, or a shorter one, where that is better, and what it gains [nats]."""
     for scale in STRIDES:
-        trial = _footed(at.posed, moved(at.fit, at.step, scale), finer)
+        trial = _linearised(at.posed, moved(at.fit, at.step, scale), finer)
         train, spread = at.posed.problem.train, dispersion(trial.fit)
         if (gained := gain(at.fit, trial.fit, train, spread)) > 0:
             return trial, gained
@@ -245,36 +245,43 @@ def _advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
 
 
 def converged(posed: Posed, best: Fit) -> Stand:
-    """A hypothesis fitted with the starts settled anew at every step, and the footing there."""
-    first = at = _footed(posed, best, finer=True)
+    """A hypothesis fitted with its windows linearised anew at every step."""
+    first = at = _linearised(posed, best, finer=True)
     for _ in range(MOST_STEPS if best.hypothesis.size else 0):
         at, gained = _advanced(at, finer=True)
         if gained < ENOUGH_NATS:
             break
-    return at if at is first else _footed(at.posed, at.fit, finer=True)
+    return at if at is first else _linearised(at.posed, at.fit, finer=True)
 
 
 def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
-    """A converged hypothesis with all windows asked anew for their answer to the starts.
+    """A converged hypothesis with all windows linearised anew about their start states.
 
-    Before, only those are asked whose answer was off by much: the starts then remember the way on
+    Before, only that of windows where it was off by much was: the starts then remember the way on
     which the parameters came, which holds these back by about a standard deviation. What a single
     step gains is no judge here: it is less than the few windows say whose contacts settle
     otherwise. All together must not make it worse.
     """
-    at = _footed(posed, best, finer=True, anew=True)
+    at = _linearised(posed, best, finer=True, anew=True)
     for _ in range(LAST_STEPS):
-        far = np.abs(at.step.theta) / np.sqrt(np.diagonal(at.fit.covariance))
-        if not far.max(initial=0.0) >= NEARLY:
+        farthest = _standard_errors_moved(at)
+        if farthest < NEARLY:
             break
-        fitted = moved(at.fit, at.step, min(1.0, FARTHEST / float(far.max())))
-        at = _footed(at.posed, fitted, finer=True, anew=True)
+        fitted = moved(at.fit, at.step, min(1.0, FARTHEST / farthest))
+        at = _linearised(at.posed, fitted, finer=True, anew=True)
     spread = dispersion(best)
     worse = -gain(best, at.fit, posed.problem.train, spread) / spread
     return (at.posed, at.fit) if worse < MARGIN_NATS else (posed, best)
 
 
-def _footed(posed: Posed, point: Fit, finer: bool = False, anew: bool = False) -> Stand:
-    """The footing of a hypothesis at some values."""
+def _standard_errors_moved(at: Stand) -> float:
+    """The longest next move of a parameter [standard errors]; one on a bound has none."""
+    errors = at.fit.standard_errors
+    free = errors > 0
+    return float((np.abs(at.step.theta)[free] / errors[free]).max(initial=0.0))
+
+
+def _linearised(posed: Posed, point: Fit, finer: bool = False, anew: bool = False) -> Stand:
+    """The linearisation of a hypothesis at some values."""
     posed = resettled(posed, point, finer, anew)
     return Stand(posed, *looked_at(posed.problem, point.hypothesis, point.theta))

@@ -20,14 +20,14 @@ ENOUGH_NATS = 0.05
 FAR_NATS = 5.0
 ENOUGH_SHARE, FAR_SHARE = 3e-4, 1e-3
 """Of the loss: where no hypothesis comes near the noise, the last nats decide nothing."""
-FOOTED_NATS, SCALES = 0.5, (1.0, 0.3, 0.1)
+SETTLED_NATS, SCALES = 0.5, (1.0, 0.3, 0.1)
 OUT_OF_LINE = 2.0
 """Times the median loss: a window on the ground that is worse does not move the parameters."""
-ANSWERS, LOUD = 0.05, 1.5
-"""Windows on the ground answer with this share of what nine in ten stay below; one that answers so
-many times as strongly as the median of them has its answer cut to that."""
+RESPONDING, MOST_LEVERAGE = 0.05, 1.5
+"""A window on the ground responds to a parameter where its sensitivity is this share of what nine
+in ten stay below; one so many times as sensitive as their median is weighed down to that."""
 RIDGE, RIDGE_ON_GROUND = 1e-9, 1e-3
-"""Of the scaled normal equations; rollouts on the ground are dear, and far steps seldom pay."""
+"""Of the scaled normal equations; on the ground rollouts are expensive, far steps seldom pay."""
 NO_STEP = 1e-12
 """Of a scaled parameter that its bounds hold fast; the solver asks for room."""
 PATIENCE = 3
@@ -49,8 +49,8 @@ def fit(
     states have settled there: dry friction bends what they do.
     """
     theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
-    if problem.footing and not hypothesis.size:
-        start = problem.footing.start if start is None else start
+    if problem.linearisation and not hypothesis.size:
+        start = problem.linearisation.start if start is None else start
         return _read_off(problem, _evaluate(problem, hypothesis, theta, start))
     best = _walked(problem, hypothesis, theta, _first(problem) if start is None else start)
     for number in range(patience * iterations if hypothesis.size else 0):
@@ -65,13 +65,13 @@ def fit(
 
 def _first(problem: Problem) -> Array:
     """The start states to begin with, shape (W, 2J)."""
-    return problem.footing.start if problem.footing else problem.windows.measured[:, 0]
+    return problem.linearisation.start if problem.linearisation else problem.windows.measured[:, 0]
 
 
 def _enough(problem: Problem, best: _Point, late: bool) -> float:
     """What a step must save to be followed by another [nats]."""
-    if problem.footing:
-        return float('inf') if late else FOOTED_NATS
+    if problem.linearisation:
+        return float('inf') if late else SETTLED_NATS
     least, share = (FAR_NATS, FAR_SHARE) if late else (ENOUGH_NATS, ENOUGH_SHARE)
     return max(least, share * float(shooting.huber(best.linear.residual[problem.train]).sum()))
 
@@ -79,7 +79,7 @@ def _enough(problem: Problem, best: _Point, late: bool) -> float:
 def read_at(problem: Problem, fitted: Fit) -> Fit:
     """A fit as it is in another weighting of the residuals, its values and their errors kept."""
     point = _evaluate(problem, fitted.hypothesis, fitted.theta, fitted.start)
-    if not problem.footing:
+    if not problem.linearisation:
         point = _walked(problem, fitted.hypothesis, fitted.theta, fitted.start)
     return replace(_read_off(problem, point), theta=fitted.theta, covariance=fitted.covariance)
 
@@ -89,8 +89,8 @@ def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
 
     A contact may settle in two ways; what another hypothesis gains by that alone is no gain.
     """
-    held = problem.held(fitted.hypothesis, fitted.theta)
-    point = _evaluate(held, Hypothesis(), np.zeros(0), other.start)
+    fixed = problem.fixed(fitted.hypothesis, fitted.theta)
+    point = _evaluate(fixed, Hypothesis(), np.zeros(0), other.start)
     loss = shooting.huber(point.linear.residual)
     better = loss < fitted.loss
     return replace(
@@ -118,8 +118,8 @@ def _stepped(
 
     for scale in SCALES:
         theta, start = _along(hypothesis, best.theta, best.start, step, scale)
-        held = problem.held(hypothesis, theta)
-        gained = saved(shooting.huber(residual_at(held, start)))
+        fixed = problem.fixed(hypothesis, theta)
+        gained = saved(shooting.huber(residual_at(fixed, start)))
         if gained < KEPT * saved(shooting.huber(_ahead(best, theta, start))):
             starts = start, best.start
             start, there = settle(problem, hypothesis, theta, starts, best.linear.by_start)
@@ -138,8 +138,8 @@ def _ahead(best: _Point, theta: Array, start: Array) -> Array:
 
 def looked_at(problem: Problem, hypothesis: Hypothesis, theta: Array) -> tuple[Fit, Step]:
     """A hypothesis on the ground as it is at some values, and the Gauss-Newton step from there."""
-    assert problem.footing
-    point = _evaluate(problem, hypothesis, hypothesis.bounded(theta), problem.footing.start)
+    assert problem.linearisation
+    point = _evaluate(problem, hypothesis, hypothesis.bounded(theta), problem.linearisation.start)
     return _read_off(problem, point), _sound_step(problem, point)
 
 
@@ -160,7 +160,7 @@ def _along(
 
 def _in_line(problem: Problem, loss: Array) -> float:
     """The most that a window may lose to have a say [nats]."""
-    if not problem.footing:
+    if not problem.linearisation:
         return float('inf')
     return OUT_OF_LINE * float(np.median(loss[problem.train]))
 
@@ -183,7 +183,7 @@ def _released(
     A joint that friction holds does not answer to its start, which may be caught there. Contacts
     have settled before.
     """
-    if problem.footing:
+    if problem.linearisation:
         return best, 0.0
     starts, theta = (best.start, problem.windows.measured[:, 0]), best.theta
     start, loss = settle(problem, hypothesis, theta, starts, best.linear.by_start)
@@ -226,10 +226,10 @@ def _step(problem: Problem, point: _Point, chosen: Array | None = None) -> Step:
     residual, by_theta, start, gain = shooting.eliminate(point.linear, weight)
     step = np.zeros(len(point.theta))
     if len(step):
-        quiet = calm(problem, by_theta[chosen])
-        columns = by_theta[chosen] * quiet
-        slope = np.einsum('wnp,wn->p', columns, residual[chosen] * quiet[..., 0])
-        ridge = RIDGE_ON_GROUND if problem.footing else RIDGE
+        leverage = leverage_weight(problem, by_theta[chosen])
+        columns = by_theta[chosen] * leverage
+        slope = np.einsum('wnp,wn->p', columns, residual[chosen] * leverage[..., 0])
+        ridge = RIDGE_ON_GROUND if problem.linearisation else RIDGE
         step = _bounded_step(gram(columns), slope, point, ridge)
     return Step(step, -start, -gain)
 
@@ -256,7 +256,7 @@ def _bounded_step(matrix: Array, slope: Array, point: _Point, ridge: float) -> A
 def _read_off(problem: Problem, point: _Point) -> Fit:
     """Loss, residual and covariance of a point."""
     columns = shooting.eliminate(point.linear)[1]
-    columns = columns * calm(problem, columns)
+    columns = columns * leverage_weight(problem, columns)
     train = problem.train
     block = np.arange(len(train)) if problem.block is None else problem.block
     free = point.hypothesis.free(point.theta)
@@ -272,15 +272,16 @@ def _read_off(problem: Problem, point: _Point) -> Fit:
     )
 
 
-def calm(problem: Problem, by_theta: Array) -> Array:
-    """How much of each window counts, (W, 1, 1).
+def leverage_weight(problem: Problem, by_theta: Array) -> Array:
+    """Weight of each window that limits its leverage on the parameters (Mallows), (W, 1, 1).
 
-    A contact that comes or goes with a small change of a parameter makes a window answer to it
-    many times as strongly as it does to a larger one.
+    A contact that comes or goes with a small change of a parameter makes a window many times as
+    sensitive to it as it is to a larger change.
     """
-    if not problem.footing or not by_theta.size:
+    if not problem.linearisation or not by_theta.size:
         return np.ones((len(by_theta), 1, 1))
     size = np.sqrt((by_theta**2).sum(axis=1))
-    answers = size >= ANSWERS * np.quantile(size, 0.9, axis=0)
-    most = LOUD * np.array([np.median(s[a]) for s, a in zip(size.T, answers.T, strict=True)])
+    responding = size >= RESPONDING * np.quantile(size, 0.9, axis=0)
+    typical = [np.median(s[a]) for s, a in zip(size.T, responding.T, strict=True)]
+    most = MOST_LEVERAGE * np.array(typical)
     return np.where(size > most, most / np.maximum(size, 1e-12), 1.0).min(axis=1)[:, None, None]

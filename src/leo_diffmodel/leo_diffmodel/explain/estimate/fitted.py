@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.estimate.footing import Footing
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.estimate.linearisation import Linearisation
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -25,7 +25,7 @@ class Problem:
         windows: the data, training and held-out.
         sigma: noise of each recording and channel (angles, then rates), shape (R, 2J).
         train: which windows a fit may see, shape (W,).
-        footing: of a robot on the ground, the settled start states and what they do.
+        linearisation: of a robot on the ground, the settled start states and what they do.
         block: stretch of time each window lies in, shape (W,): within one, errors are alike.
         fold: what is left out together when a prediction is judged, shape (W,).
         scale: times `sigma` by which residuals are weighed, shape (R, 2J): what a channel of a
@@ -38,7 +38,7 @@ class Problem:
     windows: Windows
     sigma: Array
     train: Array
-    footing: Footing | None = None
+    linearisation: Linearisation | None = None
     block: Array | None = None
     fold: Array | None = None
     scale: Array | None = None
@@ -63,21 +63,22 @@ class Problem:
     @property
     def by_start(self) -> Array | None:
         """Sensitivity of the sensed states to the start states, where it is known."""
-        return None if self.footing is None else self.footing.by_start
+        return None if self.linearisation is None else self.linearisation.by_start
 
-    def held(self, hypothesis: Hypothesis, theta: Array) -> Problem:
+    def fixed(self, hypothesis: Hypothesis, theta: Array) -> Problem:
         """The problem with a hypothesis at some values in the model, nothing free."""
         model = hypothesis.model(self.base, theta) if len(theta) else self.base
         return replace(self, base=model)
 
     def take(self, index: Array) -> Problem:
         """The problem on some of its windows."""
-        footing = self.footing and self.footing.take(index)
+        linearisation = self.linearisation and self.linearisation.take(index)
         block, fold, telling = (
             x if x is None else x[index] for x in (self.block, self.fold, self.telling)
         )
         return replace(self, windows=self.windows.take(index), train=self.train[index],
-                       footing=footing, block=block, fold=fold, telling=telling)  # fmt: skip
+                       linearisation=linearisation, block=block, fold=fold,
+                       telling=telling)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -120,9 +121,14 @@ class Fit:
                        theta=self.theta[index], covariance=self.covariance[np.ix_(index, index)],
                        columns=self.columns[..., index])  # fmt: skip
 
+    @property
+    def standard_errors(self) -> Array:
+        """Standard error of each parameter, shape (P,); 0 for one that lies on a bound."""
+        return np.sqrt(np.maximum(np.diagonal(self.covariance), 0.0))
+
     def ci95(self, index: int) -> tuple[float, float]:
         """95 % confidence interval of parameter `index`, within its bounds."""
-        half = 1.96 * float(np.sqrt(max(self.covariance[index, index], 0.0)))
+        half = 1.96 * float(self.standard_errors[index])
         low, high = self.hypothesis.low[index], self.hypothesis.high[index]
         value = float(self.theta[index])
         return max(value - half, float(low)), min(value + half, float(high))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scan the candidates of a robot on the ground, where every rollout is dear.
+"""Scan the candidates of a robot on the ground, where every rollout is expensive.
 
 What does not change the sign or the size of its answer with its amplitude is run once for each
 of its parameters; some windows stand for all of them; and what a candidate does is kept from
@@ -16,7 +16,7 @@ import numpy as np
 
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.explain.estimate import helper, shooting
-from leo_diffmodel.explain.estimate.fit import calm
+from leo_diffmodel.explain.estimate.fit import leverage_weight
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.scan import (
@@ -65,7 +65,7 @@ class GroundScanner(Scanner):
         train = np.flatnonzero(problem.train)
         some = train[np.linspace(0, len(train) - 1, min(MOST_WINDOWS, len(train))).astype(int)]
         self._share = len(some) / len(train)
-        self._kept = problem.footing.traces if problem.footing else {}
+        self._kept = problem.linearisation.traces if problem.linearisation else {}
         super().__init__(problem.take(some), null.take(some), scales)
 
     def trace(
@@ -162,7 +162,7 @@ class GroundScanner(Scanner):
             neutral = np.array([p.neutral for p in candidate.parameters])
             step = np.diagonal(points[g * len(amplitude) :][: len(amplitude), list(amplitude)])
             step = step - neutral[list(amplitude)]
-            quiet = self._quiet(rows)
+            quiet = self._leverage(rows)
             gram, slope = (rows * quiet) @ rows.T, (rows * quiet) @ self.residual
             scale = np.maximum(np.diag(gram), 1e-12)
             stretch = np.linalg.solve(gram + RIDGE * np.diag(scale), slope)
@@ -184,7 +184,7 @@ class GroundScanner(Scanner):
 
         Of points that save the most in all windows, the one that would save most without that.
         """
-        heard = change * np.stack([self._quiet(row[None]) for row in change])
+        heard = change * np.stack([self._leverage(row[None]) for row in change])
         length2 = np.maximum((heard * change).sum(-1), 1e-12)
         along = heard @ self.residual
         low, high = stretch_limits(candidate)
@@ -196,11 +196,11 @@ class GroundScanner(Scanner):
         theta = stretched(candidate, points[best], float(stretch[best]))
         return theta, float(gains[best])
 
-    def _quiet(self, rows: Array) -> Array:
-        """How much of each window's answers (P, M) counts, squared, (M,)."""
+    def _leverage(self, rows: Array) -> Array:
+        """Squared leverage weight of each sample of the sensitivities (P, M), (M,)."""
         windows = len(self._null.start)
         by_theta = np.moveaxis(rows.reshape(len(rows), windows, -1), 0, -1)
-        weight: Array = calm(self._problem, by_theta)[:, 0] ** 2
+        weight: Array = leverage_weight(self._problem, by_theta)[:, 0] ** 2
         return np.repeat(weight[:, 0], by_theta.shape[1])
 
     def _saved(self, change: Array, most: float = WINDOW_NATS) -> Array:

@@ -22,15 +22,16 @@ _started: list[Future] = []
 _pools: list[ProcessPoolExecutor] = []
 
 
-def prepare(wanted: bool = True) -> None:
+def prepare(first: Callable[..., Any], wanted: bool = True) -> None:
     """Begin to start the process, where there is a second core; a worker of others gets none.
 
     Args:
+        first: a function whose module takes longest to import; the process begins with that.
         wanted: False where what is tried may not be fit to be sent, such as a user's own code.
     """
     _started.clear()
     if wanted and cpu_count() > 1 and multiprocessing.parent_process() is None:
-        _started.append(_submit(_imported))
+        _started.append(_submit(_ready, first))
 
 
 def spread(
@@ -100,10 +101,8 @@ def _submit(function: Callable[..., Any], *arguments: Any) -> Future:
         return _submit(function, *arguments)
 
 
-def _imported() -> None:
-    """What takes longest to start: the modules that the trials need; and keep to one core."""
-    import leo_diffmodel.explain.select.search  # noqa: F401
-
+def _ready(_first: Callable[..., Any]) -> None:
+    """Keep to one core. That the function could be received means that its module is imported."""
     os.environ['OMP_NUM_THREADS'] = '1'
 
 

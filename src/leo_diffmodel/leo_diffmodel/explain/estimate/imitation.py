@@ -3,7 +3,8 @@
 
 A scan asks what a small effect does where the model as given goes. A large one takes the robot
 elsewhere, and the law that fits there best may look poor from here; one that does what the best of
-the others does is not far from it.
+the others does is not far from it. So does one law with another whole number of periods in a turn,
+where the joint moves through less than a period.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from leo_sim.effects.motor import Motor
 Array = np.ndarray
 LEFT = 0.05
 """Most that an imitation may leave of the mean squared torque."""
-MOST = 3
+MOST, MOST_WHOLES = 3, 2
+"""How many other laws, and how many other whole numbers of the law itself, are tried."""
 SAMPLES = 400
 NO_MOTOR = Motor(0.0, 0.0)
 
@@ -42,24 +44,41 @@ def imitations(problem: Problem, fitted: Fit, scans: Sequence[Scan]) -> list[Sca
     first, values = fitted.hypothesis.offset(index), fitted.hypothesis.values(fitted.theta, index)
     q, dq = _states(problem, mine.where)
     torque = _torque(mine, np.array([*values.values()]), q, dq)
-    near = []
+    others: list[tuple[float, Scan]] = []
+    wholes: list[tuple[float, Scan]] = []
     for scan in scans if torque.any() else ():
-        other = scan.candidate
-        if other.where == mine.where and other != mine and _is_of_state(other):
-            point, left = _nearest(scan, q, dq, torque)
+        if scan.candidate.where != mine.where or not _is_of_state(scan.candidate):
+            continue
+        itself = scan.candidate == mine
+        for points in _other_wholes(scan, [*values.values()]) if itself else [scan.points]:
+            point, left = _nearest(scan.candidate, points, q, dq, torque)
             theta = fitted.theta[:first], point, fitted.theta[first + len(values) :]
+            near = wholes if itself else others
             near.append((left, replace(scan, theta=np.concatenate(theta))))
-    near = sorted((n for n in near if n[0] < LEFT), key=lambda n: n[0])
-    return [scan for _, scan in near[:MOST]]
+    return [*_best(others)[:MOST], *_best(wholes)[:MOST_WHOLES]]
 
 
-def _nearest(scan: Scan, q: Array, dq: Array, torque: Array) -> tuple[Array, float]:
+def _best(near: Sequence[tuple[float, Scan]]) -> list[Scan]:
+    return [scan for left, scan in sorted(near, key=lambda n: n[0]) if left < LEFT]
+
+
+def _other_wholes(scan: Scan, values: Sequence[float]) -> list[Array]:
+    """The scanned points of a law, by its whole numbers; without those that it has."""
+    whole = [i for i, p in enumerate(scan.candidate.parameters) if p.whole]
+    kinds = np.unique(scan.points[:, whole], axis=0) if whole else ()
+    return [scan.points[(scan.points[:, whole] == kind).all(axis=1)]
+            for kind in kinds if (kind != np.array(values)[whole]).any()]
+
+
+def _nearest(
+    candidate: Candidate, points: Array, q: Array, dq: Array, torque: Array
+) -> tuple[Array, float]:
     """The parameters with which a law comes nearest to a torque, and the share that it leaves.
 
     What neither scales nor turns it stays as it was scanned: a ripple of no turns at all would do
     what a constant torque does, and no fit would find the way from there.
     """
-    parameters = scan.candidate.parameters
+    parameters = candidate.parameters
     scaling = amplitude_indices(parameters)
     free = [i for i, p in enumerate(parameters) if i in scaling or p.turns]
     bounds = [np.array([getattr(parameters[i], end) for i in free]) for end in ('low', 'high')]
@@ -67,10 +86,10 @@ def _nearest(scan: Scan, q: Array, dq: Array, torque: Array) -> tuple[Array, flo
 
     def beside(values: Array, point: Array) -> Array:
         point[free] = values
-        return (_torque(scan.candidate, point, q, dq) - torque) / size
+        return (_torque(candidate, point, q, dq) - torque) / size
 
-    best, least = scan.points[0], np.inf
-    for point in scan.points.copy():
+    best, least = points[0], np.inf
+    for point in points.copy():
         start = np.clip(point[free], *bounds)
         if np.isfinite(beside(start, point)).all():
             found = least_squares(beside, start, bounds=bounds, args=(point,))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The start states that fit best with the parameters held, each window on its own.
+"""The start states that fit best with the parameters fixed, each window on its own.
 
 Gauss-Newton with the sensitivity of an earlier point (a chord), which costs one rollout a step; it
 is found again in those windows alone where a step saves less than half of what it promises, as
@@ -47,8 +47,8 @@ def settle(
     """
     count = problem.windows.count
     tiled = np.tile(np.arange(count), len(starts))
-    held = problem.held(hypothesis, theta).take(tiled)
-    at = _Settling(held, np.concatenate(starts), None if by_start is None else by_start[tiled])
+    fixed = problem.fixed(hypothesis, theta).take(tiled)
+    at = _Settling(fixed, np.concatenate(starts), None if by_start is None else by_start[tiled])
     for _ in range(ROUNDS):
         if not at.going.any():
             break
@@ -66,13 +66,13 @@ class _Settling:
         going: windows that are not settled yet, shape (W,).
     """
 
-    def __init__(self, held: Problem, start: Array, by_start: Array | None):
-        self._held, self.start, self._asked = held, start, held.footing is None
-        if held.footing or by_start is None:
-            linear = _linearised(held, start)
+    def __init__(self, fixed: Problem, start: Array, by_start: Array | None):
+        self._fixed, self.start, self._asked = fixed, start, fixed.linearisation is None
+        if fixed.linearisation or by_start is None:
+            linear = _linearised(fixed, start)
             self._residual, self._by_start = linear.residual, linear.by_start
         else:
-            self._residual, self._by_start = residual_at(held, start), by_start
+            self._residual, self._by_start = residual_at(fixed, start), by_start
         self.loss = shooting.huber(self._residual)
         self._fresh = np.full(len(start), by_start is None)
         self._scale = np.ones(len(start))
@@ -82,7 +82,7 @@ class _Settling:
     @property
     def going(self) -> Array:
         """Windows whose next step promises something, (W,)."""
-        train = self._held.train
+        train = self._fixed.train
         least = SETTLED_SHARE * float(self.loss[train].mean())
         worth = self._promised[train].sum() > SETTLED_SHARE * self.loss[train].sum()
         return (self._promised > least) & worth
@@ -91,7 +91,7 @@ class _Settling:
         """Move the windows that are going, each as far as it gains."""
         index = np.flatnonzero(self.going)
         there = self.start[index] + self._moved[index]
-        residual = residual_at(self._held.take(index), there)
+        residual = residual_at(self._fixed.take(index), there)
         gained = self.loss[index] - shooting.huber(residual)
         bent, better = gained < KEPT * self._promised[index], gained > 0
         self.start[index[better]] = there[better]
@@ -106,7 +106,8 @@ class _Settling:
     def _refresh(self, index: Array) -> None:
         """Find the sensitivity of some windows again."""
         if index.size:
-            self._by_start[index] = _linearised(self._held.take(index), self.start[index]).by_start
+            part = self._fixed.take(index)
+            self._by_start[index] = _linearised(part, self.start[index]).by_start
             self._fresh[index] = True
 
     def _plan(self, index: Array) -> None:
@@ -117,15 +118,15 @@ class _Settling:
         self._promised[index] = self.loss[index] - shooting.huber(ahead)
 
 
-def _linearised(held: Problem, start: Array) -> shooting.Linear:
-    return shooting.linearise(held.base, held.windows, held.weight, Hypothesis(), np.zeros(0),
-                              start, held.by_start)  # fmt: skip
+def _linearised(fixed: Problem, start: Array) -> shooting.Linear:
+    return shooting.linearise(fixed.base, fixed.windows, fixed.weight, Hypothesis(), np.zeros(0),
+                              start, fixed.by_start)  # fmt: skip
 
 
-def residual_at(held: Problem, start: Array) -> Array:
+def residual_at(fixed: Problem, start: Array) -> Array:
     """Whitened residual of the problem as it stands from some start states, (W, N)."""
-    predicted = shooting.predict(held.base, held.windows, start)
-    return shooting.whiten(held.windows, predicted, held.weight)
+    predicted = shooting.predict(fixed.base, fixed.windows, start)
+    return shooting.whiten(fixed.windows, predicted, fixed.weight)
 
 
 def _steps(residual: Array, by_start: Array) -> Array:

@@ -12,8 +12,8 @@ import numpy as np
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.ends import FarAhead
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
+from leo_diffmodel.explain.estimate.far_ahead import FarAhead
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
@@ -29,6 +29,8 @@ WEIGHT_CHANGE, MOST_RENEWALS = 0.2, 4
 """Weights are read again until none changes by more than this (in logs); how often at most."""
 ITERATIONS, QUICK_ITERATIONS, QUICK = 5, 3, 2
 """Of a fit, and of those that only tell the weights; and how many single effects tell them."""
+LAST_ITERATIONS = 30
+"""Of the fit that is told, which goes on until a step saves next to nothing."""
 WORTH = 0.3
 """Share of the threshold that a scan must promise to be fitted."""
 LOOK = 2
@@ -105,8 +107,10 @@ class Smooth(FarAhead):
         return Estimate(at.posed, fit(at.problem, hypothesis, theta, at.fit.start))
 
     def finished(self, at: Estimate) -> Estimate:
-        """The fit as it is: it was brought to its best."""
-        return at
+        """The fit followed to its end; fits that are compared stop sooner."""
+        told = at.fit
+        return Estimate(at.posed, fit(at.problem, told.hypothesis, told.theta, told.start,
+                                      LAST_ITERATIONS, patience=1))  # fmt: skip
 
     def _weighed(self, best: Estimate) -> bool:
         """Read from a fit how much each recording counts; whether that is news."""
@@ -163,7 +167,7 @@ def _leading(problem: Problem, fits: Sequence[Fit]) -> list[int]:
 
 
 def _followed(problem: Problem, iterations: int, fitted: Fit) -> Fit:
-    """A fit brought to its best."""
+    """A fit that looked promising, followed on."""
     return fit(problem, fitted.hypothesis, fitted.theta, fitted.start, iterations)
 
 

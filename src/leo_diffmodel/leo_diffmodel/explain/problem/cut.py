@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.outside import (
-    FORCES,
+    LEFT_OUT,
     moved_from_outside,
     share_outside,
     Stretch,
@@ -42,7 +42,7 @@ class Cut:
     ) -> Cut:
         """Find the stretches and cut them out."""
         everything = [*recordings, *hold_out]
-        found = [s for s in moved_from_outside(everything, model) if s.kind in FORCES]
+        found = [s for s in moved_from_outside(everything, model) if s.kind in LEFT_OUT]
         mine = [s for s in found if s.source < len(recordings)]
         later = [replace(s, source=s.source - len(recordings)) for s in found if s not in mine]
         kept = without(recordings, mine) if mine else recordings
@@ -60,7 +60,7 @@ class Cut:
         """What was left out, in words; empty where nothing was."""
         if not self.stretches:
             return []
-        return [f'left out as moved from outside, --keep uses it: {self._listed}']
+        return [f'left out as moved or held from outside, --keep uses it: {self._listed}']
 
     @property
     def answer(self) -> tuple[str, str]:

@@ -15,7 +15,7 @@ from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.footing import refined, settled
+from leo_diffmodel.explain.estimate.linearisation import refined, settled
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.fineness import stepped
 from leo_sim.model import Model
@@ -88,29 +88,29 @@ def standing(posed: Posed) -> Posed:
     problem = posed.problem
     if not problem.base.robot.contacts:
         return posed
-    kept, footing = settled(problem.base, problem.windows, problem.sigma)
-    return replace(posed, problem=replace(problem.take(kept), footing=footing))
+    kept, linearisation = settled(problem.base, problem.windows, problem.sigma)
+    return replace(posed, problem=replace(problem.take(kept), linearisation=linearisation))
 
 
 def resettled(
     posed: Posed, fitted: Fit, finer: bool = False, anew: bool = False
 ) -> Posed:
-    """This problem on the ground with the footing of a fitted hypothesis.
+    """This problem on the ground with the linearisation of a fitted hypothesis.
 
     Args:
         posed: the problem.
         fitted: the hypothesis at its values and start states.
         finer: ask a finer integration anew what the coarse one is off by.
-        anew: ask all windows anew for their answer to the starts.
+        anew: find the sensitivity of all windows to their start states again.
     """
     problem = posed.problem
     model = fitted.hypothesis.model(problem.base, fitted.theta)
-    assert problem.footing
-    windows, before = problem.windows, replace(problem.footing, start=fitted.start)
+    assert problem.linearisation
+    windows, before = problem.windows, replace(problem.linearisation, start=fitted.start)
     if finer:
         windows, before = refined(model, windows, before)
-    _, footing = settled(model, windows, problem.sigma, before, anew)
-    return replace(posed, problem=replace(problem, windows=windows, footing=footing))
+    _, linearisation = settled(model, windows, problem.sigma, before, anew)
+    return replace(posed, problem=replace(problem, windows=windows, linearisation=linearisation))
 
 
 def quieter(posed: Posed, sigma: Array) -> Posed:

@@ -229,7 +229,7 @@ def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[in
     grams = np.einsum('wnp,wnq->wpq', columns * weight, columns, optimize=True)
     slopes = np.einsum('wnp,wn->wp', columns * weight, residual)
     free = fitted.hypothesis.free(fitted.theta) & (np.diagonal(grams.sum(axis=0)) > 0)
-    bound = FARTHEST * np.sqrt(np.diagonal(fitted.covariance))
+    bound = FARTHEST * fitted.standard_errors
     moves = {}
     for number in np.unique(fold):
         other, move = fold != number, np.zeros(len(fitted.theta))

@@ -107,7 +107,7 @@ def search(
     found = Sets(fits, pool, settings, told, until)
     constants = uncertain(model, posed.problem.trained)
     best = choice.search(found, fits.first(Hypothesis(constants=constants), pool))
-    best = choice.canonical(found, choice.contested(found, best))
+    best = choice.canonical(found, choice.long_horizon_tie_break(found, best))
     turns = tuple(s.names for s in choice.turns(found))
     best = narrowed(found, best, turns, alike)
     empty = found.known[frozenset()]

@@ -193,8 +193,8 @@ def widens(candidate: Candidate, other: Candidate) -> bool:
     return candidate.where == other.where and its < mine
 
 
-def contested(sets: Sets, best: Scored) -> Scored:
-    """The best in windows as long as can be fitted, of the sets that short ones cannot part."""
+def long_horizon_tie_break(sets: Sets, best: Scored) -> Scored:
+    """Of sets that short windows cannot tell apart, the best in the longest that can be fitted."""
     longer, weight, margin = best.at.posed.longer, sets.weight, sets.settings.margin_nats
     near = [s for s in _supported(sets) if len(s.names) == len(best.names)
             and weight.ahead(best, s) < margin]  # fmt: skip

@@ -26,12 +26,11 @@ from leo_diffmodel.explain.tell.values import in_words
 def effect_rows(context: Context) -> list[dict]:
     """One row for each supported effect; its error before is that of the model without it."""
     found, final = context.found, context.found.final
-    after = context.headline(final)
     rows = []
     for index, candidate in enumerate(final.hypothesis.candidates):
         without = context.without(candidate)
         row = _row(context, candidate, final, index, without, found.chosen)
-        row |= {'error_before': context.headline(without.fit), 'error_after': after}
+        row |= _errors(context, without.fit, final)
         row['inclusion_probability'] = context.share(candidate)
         row['confusable_with'] = rivals(context, candidate)
         rows.append(row)
@@ -48,7 +47,7 @@ def hypothesis_rows(context: Context) -> list[dict]:
     for single in singles:
         (candidate,) = single.names
         row = _row(context, candidate, single.fit, 0, empty, single)
-        row |= {'error_before': before, 'error_after': context.headline(single.fit)}
+        row |= _errors(context, found.null, single.fit)
         row['inclusion_probability'] = context.share(candidate)
         row['confusable_with'] = rivals(context, candidate)
         rows.append(row)
@@ -145,6 +144,16 @@ def _row(
     }
 
 
+def _errors(context: Context, before: Fit, after: Fit) -> dict:
+    """Held-out errors of two fits: the mean over the states, and of each unit by itself."""
+    units = zip(*(context.by_unit(fitted).items() for fitted in (before, after)), strict=True)
+    return {
+        'error_before': context.headline(before),
+        'error_after': context.headline(after),
+        'errors': {unit: {'before': b, 'after': a} for (unit, b), (_, a) in units},
+    }
+
+
 def _ruled_out(scan: Scan, before: float) -> dict:
     return {
         'name': scan.candidate.effect.name,
@@ -154,6 +163,7 @@ def _ruled_out(scan: Scan, before: float) -> dict:
         'gain_held_out': None,
         'error_before': before,
         'error_after': None,
+        'errors': {},
         'inclusion_probability': 0.0,
         'confusable_with': [],
     }

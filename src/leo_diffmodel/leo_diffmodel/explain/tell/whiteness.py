@@ -49,10 +49,10 @@ class Correlation:
 def correlation(problem: Problem, fitted: Fit) -> Correlation:
     """Autocorrelation at up to ten samples; windows far worse than most take no part."""
     windows = problem.windows
-    calm = np.flatnonzero(chi_squared(fitted) < PUSH_TIMES * np.median(chi_squared(fitted)))
+    inliers = np.flatnonzero(chi_squared(fitted) < PUSH_TIMES * np.median(chi_squared(fitted)))
     linear = shooting.linearise(
-        problem.base, windows.take(calm), problem.sigma, fitted.hypothesis, fitted.theta,
-        fitted.start[calm],
+        problem.base, windows.take(inliers), problem.sigma, fitted.hypothesis, fitted.theta,
+        fitted.start[inliers],
     )  # fmt: skip
     basis = np.linalg.qr(linear.by_start)[0]
     lags = np.arange(1, 1 + min(LAGS, windows.steps - 1))
@@ -62,7 +62,7 @@ def correlation(problem: Problem, fitted: Fit) -> Correlation:
         noise = rng.standard_normal((*linear.residual.shape, 1))
         rest = noise - basis @ (np.swapaxes(basis, -1, -2) @ noise)
         drawn.append(_autocorrelation(rest[..., 0], channels, lags))
-    value = _autocorrelation(fitted.residual[calm], channels, lags)
+    value = _autocorrelation(fitted.residual[inliers], channels, lags)
     middle, spread = np.mean(drawn, axis=0), np.std(drawn, axis=0)
     strength = float((((value - middle) / spread) ** 2).mean())
     highest = float((((np.array(drawn) - middle) / spread) ** 2).mean(axis=(1, 2)).max())

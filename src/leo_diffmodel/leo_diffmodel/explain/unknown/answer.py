@@ -162,13 +162,13 @@ def _value(name: str, parameter: dict) -> str:
 def _removed(found: Found) -> float:
     """Share of the held-out loss beyond that of noise that the law removes."""
     problem, fitted = found.left.problem, found.attempt.fit
-    held = ~problem.train
-    before = float(found.beside.loss[held].sum())
+    validation = ~problem.train
+    before = float(found.beside.loss[validation].sum())
     saved = found.attempt.gain_held_out
     if fitted is not None:
-        saved = before - float(fitted.loss[held].sum())
+        saved = before - float(fitted.loss[validation].sum())
     free = found.beside.residual.shape[-1] - found.beside.start.shape[-1]
-    noise = 0.5 * int(held.sum()) * free
+    noise = 0.5 * int(validation.sum()) * free
     return float(np.clip(saved / max(before - noise, saved, 1e-9), 0.0, 1.0))
 
 

@@ -145,8 +145,8 @@ def with_fit(tried: Attempt, full: Fit, problem: Problem | None = None) -> Attem
     """
     if problem is not None:
         windows = problem.train, problem.judged
-        trained, held = (gain(tried.base, full, chosen) for chosen in windows)
-        tried = replace(tried, gain_train=trained, gain_held_out=held)
+        trained, validated = (gain(tried.base, full, chosen) for chosen in windows)
+        tried = replace(tried, gain_train=trained, gain_held_out=validated)
     last = full.hypothesis.candidates[-1]
     first = full.hypothesis.offset(len(full.hypothesis.candidates) - 1)
     law = tried.law.settled(full.theta[first : first + len(tried.law.values)])

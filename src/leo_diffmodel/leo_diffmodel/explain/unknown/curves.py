@@ -26,7 +26,7 @@ motion, or a share of the motor's own torque."""
 FASTEST_HZ = 10.0
 PER_PERIOD = 4
 AT_ONCE = 100
-CALM = 0.02
+SMOOTH_SIGN = 0.02
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def carry(left: Influence, carrier: str, joint: int) -> Array | None:
         return np.ones(left.q.shape[:-1])
     if carrier == 'friction':
         rate = left.dq[..., joint]
-        return -np.tanh(rate / (CALM * float(np.sqrt((rate**2).mean())) + 1e-12))
+        return -np.tanh(rate / (SMOOTH_SIGN * float(np.sqrt((rate**2).mean())) + 1e-12))
     if joint not in left.model.robot.actuated:
         return None
     return drive(left)[..., joint]

@@ -68,7 +68,7 @@ def find(recordings: Sequence[Recording], found: Search) -> Found | None:
     problem = found.problem
     blocks = found.posed.blocks.index(problem.windows)
     alone = find_alone(recordings, found)
-    if problem.footing and not rest_of(found.null, found.final, True).matters:
+    if problem.linearisation and not rest_of(found.null, found.final, True).matters:
         return alone
     return alone or _beyond(recordings, problem, found, blocks)
 
@@ -105,8 +105,8 @@ def beside(found: Search, law: Found) -> Search:
 def find_alone(recordings: Sequence[Recording], found: Search) -> Found | None:
     """The law that explains more by itself than all effects found so far, if any.
 
-    On the ground this is dear: there it is tried only where some curve follows what they leave,
-    or several of them are at one place.
+    On the ground this is expensive: there it is tried only where some curve follows what they
+    leave, or several of them are at one place.
 
     Args:
         recordings: what the search is made in, held-out ones last.
@@ -118,7 +118,7 @@ def find_alone(recordings: Sequence[Recording], found: Search) -> Found | None:
     if not places:
         return None
     apart = len(set(places)) == len(places)
-    if problem.footing and apart and _is_whole(recordings, found, blocks):
+    if problem.linearisation and apart and _is_whole(recordings, found, blocks):
         return None
     left, best = _curves(recordings, problem, found.null, blocks)
     alone = partial(attempt, recordings, found.null, left, blocks)
@@ -143,7 +143,7 @@ def _beats(tried: Attempt, found: Search) -> bool:
     assert tried.fit
     problem, gates = found.problem, found.weight.settings
     spread = min(tried.dispersion, dispersion(found.final))
-    most = spread if problem.footing else np.inf
+    most = spread if problem.linearisation else np.inf
     ahead = gain(found.final, tried.fit, np.ones(problem.windows.count, dtype=bool), most)
     named = _price(problem, len(found.final.theta) - len(found.null.theta))
     price = _price(problem, len(tried.law.values)) + gates.law_form
@@ -151,8 +151,8 @@ def _beats(tried: Attempt, found: Search) -> bool:
 
 
 def _settled(posed: Posed, tried: Attempt) -> Attempt:
-    """On the ground, a law that explains a good part on a footing of its own."""
-    if not posed.problem.footing or tried.law.curve.variable.name == 'path':
+    """On the ground, a law that explains a good part when linearised by itself."""
+    if not posed.problem.linearisation or tried.law.curve.variable.name == 'path':
         return tried
     if tried.fit is None or unexplained(tried.fit) > NEARLY:
         return tried
@@ -178,8 +178,8 @@ def _holds(problem: Problem, tried: Attempt, gates: Settings) -> bool:
     if tried.fit is None:
         return tried.gain_held_out > gates.law_agreement * float(tried.law.curve.score.expected)
     moved = ((tried.base.residual - tried.fit.residual) ** 2).sum(axis=-1)
-    held, trained = float(moved[problem.judged].sum()), float(moved[problem.train].sum())
-    expected = tried.gain_train * held / max(trained, 1e-12)
+    validated, trained = float(moved[problem.judged].sum()), float(moved[problem.train].sum())
+    expected = tried.gain_train * validated / max(trained, 1e-12)
     if expected < gates.law_tells:
         return tried.gain_held_out > -gates.law_tells
     return tried.gain_held_out > gates.law_agreement * expected

@@ -14,7 +14,7 @@ import numpy as np
 from leo_diffmodel.compare.pushes import own, respond, tame
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.explain.estimate import shooting
-from leo_diffmodel.explain.estimate.fit import calm
+from leo_diffmodel.explain.estimate.fit import leverage_weight
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_sim.model import Model
 
@@ -87,17 +87,18 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
         problem.base, windows, problem.sigma, hypothesis, fitted.theta, fitted.start,
         problem.by_start,
     )  # fmt: skip
-    most = GROUND_STRETCHES if problem.footing else MOST_STRETCHES
+    most = GROUND_STRETCHES if problem.linearisation else MOST_STRETCHES
     stretch = np.arange(windows.steps) * min(windows.steps, most) // windows.steps
-    pushes = _pushes(stretch, windows.dt.shape, joints, 1e-3 * torque_scale(model.robot))
-    predicted, columns = respond(model, windows, fitted.start, pushes)
-    if problem.footing:  # a push there may throw the robot out of the ground
+    torques = _torques(stretch, windows.dt.shape, joints, 1e-3 * torque_scale(model.robot))
+    predicted, columns = respond(model, windows, fitted.start, torques)
+    if problem.linearisation:  # an extra torque there may throw the robot out of the ground
         lost = ~tame(columns)
         predicted[lost], columns[lost] = windows.measured[lost], 0.0
     noise = problem.sigma[windows.source][:, None, :, None]
     answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1)
     answer = answer / (1e-3 * torque_scale(model.robot))
-    weight = shooting.robust_weight(fitted.residual) * calm(problem, answer)[..., 0] ** 2
+    leverage = leverage_weight(problem, answer)[..., 0] ** 2
+    weight = shooting.robust_weight(fitted.residual) * leverage
     everything = np.concatenate([linear.by_theta, -answer], axis=-1)
     rest, columns, _, _ = shooting.eliminate(
         shooting.Linear(linear.residual, linear.by_start, everything), weight
@@ -122,7 +123,7 @@ def _averaged(made: Influence) -> Influence:
     return Influence(**{**parts, 'q': made.averaged(made.q), 'dq': made.averaged(made.dq)})
 
 
-def _pushes(stretch: Array, shape: tuple[int, ...], joints: int, size: float) -> Array:
+def _torques(stretch: Array, shape: tuple[int, ...], joints: int, size: float) -> Array:
     """A torque in one stretch at one joint each, shape (G J, W, K, J)."""
     inside = stretch[None, :] == np.arange(stretch[-1] + 1)[:, None]
     torque = np.einsum('gk,ij->gikj', inside.astype(float), size * np.eye(joints))

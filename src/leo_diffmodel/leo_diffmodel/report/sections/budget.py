@@ -47,7 +47,9 @@ def explained(errors: Mapping[str, Any]) -> Section:
         'Where the error goes',
         f'Shares of the {squared} of the model as given, {noise["seconds"]:g} s ahead on '
         'held-out data; every state counts alike. Noise is what a perfect model would be charged, '
-        f'and what exceeds it by less than {percent(NOISE_ALONE - 1)}, as chance does.',
+        f'and what exceeds it by less than {percent(NOISE_ALONE - 1)}, as chance does. What the '
+        'answer says is something else is counted in the shorter windows of the fit, with starts '
+        'that are free; it grows with the time ahead.',
         _ladder(errors['ladder'], errors['states'], kind),
         [s['name'] for s in errors['states']],
         word,

@@ -42,7 +42,7 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
     plot = health(time, chi_squared(found.null), chi_squared(found.final), not repaired, borders)
     values = {
         'ratio': number(errors['chi2_ratio']),
-        'on_ground': bool(problem.footing),
+        'on_ground': bool(problem.linearisation),
         'white': errors['chi2_ratio'] <= SETTINGS.unexplained,
         'left': percent(errors['unexplained_share']),
         'repaired': repaired,

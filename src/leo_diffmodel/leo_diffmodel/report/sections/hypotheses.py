@@ -6,10 +6,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.report.section import Section
-from leo_diffmodel.report.text import change, estimates, label, nats, number, percent
+from leo_diffmodel.report.text import (
+    change,
+    estimates,
+    label,
+    nats,
+    number,
+    percent,
+    quantity,
+)
 
 FEWEST, SHOWN = 4, 10
 NEAREST = 3
@@ -60,7 +70,8 @@ def _refitted(path: str, row: Row) -> list[str]:
 
 
 def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
-    before, after = row['error_before'], row['error_after']
+    pairs = [(e['before'], e['after'], u) for u, e in row.get('errors', {}).items()]
+    ratios = [after / before for before, after, _ in pairs if before > 0]
     fitted = row['gain_held_out'] is not None
     return {
         'name': row['name'],
@@ -69,8 +80,8 @@ def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
         'gain': f'{nats(row["gain_train"])} / {nats(row["gain_held_out"])}' if fitted else None,
         'promised': nats(row['gain_train']),
         'width': 100 * max(_gain(row), 0.0) / top if top > 0 and fitted else 0.0,
-        'change': None if after is None or not before else change(before, after),
-        'errors': None if after is None else f'{number(before)} → {number(after)}',
+        'change': change(1.0, float(np.sqrt(np.mean(np.square(ratios))))) if ratios else None,
+        'errors': [f'{number(b)} → {quantity(a, u)}' for b, a, u in pairs],
         'probability': percent(row['inclusion_probability']),
         'near': [] if kind == 'out' else _nearest(row['confusable_with']),
         'kind': kind,

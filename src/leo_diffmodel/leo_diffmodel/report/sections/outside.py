@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.check.outside import FORCES, moved_from_outside, share_outside, Stretch
+from leo_diffmodel.check.outside import LEFT_OUT, moved_from_outside, share_outside, Stretch
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.sections.origin import numbered
 from leo_diffmodel.report.text import percent
@@ -20,7 +20,7 @@ def section(recordings: Sequence[Recording], model: Model) -> Section:
         recordings: all of them as given.
         model: as given.
     """
-    found = [s for s in moved_from_outside(recordings, model) if s.kind in FORCES]
+    found = [s for s in moved_from_outside(recordings, model) if s.kind in LEFT_OUT]
     numbers = numbered(recordings)
     values = {
         'share': percent(share_outside(recordings, found)),

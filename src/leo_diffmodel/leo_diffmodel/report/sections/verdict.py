@@ -36,6 +36,7 @@ def answer(explanation: Any) -> Section:
         'effects': [_effect(e, explanation.model) for e in explanation.effects],
         'figures': _figures(explanation.errors) if explanation.effects else [],
         'next_run': None if told else _as_list(explanation.next_run),
+        'command': explanation.next_command,
     }
     return Section('verdict.html', values)
 
@@ -61,6 +62,7 @@ def score(data: Mapping[str, Any]) -> Section:
         'effects': [],
         'figures': [],
         'next_run': None,
+        'command': None,
     }
     return Section('verdict.html', values)
 

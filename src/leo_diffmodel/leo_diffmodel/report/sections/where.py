@@ -51,8 +51,8 @@ def section(
         'noise_only': places.noise_only,
         'joints': [_joint(j, places.rows, highest, names) for j in shown],
         'hidden': len(joints) - len(shown),
-        'worst': [_worst(r, names) for r in worst_places(places.rows)[:WORST]],
-        'against': [_against(*found) for found in against_motion(places.rows)],
+        'worst': [in_print(r, names) for r in worst_places(places.rows)[:WORST]],
+        'against': [against(*found) for found in against_motion(places.rows)],
         'events': [_event(e, names) for e in places.events[:MOST_EVENTS]],
         'stretches': [title(s, model, recordings) for s in worst],
         'legend': _legend(worst),
@@ -122,7 +122,8 @@ def _tip(row: Row, bags: list[str]) -> str:
     )
 
 
-def _worst(row: Row, bags: list[str]) -> dict[str, Any]:
+def in_print(row: Row, bags: list[str]) -> dict[str, Any]:
+    """A place of `leo_diffmodel.compare.where`, as the page shows it."""
     return {
         'joint': row['joint'],
         'variable': row['variable'],
@@ -158,7 +159,8 @@ def _of_stall(value: float | None) -> str:
     return '–' if value is None else percent(value / 100)
 
 
-def _against(joint: str, forward: float, backward: float, of: str) -> str:
+def against(joint: str, forward: float, backward: float, of: str) -> str:
+    """What a joint lacks moving forward and backward, in words."""
     ahead, back = (torque(t, of=of) for t in (forward, backward))
     return f'{joint} lacks {ahead} moving forward and {back} moving backward (means)'
 

@@ -5,19 +5,18 @@ from __future__ import annotations
 
 from html import escape
 import shlex
+import shutil
 
 from bokeh.layouts import column, row
 from bokeh.models import Button, Div
 
+from leo_diffmodel.watch import shown
 from leo_diffmodel.watch.finder import Finder
 from leo_diffmodel.watch.page.look import CARD, SIDE, TEXT
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
 
-FILES = (
-    'the numbers: <a href="numbers.csv" download>CSV</a>',
-    'this view: <a href="copy.html" download>HTML</a>',
-)
+WITHOUT_FFMPEG = 'for MP4 install the program ffmpeg, and start leo watch again'
 
 
 class ActionsView:
@@ -33,9 +32,10 @@ class ActionsView:
         self._said = ''
         self._words = Div(text='', stylesheets=[TEXT], width=SIDE - 40, name='said')
         self._connect()
-        files = Div(text=' '.join(FILES), stylesheets=[TEXT])
+        files = Div(text=_files(), stylesheets=[TEXT], width=SIDE - 40)
+        self._drawn = Div(text='', stylesheets=[TEXT], width=SIDE - 40, name='drawing')
         self.root = column(row(self._find, self._add), row(self._undo, self._clear), self._words,
-                           files, stylesheets=[CARD], width=SIDE)  # fmt: skip
+                           files, self._drawn, stylesheets=[CARD], width=SIDE)  # fmt: skip
         self.refresh()
 
     def refresh(self) -> None:
@@ -45,6 +45,7 @@ class ActionsView:
         self._find.disabled = self._finder.busy
         lines = [self._search(), self._said, self._typed(), self._time()]
         self._words.text = ''.join(f'<div>{line}</div>' for line in lines if line)
+        self._drawn.text = self._drawing()
 
     def _connect(self) -> None:
         self._find.on_click(self._started)
@@ -83,6 +84,28 @@ class ActionsView:
             return ''
         return f'<code>{escape(shlex.join([*self._command, *state.words]))} -o NEW.yaml</code>'
 
+    def _drawing(self) -> str:
+        """What is being drawn, or why it is not."""
+        drawing = self._state.drawing
+        if drawing.news.error:
+            return f'<span class="error">{escape(drawing.news.error)}</span>'
+        return f'<small>drawing {escape(drawing.news.text)} …</small>' if drawing.busy else ''
+
     def _time(self) -> str:
         ms = 1000 * self._state.seconds
         return f'<small>computed in {ms:.0f} ms</small>' if ms else ''
+
+
+def _files() -> str:
+    """Links to what can be taken away, as HTML."""
+    film = f'the robots moving, {shown.FILM_SECONDS:g} s from now'
+    mp4 = _link('comparison.mp4') if shutil.which('ffmpeg') else ''
+    lines = [f'this view: {_link("view.png")}{_link("view.svg")}{_link("copy.html")}',
+             f'{film}: {_link("comparison.gif")}{mp4}', f'the numbers: {_link("numbers.csv")}',
+             '' if mp4 else f'<small>{WITHOUT_FFMPEG}</small>']  # fmt: skip
+    return '<br>'.join(line for line in lines if line)
+
+
+def _link(name: str) -> str:
+    kind = name.rpartition('.')[2].upper()
+    return f'<a href="{name}" download>{kind}</a>'

@@ -15,6 +15,8 @@ from leo_sim.effects import Parameter
 
 STEP = 0.001
 EVERYWHERE = 'every place'
+AT_ONCE = 40
+"""Lines that are put on the page together: a browser takes long for those of a walker."""
 NOTE = (
     'A switch begins at the value that suits the data best that is not held out. Behind it: the '
     'held-out error without it → with it, in noise floors.'
@@ -22,17 +24,28 @@ NOTE = (
 
 
 class CatalogueView:
-    """A line for each effect at each place."""
+    """A line for each effect at each place; most of a long catalogue come after the first."""
 
     def __init__(self, state: State) -> None:
-        self._lines = [_Line(state, c) for c in state.scene.candidates.values()]
-        places = list(dict.fromkeys(c.where for c in state.scene.candidates.values()))
+        self._state, self._left = state, [*state.scene.candidates.values()]
+        self._lines: list[_Line] = []
+        places = list(dict.fromkeys(c.where for c in self._left))
         self._place = Select(options=[EVERYWHERE, *places], value=EVERYWHERE, name='place',
                              title='effects at', width=SIDE - 60)  # fmt: skip
         self._place.on_change('value', lambda _, __, ___: self.refresh())
         note = Div(text=f'<small>{NOTE}</small>', stylesheets=[TEXT], width=SIDE - 40)
-        self.root = column(self._place, note, *(line.root for line in self._lines),
-                           stylesheets=[CARD], width=SIDE)  # fmt: skip
+        self.root = column(self._place, note, stylesheets=[CARD], width=SIDE)
+        self.lengthen()
+
+    def lengthen(self) -> bool:
+        """Add some lines; whether there are more."""
+        new = [_Line(self._state, c) for c in self._left[:AT_ONCE]]
+        self._left = self._left[AT_ONCE:]
+        for line in new:
+            line.refresh(self._place.value)
+        self._lines += new
+        self.root.children = [*self.root.children, *(line.root for line in new)]
+        return bool(self._left)
 
     def refresh(self) -> None:
         """Show what is on; of the others those of the place that is asked for."""
@@ -52,7 +65,6 @@ class _Line:
                           name=f'effect {self._label}')  # fmt: skip
         self._sliders: list[_Slider] = []
         self.root = column(row(self._switch, self._words))
-        self.refresh(EVERYWHERE)
 
     def refresh(self, place: str) -> None:
         """Show the state."""
@@ -91,7 +103,7 @@ class _Slider:
         self._handle, self._silent = Handle.of(parameter), Silence()
         low, high = self._handle.ends
         self._slider = Slider(start=low, end=high, step=STEP, value=0, show_value=False,
-                              width=SIDE - 190, margin=(26, 8, 0, 8),
+                              tooltips=False, width=SIDE - 190, margin=(26, 8, 0, 8),
                               name=f'slider {label} {parameter.name}')  # fmt: skip
         self._number = NumericInput(
             mode='float', value=self._handle.anchor, title=_title(parameter), width=100,

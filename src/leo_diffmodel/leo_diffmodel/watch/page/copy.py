@@ -15,6 +15,7 @@ from leo_diffmodel.watch.state import State
 
 def page(state: State) -> str:
     """What the page shows now, as HTML."""
+    state.finish()
     views = RobotView(state), HorizonView(state), OverTimeView(state)
     values = {
         'words': words(state),

@@ -3,40 +3,56 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from bokeh.document import Document
+from bokeh.events import DocumentReady
 from bokeh.layouts import column, row
 from bokeh.models import Div
 import jinja2
 
 from leo_diffmodel.report.page import source
 from leo_diffmodel.watch.finder import Finder
+from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.actions import ActionsView
 from leo_diffmodel.watch.page.catalogue import CatalogueView
 from leo_diffmodel.watch.page.horizon import HorizonView
 from leo_diffmodel.watch.page.look import PAGE, SIDE, TEXT
+from leo_diffmodel.watch.page.missing import MissingView
+from leo_diffmodel.watch.page.next_run import NextRunView
 from leo_diffmodel.watch.page.over_time import OverTimeView
 from leo_diffmodel.watch.page.part import Part
 from leo_diffmodel.watch.page.robot import RobotView
+from leo_diffmodel.watch.page.where import WhereView
 from leo_diffmodel.watch.state import State
 
 FRAME_MS = 50
+DRAWN_MS = 60
+"""A browser has drawn the curves of a change after so long."""
 
 
 class Tab:
     """Puts the parts on a document and keeps them up to date."""
 
-    def __init__(self, document: Document, state: State, finder: Finder,
-                 command: list[str]) -> None:
-        self._document, self._state, self._waiting = document, state, False
+    def __init__(self, document: Document, state: State, finder: Finder, command: list[str],
+                 next_run: NextRun | None = None) -> None:  # fmt: skip
+        self._document, self._state = document, state
+        self._waiting = self._following = False
         self._robot, self._over_time = RobotView(state), OverTimeView(state)
-        self._over_time.follow_taps()  # before it is on the document, which asks only then
-        horizon, catalogue = HorizonView(state), CatalogueView(state)
+        where, missing = WhereView(state), MissingView(state)
+        for tapped in (self._over_time, where):
+            tapped.follow_taps()  # before it is on the document, which asks only then
+        horizon, self._catalogue = HorizonView(state), CatalogueView(state)
         actions = ActionsView(state, finder, command)
-        self._parts: list[Part] = [self._robot, horizon, self._over_time, catalogue, actions]
-        main = column(row(self._robot.root, horizon.root, spacing=12,
-                          sizing_mode='stretch_width'),
-                      self._over_time.root, spacing=12, sizing_mode='stretch_width')  # fmt: skip
-        side = column(actions.root, catalogue.root, spacing=12, width=SIDE)
+        self._curves: list[Part] = [horizon, self._robot, self._over_time]
+        self._parts: list[Part] = [horizon.words, where, missing, self._catalogue, actions]
+        upper = row(self._robot.root, horizon.root, spacing=12, sizing_mode='stretch_width')
+        main = column(upper, self._over_time.root, where.root, missing.root, spacing=12,
+                      sizing_mode='stretch_width')  # fmt: skip
+        self._main: Any = main
+        if next_run is not None:
+            self._put_below(NextRunView(next_run))
+        side = column(actions.root, self._catalogue.root, spacing=12, width=SIDE)
         document.add_root(column(
             Div(text=_headline(state), stylesheets=[TEXT]),
             row(main, side, spacing=12, sizing_mode='stretch_width'),
@@ -46,10 +62,23 @@ class Tab:
         document.template = jinja2.Template(PAGE)
         self._begin()
 
+    def _put_below(self, part: Part) -> None:
+        """Put one more part below the others."""
+        self._parts.append(part)
+        self._main.children = [*self._main.children, part.root]
+
     def _begin(self) -> None:
         self._state.listeners.append(self._changed)
         self._document.add_periodic_callback(self._tick, FRAME_MS)
         self._document.on_session_destroyed(lambda _: self._end())
+        self._document.on_event(DocumentReady, lambda _: self._drawn())
+
+    def _drawn(self) -> None:
+        """What can wait until the page is drawn: the rest of the catalogue, what follows."""
+        if self._catalogue.lengthen():
+            self._document.add_next_tick_callback(self._drawn)
+        else:
+            self._state.tell()
 
     def _end(self) -> None:
         self._state.listeners.remove(self._changed)
@@ -58,10 +87,19 @@ class Tab:
         """Show what changed as soon as this tab's turn comes, once for several changes."""
         if not self._waiting:
             self._waiting = True
-            self._document.add_next_tick_callback(self._refresh)
+            self._document.add_next_tick_callback(self._draw)
 
-    def _refresh(self) -> None:
+    def _draw(self) -> None:
+        """Draw the curves first: what is laid out anew afterwards keeps a browser busy."""
         self._waiting = False
+        for part in self._curves:
+            part.refresh()
+        if not self._following:
+            self._following = True
+            self._document.add_timeout_callback(self._follow, DRAWN_MS)
+
+    def _follow(self) -> None:
+        self._following = False
         for part in self._parts:
             part.refresh()
 

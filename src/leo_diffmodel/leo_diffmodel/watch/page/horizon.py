@@ -14,27 +14,44 @@ from bokeh.models import (
     Range1d,
     Select,
 )
-import numpy as np
 
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.canvas import canvas, hover, ticks
 from leo_diffmodel.report.palette import Stroke
+from leo_diffmodel.watch import curves
 from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, REPAIRED, TEXT
+from leo_diffmodel.watch.page.part import renew
 from leo_diffmodel.watch.score import told
 from leo_diffmodel.watch.state import State
 
 FLOOR = Stroke(palette.NOISE, 'dashed')
 HEIGHT = 340
-DEEPEST = 0.1
-"""Of the floor: errors below, as on data without noise, leave the picture."""
 
 
-class HorizonView:
-    """The curve of one state, which is chosen here for the other figures as well."""
+class ErrorWords:
+    """The held-out error as figures. New text lays the page out anew, which takes longer."""
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._source = ColumnDataSource(self._data(), name='error against horizon')
+        self.root = Div(text=words(state), stylesheets=[TEXT], sizing_mode='stretch_width',
+                        name='error')  # fmt: skip
+
+    def refresh(self) -> None:
+        """Say the figures of now."""
+        self.root.text = words(self._state)
+
+
+class HorizonView:
+    """The curve of one state, which is chosen here for the other figures as well.
+
+    Attributes:
+        words: the figures above the curve, a part of their own.
+    """
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        self._source = ColumnDataSource(curves.against_horizon(state),
+                                        name='error against horizon')  # fmt: skip
         self._ticker = FixedTicker()
         self.plot = self._plot()
         names = [f'{s["name"]} [{s["unit"]}]' for s in state.states]
@@ -42,30 +59,20 @@ class HorizonView:
         self._shown = Select(options=options, value='0', title='error of', width=160,
                              name='shown')  # fmt: skip
         self._shown.on_change('value', lambda _, __, v: state.show(int(v)))
-        self._words = Div(text='', stylesheets=[TEXT], sizing_mode='stretch_width', name='error')
+        self.words = ErrorWords(state)
         strokes = ('as given', GIVEN), ('with the switches', REPAIRED), ('noise floor', FLOOR)
         self.root = column(
-            row(self._shown, self._words, sizing_mode='stretch_width'), self.plot,
+            row(self._shown, self.words.root, sizing_mode='stretch_width'), self.plot,
             Div(text=legend(*strokes), stylesheets=[TEXT]),
             stylesheets=[CARD], sizing_mode='stretch_width',
         )  # fmt: skip
         self.refresh()
 
     def refresh(self) -> None:
-        """Draw the curves and say the figures of now."""
-        self._source.data = self._data()
+        """Draw the curves of now."""
+        renew(self._source, curves.against_horizon(self._state))
         self._frame()
         self._shown.value = str(self._state.shown)
-        self._words.text = words(self._state)
-
-    def _data(self) -> dict[str, list[float]]:
-        state, i = self._state, self._state.shown
-        return {
-            'seconds': [r['seconds'] for r in state.given.rows],
-            'given': [r['rmse'][i] for r in state.given.rows],
-            'now': [r['rmse'][i] for r in state.now.rows],
-            'floor': [r['noise_floor'][i] for r in state.floor.rows],
-        }
 
     def _plot(self) -> Any:
         plot = canvas('prediction horizon [s]', '', x_axis_type='log', y_axis_type='log',
@@ -87,14 +94,10 @@ class HorizonView:
 
     def _frame(self) -> None:
         """The axes: all that is no smaller than a part of the floor."""
-        data = self._source.data
-        values = np.concatenate([data[k] for k in ('floor', 'given', 'now')])
-        least = DEEPEST * float(np.min(data['floor']))
-        bottom, top = 0.6 * max(float(np.nanmin(values)), least), 1.6 * float(np.nanmax(values))
+        bottom, top = curves.heights(self._source.data)
         self.plot.y_range.update(start=bottom, end=top)
         self._ticker.ticks = ticks(bottom, top)
-        state = self._state.states[self._state.shown]
-        self.plot.yaxis.axis_label = f'rms error of {state["name"]} [{state["unit"]}]'
+        self.plot.yaxis.axis_label = f'rms error of {curves.unit(self._state)}'
 
 
 def words(state: State) -> str:

@@ -12,7 +12,9 @@ import numpy as np
 
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.canvas import canvas
+from leo_diffmodel.watch import curves
 from leo_diffmodel.watch.page.look import CARD, GIVEN, REPAIRED, TEXT
+from leo_diffmodel.watch.page.part import renew
 from leo_diffmodel.watch.state import State
 
 HEIGHT = 210
@@ -29,8 +31,8 @@ class OverTimeView:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._curve = ColumnDataSource(self._data(), name='error over time')
-        self._marks = ColumnDataSource(self._worst(), name='worst windows')
+        self._curve = ColumnDataSource(curves.over_time(state), name='error over time')
+        self._marks = ColumnDataSource(curves.worst(state), name='worst windows')
         self._cursor = Span(location=0.0, dimension='height', line_color=palette.INK)
         self._film = state.film
         self.plot = self._plot()
@@ -40,9 +42,9 @@ class OverTimeView:
 
     def refresh(self) -> None:
         """Draw the errors of now."""
-        self._curve.data, self._marks.data = self._data(), self._worst()
-        shown = self._state.states[self._state.shown]
-        self.plot.yaxis.axis_label = f'{shown["name"]} [{shown["unit"]}]'
+        renew(self._curve, curves.over_time(self._state))
+        renew(self._marks, curves.worst(self._state))
+        self.plot.yaxis.axis_label = curves.unit(self._state)
         if self._film.time.shape != self._state.film.time.shape:
             self._film = self._state.film
             self.plot.center = [r for r in self.plot.center if not _is_shade(r)]
@@ -71,21 +73,9 @@ class OverTimeView:
 
     def _shade(self, plot: Any) -> None:
         """A band over every held-out window of the film."""
-        film = self._state.film
-        for begin, end in zip(film.time[film.held, 0], film.time[film.held, -1], strict=True):
+        for begin, end in curves.held(self._state):
             plot.add_layout(BoxAnnotation(left=begin, right=end, fill_color=palette.NOISE_FILL,
                                           level='underlay', line_color=None))  # fmt: skip
-
-    def _data(self) -> dict[str, Any]:
-        film, i = self._state.film, self._state.shown
-        return {'time': film.middle, 'given': film.error(film.given, i),
-                'now': film.error(film.repaired, i)}  # fmt: skip
-
-    def _worst(self) -> dict[str, Any]:
-        film, i = self._state.film, self._state.shown
-        worst = film.worst(i)
-        return {'time': film.middle[worst], 'begin': film.time[worst, 0],
-                'error': film.error(film.repaired, i)[worst]}  # fmt: skip
 
     def _meant(self, seconds: float) -> float:
         """The begin of the worst window that was tapped, or the time itself."""

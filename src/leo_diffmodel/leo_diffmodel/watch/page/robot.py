@@ -19,21 +19,13 @@ from bokeh.models import (
 from bokeh.plotting import figure
 import numpy as np
 
-from leo_diffmodel.picture.stick import Stick
 from leo_diffmodel.report import palette
 from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, MEASURED, REPAIRED, TEXT
 from leo_diffmodel.watch.player import SPEEDS
+from leo_diffmodel.watch.stage import Stage, WIDE
 from leo_diffmodel.watch.state import LONGEST, SHORTEST, State
 
 Array = np.ndarray
-WIDE = 1.35
-"""Width of the picture over its height."""
-ROOM = 1.15
-"""Half height of the picture over the reach of the robot."""
-POSES = 100
-"""Of the recording, which tell how far the robot reaches."""
-FAR = 20.0
-"""Times the reach; what lies beyond is drawn there."""
 TOUCH = '#009e73'
 NO_LINES: dict[str, list] = {'xs': [], 'ys': []}
 
@@ -42,8 +34,8 @@ class RobotView:
     """The picture, and play, pause, speed, scrub, horizon."""
 
     def __init__(self, state: State) -> None:
-        self._state, self._stick = state, Stick(state.scene.model.robot)
-        self._reach = self._farthest()
+        self._state = state
+        self._stage = Stage(state.scene.model.robot, state.scene.recordings)
         self.plot = self._plot()
         self._sources = self._ghosts()
         self._clock = Div(text='', stylesheets=[TEXT], width=230, name='clock')
@@ -87,36 +79,24 @@ class RobotView:
                              strict=True):
             source.data = self._lines(q)
         self._feet.data = self._touching(frame.measured)
-        self._follow(frame.measured)
+        if self._stage.stick.root is None:
+            self._look_at(frame.measured)
 
     def _plot(self) -> Any:
-        size = ROOM * self._reach
-        x, y = (0.0, 0.0) if self._stick.root is None else map(float, self._stick.root)
-        self._x = Range1d(x - WIDE * size, x + WIDE * size)
-        self._y = Range1d(y - size, y + size)
+        stick = self._stage.stick
+        self._x, self._y = Range1d(), Range1d()
+        self._look_at(self._state.film.frame(0.0).measured)
         plot = figure(
             aspect_ratio=WIDE, x_range=self._x, y_range=self._y, tools='', min_border=0,
             toolbar_location=None, outline_line_color=None, sizing_mode='scale_width',
             name='robot',
         )  # fmt: skip
         plot.axis.visible, plot.grid.grid_line_color = False, None
-        if self._stick.ground is not None:
+        if stick.ground is not None:
             plot.add_layout(Span(location=0, dimension='width', line_color=palette.MUTED))
-        elif self._stick.root is not None:
-            plot.scatter([x], [y], size=13, marker='square', color=palette.NOISE)
+        elif stick.root is not None:
+            plot.scatter(*stick.root[:, None], size=13, marker='square', color=palette.NOISE)
         return plot
-
-    def _farthest(self) -> float:
-        """How far the robot reaches from its mount, or from its middle where it walks [m]."""
-        q = np.concatenate([e.q for r in self._state.scene.recordings for e in r.episodes])
-        some = q[np.linspace(0, len(q) - 1, POSES).astype(int)]
-        poses = [self._points(angles) for angles in some]
-        root = self._stick.root
-        ways = [p - (p.mean(axis=0) if root is None else root) for p in poses]
-        return float(max(np.linalg.norm(way, axis=1).max() for way in ways))
-
-    def _points(self, q: Array) -> Array:
-        return np.concatenate([points for points, _ in self._stick.sticks(q)])
 
     def _ghosts(self) -> list[ColumnDataSource]:
         """Sources of the two models, and of the measured robot above them."""
@@ -144,21 +124,18 @@ class RobotView:
             self._state.go(seconds)
 
     def _lines(self, q: Array) -> dict[str, list]:
-        far = FAR * self._reach
-        lines = [np.clip(points, -far, far) for points, _ in self._stick.sticks(np.nan_to_num(q))]
+        lines = self._stage.lines(q)
         return {'xs': [p[:, 0].tolist() for p in lines], 'ys': [p[:, 1].tolist() for p in lines]}
 
     def _touching(self, q: Array) -> dict[str, list]:
-        touched = self._stick.pose(q).touched
+        touched = self._stage.touched(q)
         return {'x': touched[:, 0].tolist(), 'y': touched[:, 1].tolist()}
 
-    def _follow(self, q: Array) -> None:
+    def _look_at(self, q: Array) -> None:
         """Keep a robot that walks in the middle."""
-        if self._stick.root is not None:
-            return
-        (x, y), size = self._points(q).mean(axis=0), ROOM * self._reach
-        self._x.update(start=x - WIDE * size, end=x + WIDE * size)
-        self._y.update(start=y - size, end=y + size)
+        (left, bottom), (right, top) = self._stage.part(q)
+        self._x.update(start=left, end=right)
+        self._y.update(start=bottom, end=top)
 
 
 def _longest(state: State) -> float:

@@ -4,25 +4,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import logging
 import secrets
-from typing import Any
+import signal
+from typing import Any, NoReturn
 
 from bokeh.application import Application
 from bokeh.application.handlers import FunctionHandler
+from bokeh.document import Document
 from bokeh.server.server import Server
 from tornado.ioloop import PeriodicCallback
-from tornado.web import RequestHandler
 
-from leo_diffmodel.watch import numbers
 from leo_diffmodel.watch.finder import Finder
-from leo_diffmodel.watch.page import copy
+from leo_diffmodel.watch.page import files
 from leo_diffmodel.watch.page.document import Tab
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
 
+OpenTab = Callable[[Document, State, Finder, list[str]], object]
 HERE = '127.0.0.1'
 TOKEN_BYTES = 16
 HEAR_MS = 200
+PAUSE, SHORT_PAUSE = 0.05, 0.01
+"""After a change, and between the pieces of what follows: tabs are sent what is new [s]."""
 
 
 class WatchServer:
@@ -36,21 +40,22 @@ class WatchServer:
         finder: the search behind 'find it for me'.
         command: `leo add MODEL` as it would be typed.
         port: to listen on; 0 takes a free one.
+        tab: puts the page of the state on a document.
 
     Raises:
         UserError: the port is in use, or not for us.
     """
 
-    def __init__(self, state: State, finder: Finder, command: list[str], port: int = 0) -> None:
+    def __init__(self, state: State, finder: Finder, command: list[str], port: int = 0,
+                 tab: OpenTab = Tab) -> None:
         self._state, self._finder = state, finder
         self.token = secrets.token_urlsafe(TOKEN_BYTES)
         application = Application(FunctionHandler(
-            lambda document: _open(document, state, finder, command)))  # fmt: skip
-        files = [_file('numbers.csv', 'text/csv', lambda: numbers.table(state)),
-                 _file('copy.html', 'text/html', lambda: copy.page(state))]  # fmt: skip
+            lambda document: _open(document, state, finder, command, tab)))  # fmt: skip
         try:
             self._server = Server({'/': application}, address=HERE, port=port, prefix=self.token,
-                                  extra_patterns=files, keep_alive_milliseconds=10000,
+                                  extra_patterns=files.routes(state),
+                                  keep_alive_milliseconds=10000,
                                   check_unused_sessions_milliseconds=5000)  # fmt: skip
         except OSError as error:
             raise UserError(
@@ -59,16 +64,54 @@ class WatchServer:
         self.port: int = self._server.port
         self.url = f'http://localhost:{self.port}/{self.token}/'
         self._hear = PeriodicCallback(self._heard, HEAR_MS)
+        self._following = False
+        state.listeners.append(self._follow)
+
+    def every(self, milliseconds: float, action: Callable[[], None]) -> None:
+        """Do something again and again while the page is served."""
+        PeriodicCallback(action, milliseconds).start()
+
+    def end(self) -> None:
+        """Have `run` return."""
+        self._server.io_loop.add_callback(self._server.io_loop.stop)
+
+    def run_until_interrupted(self) -> NoReturn:
+        """Serve until SIGINT or SIGTERM.
+
+        The loop hears them. An exception raised wherever the program is can get lost, as in the
+        callback of a weak reference.
+
+        Raises:
+            KeyboardInterrupt: always, at the end.
+        """
+        loop = self._server.io_loop
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.asyncio_loop.add_signal_handler(number, loop.stop)
+        self.run()
+        raise KeyboardInterrupt
 
     def run(self) -> None:
-        """Serve until interrupted; then the search, if any, is ended too."""
+        """Serve until `end`; then what goes on in other processes is ended too."""
+        logging.getLogger('bokeh.server.views.ws').setLevel(logging.ERROR)  # tabs close
         self._server.start()
         self._hear.start()
         try:
             self._server.io_loop.start()
         finally:
             self._finder.stop()
+            self._state.drawing.stop()
             self._server.stop()
+
+    def _follow(self) -> None:
+        """Compute what follows a change, in pieces between which tabs are served."""
+        if not self._following:
+            self._following = True
+            self._server.io_loop.call_later(PAUSE, self._go_on)
+
+    def _go_on(self) -> None:
+        self._following = self._state.go_on()
+        if self._following:
+            self._server.io_loop.call_later(SHORT_PAUSE, self._go_on)
 
     def _heard(self) -> None:
         """Pass on what the search says to all tabs."""
@@ -80,17 +123,5 @@ class WatchServer:
             self._state.tell()
 
 
-def _open(document: Any, state: State, finder: Finder, command: list[str]) -> None:
-    Tab(document, state, finder, command)
-
-
-def _file(name: str, kind: str, content: Callable[[], str]) -> tuple[str, type[RequestHandler]]:
-    """A file that is made when it is asked for."""
-
-    class File(RequestHandler):
-        def get(self) -> None:
-            self.set_header('Content-Type', f'{kind}; charset=utf-8')
-            self.set_header('Cache-Control', 'no-store')
-            self.finish(content())
-
-    return f'/{name}', File
+def _open(document: Any, state: State, finder: Finder, command: list[str], tab: OpenTab) -> None:
+    tab(document, state, finder, command)

@@ -20,10 +20,14 @@ HERE = Path(__file__).parent
 Family = Literal['dynamixel', 'feetech']
 """Servos that share a protocol and its registers."""
 
-CURRENT_MODE = 0
-PWM_MODES: dict[Family, int] = {'dynamixel': 16, 'feetech': 2}
-"""Values of the register operating_mode; Feetech's know no current mode."""
-PWM_MODE = PWM_MODES['dynamixel']
+MODES: dict[Family, dict[str, int]] = {
+    'dynamixel': {'goal_pwm': 16, 'goal_current': 0, 'goal_position': 4},
+    'feetech': {'goal_pwm': 2, 'goal_position': 0},
+}
+"""The value of the register operating_mode in which a goal register drives the motor. Dynamixel's
+position mode is the extended one: its count goes on over a turn."""
+CURRENT_MODE = MODES['dynamixel']['goal_current']
+PWM_MODE = MODES['dynamixel']['goal_pwm']
 
 HARDWARE_ERRORS: dict[Family, dict[int, str]] = {
     'dynamixel': {
@@ -100,7 +104,8 @@ class RegistersFile(Schema):
 class ModelFile(Schema):
     """Units of a servo; current_unit is missing where it measures no current.
 
-    Its position begins anew after `turn` counts; 0 never.
+    Its position begins anew after `turn` counts; 0 never. `gain_unit` is the duty for an error of
+    1 rad that each 1 of position_p_gain makes; missing where nobody has published it.
     """
 
     name: str
@@ -111,6 +116,7 @@ class ModelFile(Schema):
     current_unit: Quantity | None = None
     pwm_of_supply: Positive = Field(default=885)
     turn: int = 0
+    gain_unit: Quantity | None = None
 
 
 @dataclass(frozen=True)
@@ -126,6 +132,7 @@ class ServoModel:
         pwm_of_supply: PWM counts that are the whole supply voltage.
         family: what it speaks.
         turn: counts after which its position begins anew; 0 never.
+        gain_unit: duty for an error of 1 rad, 1/rad, a count of position_p_gain; 0 unknown.
     """
 
     name: str
@@ -136,6 +143,7 @@ class ServoModel:
     pwm_of_supply: float
     family: Family = 'dynamixel'
     turn: int = 0
+    gain_unit: float = 0.0
 
 
 @cache
@@ -181,6 +189,7 @@ def _model(file: ModelFile) -> ServoModel:
         file.pwm_of_supply,
         file.family,
         file.turn,
+        _si(file.gain_unit, '1/rad') if file.gain_unit else 0.0,
     )
 
 

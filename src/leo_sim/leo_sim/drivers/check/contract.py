@@ -41,6 +41,9 @@ def info(trial: Trial) -> None:
     limits = np.asarray(found.limits, float)
     if limits.shape != (len(actuators),) or not (np.isfinite(limits) & (limits > 0)).all():
         raise Broken(f'limits are {limits.tolist()}', 'one finite number above 0 per actuator')
+    if (found.goals is None) != (robot.input != 'position'):
+        raise Broken(f'goals are {found.goals}, robot.yaml says input: {robot.input}',
+                     'build info with drivers.base.robot_info(robot)')
     if not (found.control_period > 0 and found.state_rate > 0):
         raise Broken(f'control_period {found.control_period}, state_rate {found.state_rate}',
                      'both are above 0')
@@ -105,11 +108,14 @@ def pace(trial: Trial) -> None:
 
 
 def writing(trial: Trial) -> None:
-    """`write` of 0 applies 0, in the order and unit of `info`."""
+    """`write` of 0 applies 0, a goal of NaN frees; in the order and unit of `info`."""
     state, applied = trial.tick()
     if applied is None:
         raise LeftOut('write returns None: it does not know what was applied')
     check_applied(trial, applied)
+    if trial.info.goals is not None and np.any(applied.enabled):
+        raise Broken('NaN was written, but what is applied says motors on',
+                     'a goal of NaN frees its motor: torque off')
     if np.any(applied.values):
         raise Broken(f'0 was written, {applied.values.tolist()} applied',
                      '0 must stay 0 after every clip and offset')
@@ -119,7 +125,7 @@ def writing(trial: Trial) -> None:
 
 
 def halting(trial: Trial) -> None:
-    """`halt` brings the motors to 0 from another thread, whatever `read` waits for."""
+    """`halt` brings the motors to 0, or free, from another thread, whatever `read` waits for."""
     if trial.info.own_clock:
         raise LeftOut('its time stands still while nobody asks')
     if not isinstance(trial.driver, Haltable):
@@ -135,7 +141,7 @@ def halting(trial: Trial) -> None:
 
 
 def torque(trial: Trial) -> None:
-    """`set_torque(False)` frees the motors and `write` says so; on again begins at 0."""
+    """`set_torque(False)` frees the motors and `write` says so; on again begins at rest."""
     if not trial.info.own_clock and trial.moving is None:
         raise LeftOut('a free robot may fall: --move tries it')
     try:
@@ -148,7 +154,9 @@ def torque(trial: Trial) -> None:
         raise Broken('torque is off, but what is applied says motors on',
                      'give Applied its enabled: a free motor is no braking one')
     _, applied = trial.tick()
-    if applied is not None and not np.all(applied.enabled):
+    if applied is None or trial.info.goals is not None:
+        return  # without a goal a motor is free
+    if not np.all(applied.enabled):
         raise Broken('torque is on again, but what is applied says motors free', 'as above')
 
 
@@ -179,9 +187,12 @@ def check_applied(trial: Trial, applied: Applied) -> None:
         raise Broken(f'applied names {list(applied.names)}', 'use info.actuators, in that order')
     if applied.interface != trial.info.interface:
         raise Broken(f'applied is in {applied.interface!r}, info says {trial.info.interface!r}',
-                     'publish in the unit of the robot: voltage V, effort N m')
+                     'publish in the unit of the robot: voltage V, effort N m, position rad')
     if np.shape(applied.values) != (len(trial.info.actuators),):
         raise Broken(f'applied has shape {np.shape(applied.values)}', 'one value per actuator')
-    if np.any(np.abs(applied.values) > np.asarray(trial.info.limits) * 1.001):
-        raise Broken(f'applied {np.asarray(applied.values).tolist()} is beyond the limits '
-                     f'{np.asarray(trial.info.limits).tolist()}', 'clip to info.limits in write')
+    low, high = trial.info.bounds
+    slack = 1e-3 * np.asarray(trial.info.limits)
+    values = applied.nan_where_free
+    if np.any(values < low - slack) or np.any(values > high + slack):
+        raise Broken(f'applied {values.tolist()} is beyond the limits, {low.tolist()} to '
+                     f'{high.tolist()}', 'clip to info.limits in write, goals to info.goals')

@@ -64,7 +64,8 @@ def signs_and_units(trial: Trial) -> None:
         joint = trial.info.joints.index(name)
         expected = _expected(trial, push, name)
         if push.moved(joint) * expected < 0.0:
-            raise Broken(f'{name} moved {push.moved(joint):.3g} when it was commanded up, the '
+            way = 'up' if push.command[k] > trial.hold[k] else 'down'
+            raise Broken(f'{name} moved {push.moved(joint):.3g} when it was commanded {way}, the '
                          f'model {expected:.3g}',
                          'change the sign of its encoder, or that of its motor')
         ratio = push.summed(joint) / push.moved(joint)
@@ -83,7 +84,7 @@ def limits(trial: Trial) -> None:
         raise LeftOut('it may not be driven at its limits: --share 1 tries it')
     _rest(trial)
     _, applied = trial.tick(10.0 * np.asarray(trial.info.limits))
-    trial.tick()
+    trial.tick(trial.hold)
     if applied is None:
         raise LeftOut('write returns None: it does not know what was applied')
     check_applied(trial, applied)
@@ -133,7 +134,7 @@ def _allowed(trial: Trial) -> Moving:
 
 def _rest(trial: Trial) -> None:
     for _ in range(max(3, round(PUSH_SECONDS / trial.period))):
-        trial.tick()
+        trial.tick(trial.hold)
 
 
 def _push(trial: Trial, k: int, moving: Moving) -> Push:
@@ -141,18 +142,26 @@ def _push(trial: Trial, k: int, moving: Moving) -> Push:
     name = trial.info.actuators[k]
     joint = trial.info.joints.index(name)
     for count in range(1, PUSHES + 1):
-        command = trial.zeros()
-        command[k] = moving.share * count / PUSHES * float(trial.info.limits[k])
+        command = trial.hold.copy()
+        command[k] += count / PUSHES * _strongest(trial, k, moving)
         push = Push(command, [])
         for _ in range(2 + round(PUSH_SECONDS / trial.period)):
             push.states.append(trial.tick(command)[0])
             if abs(push.moved(joint)) > 0.5 * moving.range:
                 break
-        trial.tick()
+        trial.tick(trial.hold)
         if abs(push.moved(joint)) > STILL * moving.range:
             return push
     raise Broken(f'{name} does not move with {moving.share:.0%} of its limit',
                  'look at its cable and its id; or allow more: --share 0.5')
+
+
+def _strongest(trial: Trial, k: int, moving: Moving) -> float:
+    """The largest push on an actuator; a goal goes the way that has more room."""
+    if trial.info.goals is None:
+        return moving.share * float(trial.info.limits[k])
+    low, high = trial.info.goals[:, k] - trial.hold[k]
+    return moving.range if high > -low else -moving.range
 
 
 def _expected(trial: Trial, push: Push, name: str) -> float:

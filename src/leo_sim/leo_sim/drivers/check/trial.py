@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 import time
 from typing import Any
 
@@ -76,9 +77,17 @@ class Trial:
         """Time between two states [s]."""
         return 1.0 / self.info.state_rate
 
-    def zeros(self) -> np.ndarray:
-        """No command, (A,)."""
-        return np.zeros(len(self.info.actuators))
+    def nothing(self) -> np.ndarray:
+        """No command, (A,): 0, or NaN where inputs are goals, which leaves the motors free."""
+        return np.full(len(self.info.actuators), 0.0 if self.info.goals is None else np.nan)
+
+    @cached_property
+    def hold(self) -> np.ndarray:
+        """What a robot rests by while it is moved, (A,): 0, or goals where it was at first."""
+        if self.info.goals is None:
+            return self.nothing()
+        here = np.asarray(self.read().of(self.info.actuators).position)
+        return np.clip(here, *self.info.goals)
 
     def read(self) -> JointStates:
         """A state; a packet may be lost now and then."""
@@ -94,7 +103,7 @@ class Trial:
         """One period: read, write, advance, and wait where the driver's time is the wall's."""
         began = time.monotonic()
         state = self.read()
-        applied = self.write(self.zeros() if values is None else values)
+        applied = self.write(self.nothing() if values is None else values)
         written = time.monotonic()
         gap = self.driver.advance(self.period)
         self.loops.append(written - began)

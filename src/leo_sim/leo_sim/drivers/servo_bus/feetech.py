@@ -51,6 +51,12 @@ class FeetechServo(Servo):
         super().restart()
         self.set('goal_pwm', 0)
 
+    @property
+    def goal(self) -> int | None:
+        """The position it goes to, within its limits."""
+        goal, low = super().goal, self.get('min_position_limit')
+        return None if goal is None else min(max(goal, low), self.get('max_position_limit'))
+
     def watch(self, now: float) -> None:
         """Nothing: they have no watchdog, and go on."""
 

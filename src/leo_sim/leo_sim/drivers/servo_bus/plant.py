@@ -22,6 +22,8 @@ SUPPLY_ERROR = 0x01
 class Plant(SimulatedDriver):
     """A simulated robot whose motors are told by the registers of servos.
 
+    Where it takes goals, the servos' own loops are part of its model, on the supply of now.
+
     Args:
         options: of the robot, hidden effects too.
         supply: open-circuit voltage [V].
@@ -30,7 +32,8 @@ class Plant(SimulatedDriver):
 
     Attributes:
         servos: by joint.
-        volts: what is on each motor, V (N m of a torque-driven robot), NaN where free, (A,).
+        volts: what is on each motor, V (N m of a torque-driven robot, the goal [rad] of one that
+            follows goals), NaN where free, (A,).
         supply: voltage at the servos [V].
     """
 
@@ -50,16 +53,29 @@ class Plant(SimulatedDriver):
         self.seconds = 0.0
         self._hand = self._held = hand
         self.volts = np.zeros(len(self.info.actuators))
+        self._duty = np.zeros(len(self.info.actuators))
+        self._loops = self._model.laws.servos
+        self._share = 0.0 if self._loops is None else self._loops.loop.supply / np.array(
+            [actuator.supply for actuator in self.robot.actuators])
         for servo in self.servos.values():
             servo.set('max_voltage_limit', round(13.0 * supply))
             servo.set('min_voltage_limit', round(7.0 * supply))
+        self._set_gains()
         self.measure()
+
+    def _set_gains(self) -> None:
+        """Give the servos of a robot that takes goals the gains its robot.yaml says."""
+        for actuator in self.robot.actuators if self.info.goals is not None else ():
+            servo = self.servos[actuator.joint]
+            gain = self.robot.constants[f'actuators.{actuator.joint}.position_gain'].value
+            if servo.model.gain_unit:
+                servo.set('position_p_gain', round(gain / servo.model.gain_unit))
 
     def run_to(self, seconds: float) -> None:
         """Integrate up to a time [s] with what the registers say now."""
         while seconds - self.seconds > 1e-6:
             self.drive()
-            if self._held and not self._input.any():
+            if self._held and not self._is_driven():
                 self.seconds = seconds
                 break
             self._held = False
@@ -71,6 +87,11 @@ class Plant(SimulatedDriver):
             self._sag()
         self.measure()
 
+    def _is_driven(self) -> bool:
+        """Whether a motor has volts, or a goal: 0 is one."""
+        driving = self._input if self.info.goals is None else self._enabled
+        return bool(driving.any())
+
     def start_in(self, pose: str) -> None:
         """Somebody puts the robot into a start pose."""
         super().start_in(pose)
@@ -80,13 +101,15 @@ class Plant(SimulatedDriver):
         """Take the motors' inputs from the registers."""
         for k, joint in enumerate(self.info.actuators):
             servo = self.servos[joint]
-            self._enabled[k] = bool(servo.get('torque_enable'))
-            self._input[k] = self._value(joint, servo) if self._enabled[k] else 0.0
+            value = self._value(joint, servo) if servo.get('torque_enable') else None
+            self._enabled[k] = value is not None
+            self._input[k] = value or 0.0
         self.volts = np.where(self._enabled, self._input, np.nan)
 
     def measure(self) -> None:
         """Put what the sensors say into the registers; a supply out of range is an error."""
         q, dq = self._model.sense(self._state)
+        self._duty = self._loops_ask()
         currents, tenths = self._currents(dq), round(10.0 * self.supply)
         for k, joint in enumerate(self.info.joints):
             servo, file = self.servos[joint], self._files[joint]
@@ -98,34 +121,60 @@ class Plant(SimulatedDriver):
             if not servo.get('min_voltage_limit') <= tenths <= servo.get('max_voltage_limit'):
                 servo.fail(SUPPLY_ERROR)
             if self.family == 'dynamixel':
-                servo.set('realtime_tick', int(1e3 * self.seconds) % 32768)
-            servo.set('present_pwm', self._pwm(servo))
+                begun = k / len(self.info.joints)
+                servo.set('realtime_tick', int(1e3 * self.seconds + begun) % 32768)
+            servo.set('present_pwm', self._pwm(joint, servo))
             if servo.model.current_unit and joint in currents:
                 servo.set('present_current', round(
                     file.direction * currents[joint] / servo.model.current_unit))
 
-    def _value(self, joint: str, servo: Servo) -> float:
-        """What a servo puts on its motor: V, or N m of a torque-driven robot."""
-        file = self._files[joint]
-        if servo.pwm is not None and self.robot.input == 'voltage':
+    def _value(self, joint: str, servo: Servo) -> float | None:
+        """What a servo puts on its motor: V, N m or a goal [rad]; None leaves it free."""
+        file, kind = self._files[joint], self.robot.input
+        if kind == 'position':
+            return None if servo.goal is None else self._angle(file, servo, servo.goal)
+        if servo.pwm is not None and kind == 'voltage':
             return file.direction * servo.pwm * self.supply
         if servo.current is not None and file.torque_constant is not None:
             return file.direction * servo.current * file.torque_constant.value
         return 0.0
 
-    def _pwm(self, servo: Servo) -> int:
-        return servo.get('goal_pwm') if servo.get('torque_enable') and servo.pwm is not None else 0
+    @staticmethod
+    def _angle(file: ServoFile, servo: Servo, count: int) -> float:
+        """The angle of a joint [rad] at a count."""
+        return (count - file.zero) * servo.model.angle_unit / (file.direction * file.gear)
+
+    def _loops_ask(self) -> np.ndarray:
+        """Duty of the motors that follow goals, -1 to 1, (A,)."""
+        if self._loops is None:
+            return self._duty
+        duty = self._loops.duty(self._input, self._state.q, self._state.dq)
+        return np.where(self._enabled, duty, 0.0)
+
+    @property
+    def _on_motors(self) -> np.ndarray:
+        """What is on the motors, V (N m), (A,), whatever asks for it."""
+        return self._input if self._loops is None else self._duty * self.supply
+
+    def _pwm(self, joint: str, servo: Servo) -> int:
+        """Register present_pwm."""
+        if not servo.get('torque_enable') or joint not in self.info.actuators:
+            return 0
+        if servo.goal is None:
+            return servo.get('goal_pwm') if servo.pwm is not None else 0
+        duty = float(self._duty[self.info.actuators.index(joint)])
+        return self._files[joint].direction * round(duty * servo.model.pwm_of_supply)
 
     def _currents(self, dq: np.ndarray) -> dict[str, float]:
         """Current in each motor [A], positive along its joint."""
-        found = {}
+        found, volts = {}, self._on_motors
         for k, actuator in enumerate(self.robot.actuators):
             servo, file = self.servos[actuator.joint], self._files[actuator.joint]
             if not self._enabled[k]:
                 found[actuator.joint] = 0.0
             elif actuator.torque_constant and actuator.resistance:
                 emf = actuator.torque_constant * dq[self.robot.actuated[k]]
-                found[actuator.joint] = float(self._input[k] - emf) / actuator.resistance
+                found[actuator.joint] = float(volts[k] - emf) / actuator.resistance
             else:
                 found[actuator.joint] = file.direction * (servo.current or 0.0)
         return found
@@ -133,5 +182,7 @@ class Plant(SimulatedDriver):
     def _sag(self) -> None:
         """The supply under the load of the motors, each of which draws volts x amperes."""
         currents = self._currents(self._model.sense(self._state)[1]).values()
-        power = sum(abs(float(u) * i) for u, i in zip(self._input, currents, strict=True))
+        power = sum(abs(float(u) * i) for u, i in zip(self._on_motors, currents, strict=True))
         self.supply = self.open_circuit - self.supply_resistance * power / self.open_circuit
+        if self._loops is not None:
+            self._loops.loop = self._loops.loop._replace(supply=self._share * self.supply)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 import os
 from pathlib import Path
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 import select
 from threading import Event
 import time
@@ -32,6 +32,10 @@ SILENCE = 0.002
 GIVE_UP = 0.05
 """When this process was kept waiting longer than this [s], no time passed for robot and servos:
 what was sent meanwhile has not come late, and no watchdog expires."""
+
+IDLE = 0.02
+"""After so long without bytes [s] the robot moves on by itself. Until then it moves where it is
+asked: an instruction that waited for a step to be integrated would be heard late."""
 
 STALL = 0.02
 """A wait longer than this [s] is logged: motors that were driven meanwhile were so for us."""
@@ -67,7 +71,7 @@ class Rig:
         self._said = ''
         self._orders: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._ends: tuple[int, ...] = ()
-        self._last_bytes = 0.0
+        self._last_bytes = self._looked = 0.0
         plant.connect()
         self._began = time.monotonic()
         self.plug()
@@ -98,29 +102,30 @@ class Rig:
         """Serve until `ended` is set."""
         while not ended.is_set():
             data = self._bytes()
-            self._obey()
             now = self._now()
+            self._obey(now)
             if data:
                 self._hear(data, now)
-            self._go_on(max(now, self.plant.seconds))
+            elif now - self._last_bytes > IDLE:
+                self._go_on(max(now, self.plant.seconds))
+            self._looked = max(now, self.plant.seconds)
         self.unplug()
 
     def _now(self) -> float:
         """Time since the start [s], less what was not caught up."""
         now = time.monotonic() - self._began
-        if now - self.plant.seconds > STALL:
-            self._log_line(now, f'late {now - self.plant.seconds:.6f}')
-        if now - self.plant.seconds > GIVE_UP:
-            self._began += now - self.plant.seconds
-            now = self.plant.seconds
+        late = now - self._looked
+        if late > STALL:
+            self._log_line(now, f'late {late:.6f}')
+        if late > GIVE_UP:
+            self._began += late
+            now = self._looked
         return now
 
-    def _obey(self) -> None:
-        while True:
-            try:
-                self._orders.get_nowait()()
-            except Empty:
-                return
+    def _obey(self, now: float) -> None:
+        while not self._orders.empty():
+            self._go_on(max(now, self.plant.seconds))
+            self._orders.get_nowait()()
 
     def _bytes(self) -> bytes:
         """What the computer has sent, waiting for it at most a slice."""
@@ -164,9 +169,9 @@ class Rig:
 
     def _go_on(self, seconds: float) -> None:
         """Move the robot and the servos' watchdogs up to a time [s]."""
+        self.plant.run_to(seconds)
         self.bus.watch(seconds)
         self._write_down(seconds)
-        self.plant.run_to(seconds)
 
     def _write_down(self, seconds: float) -> None:
         """Log what is on the motors where it has changed."""

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from leo_sim.description.servos import (
     CURRENT_MODE,
+    MODES,
     PWM_MODE,
-    PWM_MODES,
     Register,
     registers,
     ServoModel,
@@ -27,6 +27,11 @@ WATCHDOG_UNIT = 0.02
 """s a count of the register bus_watchdog."""
 EXPIRED = -1
 
+POSITION_MODES = {'dynamixel': (3, 4), 'feetech': (0,)}
+"""Values of operating_mode in which it follows a goal position; Dynamixel's 3 within one turn."""
+MOST = 1_048_575
+"""Largest goal position, counts, of mode 4."""
+
 GOALS = ('goal_pwm', 'goal_current', 'goal_velocity', 'goal_position')
 LIMITS = {'goal_pwm': 'pwm_limit', 'goal_current': 'current_limit'}
 
@@ -35,7 +40,8 @@ class Servo:
     """A servo's registers and their rules.
 
     Before torque is on, its goal is the whole PWM: what the register holds in the modes where it
-    is a limit. Whoever does not set it to 0 first is taught so.
+    is a limit; and position 0. Whoever does not set them first is taught so. It follows a goal
+    position at once: profiles are registers only.
 
     Args:
         number: its id.
@@ -98,9 +104,16 @@ class Servo:
         """Stop if nothing passed on the bus for as long as the bus watchdog waits."""
         limit = self.get('bus_watchdog') * WATCHDOG_UNIT
         if limit > 0 and self.get('torque_enable') and now - self._heard > limit:
-            for name in GOALS[:3]:
-                self.set(name, 0)
+            self._stop()
             self.set('bus_watchdog', EXPIRED)
+
+    def _stop(self) -> None:
+        """No PWM, current or speed; a servo that follows a goal position stays where it is."""
+        if self.goal is not None:
+            self.set('goal_position', self.get('present_position'))
+            return
+        for name in GOALS[:3]:
+            self.set(name, 0)
 
     def fail(self, bits: int) -> None:
         """A hardware error: told with every status; those in `shutdown` take the torque off."""
@@ -115,7 +128,7 @@ class Servo:
     @property
     def pwm(self) -> float | None:
         """Share of the supply on the motor, -1 to 1; None where PWM is not what is controlled."""
-        if self.get('operating_mode') != PWM_MODES[self.model.family]:
+        if self.get('operating_mode') != MODES[self.model.family]['goal_pwm']:
             return None
         return self.get('goal_pwm') / self.model.pwm_of_supply
 
@@ -126,6 +139,13 @@ class Servo:
             return None
         return self.get('goal_current') * self.model.current_unit
 
+    @property
+    def goal(self) -> int | None:
+        """The position it goes to, counts; None where position is not what is controlled."""
+        if self.get('operating_mode') not in POSITION_MODES[self.model.family]:
+            return None
+        return self.get('goal_position')
+
     def _objection(self, name: str, value: int) -> int:
         """The error of a value that cannot be written, 0 of one that can."""
         register = self._registers[name]
@@ -135,9 +155,17 @@ class Servo:
             return RANGE
         if name in LIMITS and abs(value) > self.get(LIMITS[name]):
             return LIMIT
+        if name == 'goal_position' and not self._reaches(value):
+            return LIMIT
         if name == 'torque_enable' and self.get('hardware_error_status') & self.get('shutdown'):
             return FAILED if value else 0
         return RANGE if value not in _ALLOWED.get(name, (value,)) else 0
+
+    def _reaches(self, goal: int) -> bool:
+        """Whether a goal position is one of its mode."""
+        if self.get('operating_mode') == POSITION_MODES['dynamixel'][0]:
+            return self.get('min_position_limit') <= goal <= self.get('max_position_limit')
+        return abs(goal) <= MOST
 
     def _store(self, register: Register, value: int) -> None:
         self._memory[register.address : register.end] = register.encode(value)

@@ -27,19 +27,22 @@ class Guess:
 
 def actuators(description: Description, loads: Mapping[str, float], kind: str
               ) -> dict[str, dict[str, Guess]]:
-    """Figures of the actuators by joint.
+    """Figures of the actuators by joint, of joints that have one.
 
     Args:
         description: The URDF.
         loads: Largest torque of gravity at each moving joint, N m.
         kind: 'torque', 'voltage' or 'position'.
     """
-    return {joint: _figures(description, joint, load, kind) for joint, load in loads.items()}
+    return {joint: _figures(description, joint, load, kind) for joint, load in loads.items()
+            if description.motors is None or joint in description.motors}
 
 
 def _figures(description: Description, joint: str, load: float, kind: str) -> dict[str, Guess]:
     torque = _torque(description.efforts.get(joint), load)
     rotor = Guess(0.0, 'kg m2', 'rotor x gear ratio^2', True)
+    if joint in description.rotors:
+        rotor = Guess(description.rotors[joint], 'kg m2', "the MJCF's armature", False)
     if kind == 'torque':
         return {'limit': torque, 'rotor_inertia': rotor}
     speed = description.speeds.get(joint, SPEED)
@@ -62,7 +65,7 @@ def _figures(description: Description, joint: str, load: float, kind: str) -> di
 
 def _torque(effort: float | None, load: float) -> Guess:
     if effort is not None:
-        return Guess(effort, 'N m', "the URDF's effort", False)
+        return Guess(effort, 'N m', "the file's largest torque", False)
     if load > 1e-9:
         return Guess(_rounded(SPARE * load), 'N m', f'{SPARE:g} x what gravity needs', True)
     return Guess(TORQUE, 'N m', 'a guess', True)

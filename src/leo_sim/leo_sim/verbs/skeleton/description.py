@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Anyone's URDF brought to what a robot folder needs, with a note on all that was left out."""
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -22,6 +22,11 @@ class Description:
         efforts, speeds: Largest torque N m (N) and rate rad/s (m/s) by joint, where given.
         frictions: Dry friction that was taken out, N m (N) by joint, as written.
         notes: What else was left out, one sentence each.
+        rotors: Inertia of rotors by joint, kg m2, where given.
+        springs: Stiffness N m/rad and rest rad by joint, where given.
+        motors: Joints with an actuator; None where it is not said: then all have one.
+        base: 'fixed' or 'planar'.
+        gravity: m/s2.
     """
 
     name: str
@@ -30,19 +35,27 @@ class Description:
     speeds: Mapping[str, float]
     frictions: Mapping[str, str]
     notes: tuple[str, ...]
+    rotors: Mapping[str, float] = field(default_factory=dict)
+    springs: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    motors: frozenset[str] | None = None
+    base: str = 'fixed'
+    gravity: float = 9.81
 
 
 def read_description(path: Path) -> Description:
-    """Read a URDF file.
+    """Read a URDF or MJCF file.
 
     Raises:
-        UserError: No such file, no XML, or xacro.
+        UserError: No such file, no XML, xacro, or an MJCF that is no robot of ours.
     """
     text = read_text(path)
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
         raise UserError(f'{path}: not an XML file: {error}') from error
+    if root.tag == 'mujoco':
+        from leo_sim.verbs.skeleton.mjcf import read_mjcf
+        return read_mjcf(path, root.get('model', path.stem))
     if _is_xacro(root):
         raise UserError(f'{path} is xacro, not yet a URDF; expand it first: '
                         f'xacro {path} > robot.urdf')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A URDF becomes a robot folder that loads at once."""
+"""A URDF or MJCF becomes a robot folder that loads at once."""
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,7 +30,7 @@ class Skeleton:
     Attributes:
         robot: As it loads.
         open: What is left to fill in, one sentence each.
-        notes: What of the URDF was left out, one sentence each.
+        notes: What of the file was left out, one sentence each.
     """
 
     robot: Robot
@@ -42,7 +42,7 @@ def make_folder(source: Path, folder: Path, kind: str, servos: bool = False) -> 
     """Write robot.urdf and robot.yaml; nothing where something is wrong.
 
     Args:
-        source: A URDF file.
+        source: A URDF or MJCF file.
         folder: Where; new, or empty.
         kind: What the actuators take, 'torque' (N m), 'voltage' (V) or 'position' (rad).
         servos: Whether they are Dynamixel servos: then their bus is there to be filled in.
@@ -55,10 +55,9 @@ def make_folder(source: Path, folder: Path, kind: str, servos: bool = False) -> 
     links, joints = urdf.parse(description.text, str(source))
     if all(joint.kind == 'fixed' for joint in joints):
         raise UserError(f'{source}: no joint moves; a robot has at least one that does')
-    name = description.name or source.stem
     with tempfile.TemporaryDirectory() as temporary:
         draft = Path(temporary) / 'robot'
-        robot, left = _drafted(draft, source, name, kind, description, links, joints)
+        robot, left = _drafted(draft, source, kind, description, links, joints)
         if servos:
             with (draft / 'robot.yaml').open('a', encoding='utf-8') as file:
                 file.write(robot_yaml.driver_lines(joints, kind))
@@ -66,14 +65,18 @@ def make_folder(source: Path, folder: Path, kind: str, servos: bool = False) -> 
                         'dynamixel --by-hand tries them')
         _put(draft, folder)
     robot = load_robot(folder)
-    notes = (*description.notes, *_frictions(folder, description))
+    notes = (*description.notes, *_effects(folder, description))
     return Skeleton(robot, (*left, *_unphysical(robot)), notes)
 
 
-def _frictions(folder: Path, description: Description) -> list[str]:
-    return [f'dry friction of {joint} left out of robot.urdf: it is an effect here; leo add '
-            f'{folder} coulomb_friction:{joint} c={friction} -o model.yaml'
-            for joint, friction in description.frictions.items()]
+def _effects(folder: Path, description: Description) -> list[str]:
+    """What is an effect here, and how to add it."""
+    found = {f'dry friction of {joint}': f'coulomb_friction:{joint} c={friction}'
+             for joint, friction in description.frictions.items()}
+    found |= {f'the spring of {joint}': f'joint_spring:{joint} k={stiffness:g} rest={rest:g}'
+              for joint, (stiffness, rest) in description.springs.items()}
+    return [f'{what} left out of robot.urdf: it is an effect here; leo add {folder} {words} '
+            '-o model.yaml' for what, words in found.items()]
 
 
 def _check_free(folder: Path) -> None:
@@ -83,7 +86,7 @@ def _check_free(folder: Path) -> None:
         raise UserError(f'{folder} is a file; -o takes a new folder')
 
 
-def _drafted(draft: Path, source: Path, name: str, kind: str, description: Description,
+def _drafted(draft: Path, source: Path, kind: str, description: Description,
              links: Sequence[Link], joints: tuple[Joint, ...]) -> tuple[Robot, list[str]]:
     """Write the folder twice: to learn what gravity and the step need, and with that."""
     draft.mkdir()
@@ -94,7 +97,7 @@ def _drafted(draft: Path, source: Path, name: str, kind: str, description: Descr
     tail = robot_yaml.pose_lines(joints) + robot_yaml.tail(moving[0], _mass(links, moving[0]))
 
     def write(motors: dict[str, dict[str, Guess]]) -> Robot:
-        text = robot_yaml.head(source.name, name, kind, timing, reason)
+        text = robot_yaml.head(source, kind, description, timing, reason)
         text += robot_yaml.actuator_lines(motors) + tail
         (draft / 'robot.yaml').write_text(text, encoding='utf-8')
         return load_robot(draft)
@@ -106,17 +109,19 @@ def _drafted(draft: Path, source: Path, name: str, kind: str, description: Descr
     robot = write(motors)
     timing['step'], error = integration_step(robot)
     reason = f'one control period is off by {100 * error:.1g} % of its change of speed'
-    return write(motors), [*_open(motors, kind), *_coarse(error)]
+    return write(motors), [*_open(description, motors, kind), *_coarse(error)]
 
 
 def _mass(links: Sequence[Link], joint: Joint) -> float:
     return next(link.body.mass for link in links if link.name == joint.child)
 
 
-def _open(motors: dict[str, dict[str, Guess]], kind: str) -> list[str]:
-    """What a URDF cannot say, and the guesses that stand in for it."""
-    told = [f'control_period and state_rate: {PERIOD:g} s and {1 / PERIOD:g} Hz are guesses',
-            'actuators: every joint that moves has one; take out those without a motor']
+def _open(description: Description, motors: dict[str, dict[str, Guess]], kind: str
+          ) -> list[str]:
+    """What the file does not say, and the guesses that stand in for it."""
+    told = [f'control_period and state_rate: {PERIOD:g} s and {1 / PERIOD:g} Hz are guesses']
+    if description.motors is None:
+        told.append('actuators: every joint that moves has one; take out those without a motor')
     if kind != 'torque':
         told.append('actuators: supply, limit, torque_constant and resistance of each are '
                     'guesses; at the joint side of the gear; uncertain: [low, high] what you '
@@ -126,10 +131,12 @@ def _open(motors: dict[str, dict[str, Guess]], kind: str) -> list[str]:
                     'some servos; resolution is left out: a count of the encoder, rad')
     guessed = [j for j, f in motors.items() if kind == 'torque' and f['limit'].open]
     if guessed:
-        told.append(f'actuators: the limit of {", ".join(guessed)} is a guess: the URDF has no '
+        told.append(f'actuators: the limit of {", ".join(guessed)} is a guess: the file has no '
                     'effort')
-    return [*told, 'actuators: rotor_inertia of each is 0; it is the rotor times the gear ratio '
-            'squared', 'start_poses: nominal is a guess',
+    if any(f['rotor_inertia'].open for f in motors.values()):
+        told.append('actuators: rotor_inertia of each is 0; it is the rotor times the gear ratio '
+                    'squared; then leo robot step measures integration_step again')
+    return [*told, 'start_poses: nominal is a guess',
             'sensors, uncertain masses, and a task for leo learn: optional, see the examples']
 
 

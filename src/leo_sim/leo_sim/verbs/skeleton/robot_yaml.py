@@ -3,23 +3,25 @@
 from collections.abc import Mapping, Sequence
 import json
 import math
+from pathlib import Path
 import re
 
 from leo_sim.description.urdf import Joint
 from leo_sim.verbs.skeleton.actuators import Guess
+from leo_sim.verbs.skeleton.description import Description
 from leo_sim.verbs.skeleton.implied_figures import pose_range
 
 MARK = 'FILL IN'
 HEAD = """\
 # Made by leo robot init from {source}. It loads as it is; the lines marked FILL IN hold guesses.
 name: {name}
-base: fixed
+base: {base}
 input: {kind}
 control_period: {period}  # s; FILL IN: how often your controller writes
 integration_step: {step}  # s; {reason}
 state_rate: {rate}  # Hz; FILL IN: how often joint states come
 episode_seconds: 20  # only the simulated robot and leo learn need it
-gravity: {{value: 9.81, unit: m/s2}}
+gravity: {{value: {gravity:g}, unit: m/s2}}
 
 actuators:  # in the order of the command topic; FILL IN: take out joints without a motor
 """
@@ -51,11 +53,13 @@ driver:
 """
 
 
-def head(source: str, name: str, kind: str, timing: Mapping[str, float], reason: str) -> str:
+def head(source: Path, kind: str, description: Description, timing: Mapping[str, float],
+         reason: str) -> str:
     """Everything before the actuators; `timing` has period and step s, and rate Hz."""
     values = {key: f'{value:g}' for key, value in timing.items()}
-    return HEAD.format(source=quoted(source), name=quoted(name), kind=kind, reason=reason,
-                       **values)
+    return HEAD.format(source=quoted(source.name), name=quoted(description.name or source.stem),
+                       kind=kind, base=description.base, gravity=description.gravity,
+                       reason=reason, **values)
 
 
 def actuator_lines(actuators: Mapping[str, Mapping[str, Guess]]) -> str:

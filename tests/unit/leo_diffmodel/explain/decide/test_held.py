@@ -8,7 +8,7 @@ import pytest
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.compare import errors
-from leo_diffmodel.explain.decide.held import held_windows
+from leo_diffmodel.explain.decide.held import validation_windows
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.pose import pose
@@ -31,7 +31,7 @@ def errors_after(recording, named):
     theta = np.full(len(pool), DELAY)
     final = SimpleNamespace(hypothesis=hypothesis, theta=theta)
     found = SimpleNamespace(problem=posed.problem, posed=posed, final=final)
-    windows = held_windows([recording], found, model)
+    windows = validation_windows([recording], found, model)
     late = hypothesis.model(model, theta)
     made = errors.predict_windows(late, windows, posed.problem.sigma)
     return (float(np.sqrt(np.mean(x[:, -1, 0]))) for x in (made.error**2, made.floor))

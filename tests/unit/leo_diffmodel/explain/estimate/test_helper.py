@@ -28,10 +28,10 @@ def _no_helper_is_left():
 def two_cores():
     """A helper that has started, for one test."""
     with mock.patch.object(helper, 'cpu_count', return_value=2):
-        helper.prepare()
+        helper.prepare(explain)
         helper._started[0].result()
         yield
-    helper.prepare(False)
+    helper.prepare(explain, False)
 
 
 def _pid(item: int) -> tuple[int, int]:
@@ -68,7 +68,7 @@ def test_errors_of_either_half_come_through(two_cores):
 @pytest.mark.parametrize('cores, wanted', [(1, True), (2, False)])
 def test_without_need_none_is_started(cores, wanted):
     with mock.patch.object(helper, 'cpu_count', return_value=cores):
-        helper.prepare(wanted)
+        helper.prepare(explain, wanted)
     assert {pid for _, pid in helper.spread(_pid, range(3))} == {os.getpid()}
 
 

@@ -101,7 +101,7 @@ def test_a_shove_is_cut_out_and_said():
     for episode in cut.recordings[1].episodes:
         assert not any(np.any((episode.t > b + 0.02) & (episode.t < b + 0.13)) for b in (4, 12))
     (note,) = cut.notes
-    assert note.startswith('left out as moved from outside, --keep uses it: ')
+    assert note.startswith('left out as moved or held from outside, --keep uses it: ')
     assert all(f'{s.begin:.1f} to {s.end:.1f} s' in note for s in cut.stretches)
 
 

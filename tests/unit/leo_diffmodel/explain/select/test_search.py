@@ -184,6 +184,23 @@ def test_what_comes_near_to_a_torque_that_was_found():
     assert imitations(problem, fit(problem, scaled), scans) == []
 
 
+def test_ripples_of_other_periods_come_near_where_a_joint_moves_little():
+    data, model = record(TORQUE, place(TORQUE, 'bias_torque', 'pivot', t=0.2)), Model(TORQUE)
+    problem = pose([data], [], model).problem
+    held = replace(problem, windows=replace(problem.windows, q=1.0 + 0.05 * problem.windows.q))
+    ripple = candidate(model, 'torque_ripple')
+    null = fit(problem, Hypothesis())
+    scan = Scanner(problem, null, scales_of(model, problem.windows)).scan(ripple)
+    theta = np.array([0.5, 3.0, 0.8])
+    fitted = replace(null, hypothesis=Hypothesis((ripple,)), theta=theta)
+    found = [s.theta for s in imitations(held, fitted, [scan])]
+    assert {n for _, n, _ in found} <= {1, 2, 4, 5} and len(found) == 2
+    for a, n, phase in found:
+        there = a * np.sin(n * held.windows.q + phase)
+        asked = 0.5 * np.sin(3 * held.windows.q + 0.8)
+        assert ((there - asked) ** 2).mean() < 0.05 * (asked ** 2).mean()
+
+
 def test_what_a_parameter_at_its_bound_cannot_do_another_that_does_the_same_makes_up_for():
     robot = load_robot('servo_pendulum')
     model = Model(robot)

@@ -61,7 +61,7 @@ def regression(truth: dict, seed: int = 0, alike: float = 0.0, **options):
 def found(estimator: Regression, pool: tuple = NAMES) -> tuple[set, list]:
     sets = Sets(estimator, [wide(POOL[n]) for n in pool], SETTINGS, lambda _: None)
     best = choice.search(sets, estimator.first(Hypothesis()))
-    best = choice.canonical(sets, choice.contested(sets, best))
+    best = choice.canonical(sets, choice.long_horizon_tie_break(sets, best))
     return names(best), [frozenset(names(s)) for s in choice.turns(sets)]
 
 

@@ -2,20 +2,29 @@
 """What buttons and taps on the page do, on a document without a server."""
 
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 from bokeh.document import Document
 from bokeh.events import ButtonClick, Tap
+import numpy as np
 import pytest
 from tests.simulate import record, TORQUE
 
-from leo_diffmodel.watch.finder import News
+from leo_diffmodel.next_run.proposed_run import Run
+from leo_diffmodel.next_run.simulate import simulate
+from leo_diffmodel.watch import lack
+from leo_diffmodel.watch.errand import News
+from leo_diffmodel.watch.page.actions import _files
 from leo_diffmodel.watch.page.document import Tab
+from leo_diffmodel.watch.plan import Plan
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
 from leo_sim.effects import place
 from leo_sim.model import Model
 
 LABEL = 'coulomb_friction:pivot'
+FAR = 4.5
+"""Standard errors of a bin: further off is another curve."""
 
 
 @pytest.fixture(scope='module')
@@ -30,9 +39,14 @@ def page(scene, tmp_path):
     finder = SimpleNamespace(busy=False, news=News(), started=0)
     finder.start = lambda: vars(finder).update(busy=True, news=News('scanning', 7))
     document, state = Document(), State(scene, tmp_path / 'out')
-    tab = Tab(document, state, finder, ['leo', 'add', 'torque_pendulum'])
-    return SimpleNamespace(document=document, state=state, finder=finder, show=tab._refresh,
-                           model=document.get_model_by_name, folder=tmp_path / 'out')
+    run = SimpleNamespace(busy=False, news=News(), plan=None, hindrance='first <search>', said='',
+                          file=None, words=[], recorded=[])  # fmt: skip
+    run.start = lambda: vars(run).update(busy=True, news=News('running the menu', 3))
+    tab = Tab(document, state, finder, ['leo', 'add', 'torque_pendulum'], run)
+    return SimpleNamespace(
+        document=document, state=state, finder=finder, run=run, folder=tmp_path / 'out',
+        model=document.get_model_by_name, show=lambda: (tab._draw(), tab._follow()),
+    )  # fmt: skip
 
 
 def click(page, name):
@@ -46,6 +60,60 @@ def test_a_tap_near_a_worst_window_goes_to_its_begin_and_elsewhere_to_the_time(p
     assert page.state.player.now == marks['begin'][0]
     page.document.callbacks.trigger_event(Tap(plot, x=0.1, y=0.0))
     assert page.state.player.now == 0.1
+
+
+def test_a_tap_on_a_place_where_it_fails_goes_to_its_worst_window(page):
+    page.state.finish()
+    page.show()
+    places, plot = page.model('where given').data, page.model('where given plot')
+    begin = page.state.lacks.given.places.rows[0]['windows'][0][0]
+    assert begin in places['begin']
+    number = places['begin'].index(begin)
+    page.document.callbacks.trigger_event(Tap(plot, x=0.1, y=places['y'][number] + 0.3))
+    assert page.state.player.now == begin
+    page.document.callbacks.trigger_event(Tap(plot, x=0.1, y=-20.0))
+    assert page.state.player.now == begin
+
+
+def test_the_places_and_the_curve_follow_the_switches(page):
+    page.state.finish()
+    page.show()
+    assert 'moving forward' in page.model('where given says').text
+    assert np.isnan(page.model('binned torque').data['curve0']).all()
+    page.state.switch(LABEL, True)
+    page.show()
+    assert 'computing' in page.model('where says').text
+    page.state.finish()
+    page.show()
+    assert 'within its noise' in page.model('where now says').text
+    assert 'computing' not in page.model('where says').text
+    means = page.model('binned torque').data
+    error = means['high'] - means['y']
+    assert np.abs((means['y'] - means['curve0']) / error).max() < FAR
+    before = means['curve0']
+    page.state.move(LABEL, 'c', 0.4)
+    page.state.finish()
+    page.show()
+    assert np.abs(page.model('binned torque').data['curve0']).max() > 1.7 * np.abs(before).max()
+
+
+def test_another_joint_or_variable_is_shown_in_all_tabs(page):
+    page.state.finish()
+    page.show()
+    assert page.model('against').value == '0'
+    assert page.model('missing plot').xaxis.axis_label == 'pivot speed [rad/s]'
+    page.model('against').value = '1'
+    page.show()
+    assert page.state.chosen == (0, 1)
+    assert page.model('missing plot').xaxis.axis_label.startswith('pivot angle')
+
+
+def test_why_there_is_no_torque_is_one_line(page, monkeypatch):
+    monkeypatch.setattr(lack, 'torque_windows', Mock(side_effect=ValueError('too short')))
+    page.state.finish()
+    page.show()
+    for name in ('where says', 'missing says'):
+        assert page.model(name).text.count('too short') == 1
 
 
 def test_play_undo_all_off_and_add_do_what_they_say(page):
@@ -73,6 +141,45 @@ def test_the_search_is_told_while_it_goes_on_and_why_it_ended(page):
     vars(page.finder).update(news=News())
     page.show()
     assert 'Nothing is missing.' in page.model('said').text and page.state.setting.on == {}
+
+
+def test_what_is_being_drawn_is_told_and_why_it_was_not(page):
+    page.state.drawing = SimpleNamespace(busy=True, news=News('comparison.gif, picture 21'))
+    page.show()
+    assert 'drawing comparison.gif, picture 21' in page.model('drawing').text
+    page.state.drawing = SimpleNamespace(busy=False, news=News(error='ffmpeg <failed>'))
+    page.show()
+    assert 'ffmpeg &lt;failed&gt;' in page.model('drawing').text
+
+
+def test_a_film_is_offered_where_it_can_be_encoded(monkeypatch):
+    monkeypatch.setattr('shutil.which', lambda _: '/usr/bin/ffmpeg')
+    assert 'comparison.mp4' in _files()
+    monkeypatch.setattr('shutil.which', lambda _: None)
+    assert 'comparison.mp4' not in _files() and 'install the program ffmpeg' in _files()
+
+
+def test_the_run_to_record_next_is_shown_with_its_motion_and_where_it_is(page):
+    button, says = page.model('next run'), page.model('next run says')
+    assert button.disabled and 'first &lt;search&gt;' in says.text
+    page.run.hindrance = ''
+    page.show()
+    assert not button.disabled and says.text == ''
+    click(page, 'next run')
+    assert '3: running the menu' in says.text and button.disabled
+    run = Run('steps', 'random steps', np.ones((5, 1)), np.array([True, True, False, True, True]))
+    (track,) = simulate([run], Model('torque_pendulum'), 0.01)
+    file = page.folder / 'next_run.csv'
+    vars(page.run).update(busy=False, plan=Plan(('"steps" tells <a> from b',), TORQUE, run, track),
+                          file=file, words=['play', str(file)],
+                          recorded=['play', str(file), '--bag', 'new'])  # fmt: skip
+    page.show()
+    assert '&lt;a&gt; from b' in says.text and f'leo play {file} --bag new' in says.text
+    (inputs,) = page.model('next run inputs').data['us']
+    assert np.isnan(inputs).any() and np.nanmax(inputs) == 1.0
+    (motion,) = page.model('next run motion').data['us']
+    np.testing.assert_array_equal(motion, track.episodes[0].q[:, 0])
+    assert not page.model('send')
 
 
 def test_effects_at_another_place_are_hidden_unless_they_are_on(page):

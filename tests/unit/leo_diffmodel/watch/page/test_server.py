@@ -2,6 +2,8 @@
 """The page of leo watch as a browser's session sees it, from the command as it is typed."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from io import BytesIO
 import json
 from pathlib import Path
 import re
@@ -15,10 +17,13 @@ from urllib.request import urlopen
 
 from bokeh.client import pull_session
 import numpy as np
+from PIL import Image
 import pytest
 from tests.page import Links
 from tests.simulate import bag, record, TORQUE
 
+from leo_diffmodel.bags.contents import load
+from leo_diffmodel.bags.recorder import RecordedTopic, Recorder
 from leo_diffmodel.verbs.watch import main
 from leo_diffmodel.watch.page.server import HERE
 from leo_msgs_py.errors import UserError
@@ -123,7 +128,8 @@ def test_scrubbing_moves_the_robot_and_a_horizon_cuts_anew(tab):
 
 def test_the_page_needs_the_token_and_no_network(url):
     port = url.split(':')[2].split('/')[0]
-    for path in ('', 'ws', 'numbers.csv', 'copy.html', 'static/js/bokeh.min.js', 'x' * 22 + '/'):
+    files = 'numbers.csv', 'copy.html', 'comparison.gif', 'static/js/bokeh.min.js'
+    for path in ('', 'ws', *files, 'x' * 22 + '/'):
         with pytest.raises(HTTPError) as refused:
             urlopen(f'http://{HERE}:{port}/{path}', timeout=PATIENCE)
         assert refused.value.code == 404
@@ -152,6 +158,37 @@ def test_numbers_and_a_copy_can_be_taken_away(url):
     links.feed(copy)
     assert [u for u in links.urls if not u.startswith('data:')] == [] and len(copy) < 5e6
     assert 'noise floors' in ' '.join(links.text)
+
+
+def test_a_picture_and_a_film_of_the_view_can_be_taken_away(url, tab):
+    tab.set('scrub', value=3.0)
+    until(lambda: '3.00 s' in tab.get('clock', 'text'))
+    picture = Image.open(BytesIO(urlopen(f'{url}view.png', timeout=PATIENCE).read()))
+    assert picture.format == 'PNG' and picture.width > 1000
+    with ThreadPoolExecutor(1) as pool:
+        film = pool.submit(lambda: urlopen(f'{url}comparison.gif', timeout=PATIENCE))
+        until(lambda: 'comparison.gif' in tab.get('drawing', 'text') or film.done())
+        answer = film.result()
+    assert answer.headers['Content-Type'] == 'image/gif'
+    assert Image.open(BytesIO(answer.read())).n_frames == 101
+    until(lambda: tab.get('drawing', 'text') == '')
+
+
+def test_a_bag_that_is_being_recorded_is_shown_up_to_now_and_goes_on(run, tmp_path):
+    whole, recorder = load(run), Recorder(tmp_path / 'growing')
+    for topic in whole.topics.values():
+        for message in topic.messages:
+            recorder.record(RecordedTopic(topic.name, topic.type, topic.qos), message.data,
+                            message.published_ns, message.log_ns)  # fmt: skip
+    recorder.flush()
+    words = [LEO, 'watch', tmp_path / 'growing', *MODEL]
+    pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}
+    with subprocess.Popen(words, **pipes, text=True) as leo:
+        assert Tab(json.loads(leo.stdout.readline())['url']).error
+        leo.kill()
+        assert leo.stderr.read().count('growing: still being recorded; read up to now') == 1
+    recorder.close()
+    assert len(load(tmp_path / 'growing').topics) == len(whole.topics)
 
 
 def test_a_port_in_use_is_one_line(run):

@@ -20,6 +20,7 @@ from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, Transi
 from leo_sim.drivers.check.suite import CHECKS, examine, FAILED, PASSED
 from leo_sim.drivers.check.trial import Moving, Trial
 from leo_sim.drivers.dynamixel import DynamixelDriver
+from leo_sim.drivers.feetech import FeetechDriver
 from leo_sim.drivers.simulated import SimulatedDriver
 
 PENDULUM = load_robot('servo_pendulum')
@@ -29,7 +30,7 @@ FULL = Moving(range=0.2, share=1.0)
 @pytest.fixture(autouse=True)
 def busy_machine(monkeypatch):
     monkeypatch.setattr(dynamixel, 'LATE', LATE)
-    monkeypatch.setattr(servo_line, 'CONFIGURE', 1.0)
+    monkeypatch.setattr(servo_line, 'CONFIGURE', 30.0)
 
 
 def failures(driver, robot=PENDULUM, moving=None, ask=None):
@@ -69,6 +70,52 @@ def changed(**fields):
             return replace(state, **{n: act(getattr(state, n)) for n, act in fields.items()})
 
     return Changed
+
+
+@pytest.mark.parametrize('name', ['xl330_pendulum', 'so101'])
+def test_a_driver_that_takes_goals_passes_and_nothing_has_a_goal_unless_it_may_move(name):
+    told, robot = [], load_robot(name)
+
+    class Watched(SimulatedDriver):
+        def write(self, values):
+            told.extend(values)
+            return super().write(values)
+
+    def made():
+        return Watched(DriverOptions(robot, engine='rigid'))
+
+    assert failures(made(), robot) == {} and np.isnan(told).all()
+    told.clear()
+    assert failures(made(), robot, Moving(range=0.2, share=0.5)) == {}
+    goals = np.reshape(told, (-1, len(robot.actuators)))
+    assert np.nanmax(np.ptp(goals[np.isfinite(goals).all(axis=1)], axis=0)) <= 0.21
+
+
+class NeverLetsGo(SimulatedDriver):
+    """Takes no goal for the goal 0."""
+
+    def write(self, values):
+        return super().write(np.nan_to_num(values))
+
+
+class GoalsInDegrees(SimulatedDriver):
+    def write(self, values):
+        return super().write(np.rad2deg(values))
+
+
+class Unbounded(SimulatedDriver):
+    def write(self, values):
+        return replace(super().write(values), values=np.array(values))
+
+
+@pytest.mark.parametrize(('kind', 'check', 'said'), [
+    (NeverLetsGo, 'writing', 'a goal of NaN frees'),
+    (GoalsInDegrees, 'signs and units', 'rad, not deg'),
+    (Unbounded, 'limits', 'goals to info.goals')])
+def test_each_way_to_be_wrong_with_goals(kind, check, said):
+    robot = load_robot('xl330_pendulum')
+    found = failures(kind(DriverOptions(robot, engine='rigid')), robot, FULL)
+    assert said in found.get(check, ''), found
 
 
 class Uncut(SimulatedDriver):
@@ -258,7 +305,7 @@ def test_a_person_turns_joints_and_pulls_the_cable(rig):
     assert 'its cable is out' in said['unplugged']
 
 
-class Patient(DynamixelDriver):
+class _Patience:
     """Waits for an answer as a busy machine needs it."""
 
     def connect(self):
@@ -266,11 +313,29 @@ class Patient(DynamixelDriver):
         self._bus.wait_at_most(30.0)
 
 
+class Patient(_Patience, DynamixelDriver):
+    pass
+
+
+class PatientFeetech(_Patience, FeetechDriver):
+    pass
+
+
 def test_the_dynamixel_driver_passes_on_the_emulated_bus(tmp_path):
     robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XM430-W210', direction=-1)
     with running(patient(robot), 7.4) as bus:
         driver = Patient(DriverOptions(robot, port=bus.port))
         found = failures(driver, robot, FULL)
+    found.pop('pace', None)  # a busy machine
+    assert found == {}
+
+
+@pytest.mark.parametrize(('kind', 'family', 'model'), [
+    (Patient, 'dynamixel', 'XL330-M288'), (PatientFeetech, 'feetech', 'STS3215')])
+def test_drivers_that_send_goals_pass_on_the_emulated_bus(tmp_path, kind, family, model):
+    robot = robot_with_servo(tmp_path, 'xl330_pendulum', model, family, direction=-1)
+    with running(robot, 7.4) as bus:
+        found = failures(kind(DriverOptions(robot, port=bus.port)), robot, FULL)
     found.pop('pace', None)  # a busy machine
     assert found == {}
 

@@ -22,9 +22,16 @@ import pytest
 from tests.drivers.bus import until
 
 from leo_sim.description.robot import load_robot
-from leo_sim.description.servos import CURRENT_MODE, PWM_MODE, registers, servo_models
+from leo_sim.description.servos import (
+    CURRENT_MODE,
+    PWM_MODE,
+    registers,
+    servo_model,
+    servo_models,
+)
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.servo_bus.bus import SYNC_READ
+from leo_sim.drivers.servo_bus.feetech import FeetechServo
 from leo_sim.drivers.servo_bus.line import Line, Trouble
 from leo_sim.drivers.servo_bus.packets import (
     BROADCAST,
@@ -39,6 +46,7 @@ from leo_sim.drivers.servo_bus.packets import (
 )
 from leo_sim.drivers.servo_bus.plant import Plant
 from leo_sim.drivers.servo_bus.rig import Rig
+from leo_sim.drivers.servo_bus.servo import Servo
 
 SDK = Protocol2PacketHandler()
 R = registers()
@@ -240,6 +248,40 @@ def test_the_bus_watchdog_stops_and_keeps_goals_from_being_written(rig, port):
     assert write(port, 1, 'goal_pwm', 10) == 0
 
 
+def write_goal(servo, count):
+    register = registers(servo.model.family)['goal_position']
+    return servo.write(register.address, register.encode(count))
+
+
+def test_goal_positions_are_of_one_turn_or_of_many_and_a_watchdog_stops_where_it_is():
+    servo = Servo(1, servo_model('XL330-M288'))
+    servo.set('operating_mode', 3)
+    servo.set('max_position_limit', 3000)
+    assert [write_goal(servo, n) for n in (3001, -1, 3000)] == [LIMIT, LIMIT, 0]
+    servo.set('operating_mode', 4)
+    assert write_goal(servo, -20000) == 0 and servo.goal == -20000
+    assert write_goal(servo, 2_000_000) == LIMIT
+    for name, value in (('bus_watchdog', 5), ('torque_enable', 1), ('present_position', -512)):
+        servo.set(name, value)
+    servo.hear(1.0)
+    servo.watch(1.05)
+    assert servo.goal == -20000
+    servo.watch(1.2)
+    assert (servo.goal, servo.get('torque_enable'), servo.get('bus_watchdog')) == (-512, 1, -1)
+    assert write_goal(servo, 0) == RANGE
+    servo.set('operating_mode', PWM_MODE)
+    assert servo.goal is None
+
+
+def test_a_feetech_servo_goes_to_its_limits_and_no_further():
+    servo = FeetechServo(1, servo_model('STS3215'))
+    servo.set('max_position_limit', 3000)
+    assert write_goal(servo, 3500) == 0 and servo.goal == 3000
+    assert servo.get('goal_position') == 3500
+    servo.set('operating_mode', 2)
+    assert servo.goal is None
+
+
 def test_an_overheated_servo_lets_go_and_says_so_until_it_is_restarted(rig, port):
     in_pwm_mode(port, 1)
     rig.order(lambda: rig.bus.servos[1].fail(0x04))
@@ -303,17 +345,18 @@ def test_a_cable_out_of_the_bus_is_silence_and_one_out_of_the_computer_no_port(r
 
 
 def test_servos_answer_one_after_another_as_their_bytes_take(monkeypatch):
-    """At 9600 baud a status of 11 bytes takes 11.5 ms: the first is there before the last."""
+    """At 9600 baud a status of 13 bytes takes 13.5 ms, and none is there before its bytes."""
     plant = Plant(DriverOptions(load_robot('leo'), start='hanging'), 13.8, 0.0)
     rig, written = Rig(plant, Line(9600.0, Trouble())), []
     monkeypatch.setattr(os, 'write', lambda _, data: written.append((time.monotonic(), data)))
     read = Packet(BROADCAST, SYNC_READ, bytes([R['present_pwm'].address, 0, 2, 0, *LEGS]))
     rig._go_on(0.01)  # compiles
     rig._began = time.monotonic() - 0.01
+    asked = time.monotonic()
     rig._hear(encoded(read), 0.01)
-    times = np.array([at for at, _ in written])
+    passed = np.array([at for at, _ in written]) - asked
     assert [data[4] for _, data in written] == [*LEGS]
-    assert (np.diff(times) > 0.5 * 13 * 10 / 9600).all()
+    assert (passed > 0.9 * np.arange(1, len(LEGS) + 1) * 13 * 10 / 9600).all()
     rig.unplug()
 
 

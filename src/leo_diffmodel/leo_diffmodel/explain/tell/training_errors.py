@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Errors on the data that the fits saw, to put beside those on the data they did not."""
+"""Errors on the training data, to put beside those on the validation data."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def training_errors(
         windows = horizon_windows(recordings, models[1], seconds, 4 * MOST_WINDOWS)
     except ValueError:
         return []
-    seen = np.flatnonzero(blocks.train(windows))
-    if not seen.size:
+    train = np.flatnonzero(blocks.train(windows))
+    if not train.size:
         return []
-    windows = windows.take(seen[:: -(-seen.size // MOST_WINDOWS)])
+    windows = windows.take(train[:: -(-train.size // MOST_WINDOWS)])
     start, none = windows.measured[:, 0], np.zeros_like(windows.measured)
     predictions = [Prediction(windows, predict(m, windows, start), none) for m in models]
     tables = [horizon_table(p, step) for p in predictions]

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The search in a process of its own."""
+"""Something in a process of its own."""
 
 from functools import partial
 import os
 import time
 
-from leo_diffmodel.watch.finder import Finder
+from leo_diffmodel.watch.errand import Errand
 from leo_msgs_py.errors import UserError
 
 
@@ -22,15 +22,15 @@ def ask(how, heard):
 
 
 def heard_of(how):
-    finder, texts = Finder(partial(ask, how)), []
-    finder.start()
+    errand, texts = Errand(), []
+    errand.begin(partial(ask, how))
     end = time.monotonic() + 120
-    while not finder.news.over and time.monotonic() < end:
-        if finder.hear():
-            texts.append(finder.news.text)
+    while not errand.news.over and time.monotonic() < end:
+        if errand.hear():
+            texts.append(errand.news.text)
         time.sleep(0.02)
-    assert not finder.busy
-    return finder.news
+    assert not errand.busy
+    return errand.news
 
 
 def test_its_answer_arrives():
@@ -43,12 +43,12 @@ def test_what_it_refuses_and_that_it_died_are_said():
 
 
 def test_it_is_stopped_whatever_it_does():
-    finder = Finder(partial(ask, 'hang'))
-    finder.start()
+    errand = Errand()
+    errand.begin(partial(ask, 'hang'))
     end = time.monotonic() + 120
-    while finder.news.text != 'second' and time.monotonic() < end:
-        finder.hear()
+    while errand.news.text != 'second' and time.monotonic() < end:
+        errand.hear()
         time.sleep(0.02)
-    assert finder.news.count == 2 and finder.busy
-    finder.stop()
-    assert not finder.busy
+    assert errand.news.count == 2 and errand.busy
+    errand.stop()
+    assert not errand.busy

@@ -52,7 +52,7 @@ def _found(
     """The constants in the windows that tell them, and the start states of all windows (W, 2J)."""
     assert problem.telling is not None
     outside = np.flatnonzero(~problem.train)
-    part = problem.held(rest.hypothesis, rest.theta).take(outside)
+    part = problem.fixed(rest.hypothesis, rest.theta).take(outside)
     found = fit(replace(part, train=problem.telling[outside]), own, theta, rest.start[outside])
     starts, everywhere = rest.start.copy(), np.ones(len(outside), dtype=bool)
     begun = found.start, part.windows.measured[:, 0]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A robot on the ground: its windows settled on one hypothesis, with their answer to the starts.
+"""Linearisation of the windows of a robot on the ground: start states and sensitivity to them.
 
-Contact makes a window's answer to its start state dear: a foot bends it, so it is asked again
-until it settles. It is found for a hypothesis at some values; what is fitted from there moves
-the parameters and takes the starts along by it.
+The sensitivity to the initial state is expensive with contact: a foot bends it, so it is found
+again until the start states settle. It belongs to a hypothesis at some values; what is fitted
+from there moves the parameters, and the start states with them, along it.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ FEWEST = 12
 LOST = 1e6
 COARSE, FINER = 'search', 'training'
 OUT_OF_LINE = 1.5
-"""Times the median loss: such a window is asked for its answer to the starts again."""
+"""Times the median loss: the sensitivity of such a window is found again."""
 
 
 @dataclass(frozen=True)
-class Footing:
-    """The settled windows of one hypothesis.
+class Linearisation:
+    """The windows of one hypothesis, linearised about the start states that fit them best.
 
     Attributes:
         start: start states that fit them best, shape (W, 2J).
@@ -50,60 +50,61 @@ class Footing:
     finer: Array
     traces: dict = field(default_factory=dict)
 
-    def take(self, index: Array) -> Footing:
+    def take(self, index: Array) -> Linearisation:
         """Of some of the windows; their traces start anew."""
         parts = (self.start, self.by_start, self.loss, self.finer)
-        return Footing(*(part[index] for part in parts))
+        return Linearisation(*(part[index] for part in parts))
 
 
 def settled(
     model: Model,
     windows: Windows,
     sigma: Array,
-    before: Footing | None = None,
+    before: Linearisation | None = None,
     anew: bool = False,
-) -> tuple[Array, Footing]:
-    """Which windows can be trusted, as indices, and their footing.
+) -> tuple[Array, Linearisation]:
+    """Which windows can be trusted, as indices, and their linearisation.
 
     A window is trusted where the start states that its noise allows do not change what its
-    contacts do: there the linear answer holds.
+    contacts do: there the linearisation holds.
 
     Args:
         model: the model as given.
         windows: short windows.
         sigma: noise of each recording and channel, shape (R, 2J).
-        before: the footing with another model, to go on from; its windows are all kept.
-        anew: ask all windows for their answer again, not only those where it was off by much.
+        before: the linearisation with another model, to go on from; its windows are all kept.
+        anew: find the sensitivity of all windows again, not only of those where it was off by
+            much.
     """
     settling = _Settling(model, windows, sigma, before)
     active = np.arange(windows.count)
     if anew:
-        settling.ask(active)
+        settling.linearise(active)
     for round_ in range(ROUNDS):
         going = settling.step(active)
-        if before and not round_:  # their answer may be too old to have led anywhere
+        if before and not round_:  # their sensitivity may be too old to have led anywhere
             going |= _out_of_line(settling.loss, before.loss)
         active = active[going]
         if not active.size:
             break
-        settling.ask(active)
+        settling.linearise(active)
     start, columns, loss = settling.start, settling.columns, settling.loss
     if before:
         return np.arange(windows.count), replace(before, start=start, by_start=columns, loss=loss)
     kept = _sure(model, windows, start, columns, sigma)
     nothing = np.zeros_like(windows.measured[kept])
-    return kept, Footing(start[kept], columns[kept], loss[kept], nothing)
+    return kept, Linearisation(start[kept], columns[kept], loss[kept], nothing)
 
 
 class _Settling:
     """Windows on the way to the start states that fit them best.
 
     Attributes:
-        start, columns, loss: as `start`, `by_start` and `loss` of a `Footing`.
+        start, columns, loss: as `start`, `by_start` and `loss` of a `Linearisation`.
     """
 
     def __init__(
-        self, model: Model, windows: Windows, sigma: Array, before: Footing | None
+        self, model: Model, windows: Windows, sigma: Array, before: Linearisation | None
     ) -> None:
         self._model, self._windows, self._sigma = model, windows, sigma
         if before:
@@ -112,15 +113,15 @@ class _Settling:
         else:
             self.start = windows.measured[:, 0].copy()
             self._predicted, self.columns = respond(
-                model, windows, self.start, _no_pushes(windows)
+                model, windows, self.start, _no_torques(windows)
             )
             self.columns[~tame(self.columns)] = 0.0
             self.loss = _loss(windows, self._predicted, sigma)
 
     def step(self, active: Array) -> Array:
-        """Move the starts of some windows where that is better; which are to be asked anew.
+        """Move the starts of some windows where that is better; which are to be linearised anew.
 
-        They are those that gained much and whose answer was off by much: what it was off by
+        They are those that gained much and whose linearisation was off by much: what it was off by
         limits what another step could gain.
         """
         part, loss = self._windows.take(active), self.loss[active]
@@ -149,16 +150,16 @@ class _Settling:
         self.loss[taken] = found[better]
         return better, _loss(part, part.measured + told - predicted, self._sigma)
 
-    def ask(self, active: Array) -> None:
-        """Ask some windows anew for their answer to the starts."""
+    def linearise(self, active: Array) -> None:
+        """Find the sensitivity of some windows to their start states again."""
         part = self._windows.take(active)
-        predicted, columns = respond(self._model, part, self.start[active], _no_pushes(part))
+        predicted, columns = respond(self._model, part, self.start[active], _no_torques(part))
         sane = tame(columns)
         self._predicted[active[sane]], self.columns[active[sane]] = predicted[sane], columns[sane]
 
 
 def _nearest(
-    model: Model, windows: Windows, sigma: Array, before: Footing
+    model: Model, windows: Windows, sigma: Array, before: Linearisation
 ) -> tuple[Array, Array, Array]:
     """The starts of before, or the measured ones where those have become bad and these are better.
 
@@ -179,7 +180,7 @@ def _nearest(
     return start, predicted, loss
 
 
-def _no_pushes(windows: Windows) -> Array:
+def _no_torques(windows: Windows) -> Array:
     return np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
 
 
@@ -188,18 +189,20 @@ def _out_of_line(loss: Array, before: Array) -> Array:
     return (loss > before + ENOUGH_NATS) & (loss > OUT_OF_LINE * np.median(loss))
 
 
-def refined(model: Model, windows: Windows, footing: Footing) -> tuple[Windows, Footing]:
+def refined(
+    model: Model, windows: Windows, linearisation: Linearisation
+) -> tuple[Windows, Linearisation]:
     """The windows less what a finer integration than the coarsest adds, from the settled starts.
 
     What a coarse one is off by hardly depends on the parameters, so this brings the fit with the
     coarse one to where the finer one has its best.
     """
     if model.scheme != COARSE:
-        return windows, footing
-    fine = predict(model.changed(scheme=FINER), windows, footing.start)
-    finer = fine - predict(model, windows, footing.start)
-    q, dq = np.split(windows.measured + footing.finer - finer, 2, axis=-1)
-    return replace(windows, q=q, dq=dq), replace(footing, finer=finer)
+        return windows, linearisation
+    fine = predict(model.changed(scheme=FINER), windows, linearisation.start)
+    finer = fine - predict(model, windows, linearisation.start)
+    q, dq = np.split(windows.measured + linearisation.finer - finer, 2, axis=-1)
+    return replace(windows, q=q, dq=dq), replace(linearisation, finer=finer)
 
 
 def _loss(windows: Windows, predicted: Array, sigma: Array) -> Array:
@@ -226,7 +229,7 @@ def _inverse(a: Array) -> Array:
 
 
 def _sure(model: Model, windows: Windows, start: Array, columns: Array, sigma: Array) -> Array:
-    """Indices of the windows whose answer is straight within the noise of their start."""
+    """Indices of the windows whose predictions are linear within the noise of their start."""
     noise = per_window(sigma, windows)
     a = (columns / noise[..., None]).reshape(windows.count, -1, columns.shape[-1])
     values, vectors = np.linalg.eigh(_inverse(a))

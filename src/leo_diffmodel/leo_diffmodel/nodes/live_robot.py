@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A running robot beside the page: its last messages, how it is, and its e-stop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+import os
+import time
+from typing import Any
+
+from rclpy.node import Node
+
+from leo_diffmodel.nodes.graph_recorder import GraphRecorder, keeping_newest
+from leo_diffmodel.watch.live.condition import Condition
+from leo_diffmodel.watch.live.tape import Tape
+from leo_msgs_py import topics
+from leo_msgs_py.node import graph, served_apart
+
+LOOK = 0.1
+"""Longest time between two looks at what came [s]."""
+ROBOT = 'robot'
+"""How a robot node is called."""
+UNHEARD = 'no {} service answers: stop the robot at its own switch'
+
+
+class LiveRobot:
+    """Listens to a robot, in a thread of its own.
+
+    Attributes:
+        tape: the last seconds of its messages.
+        condition: how it is.
+        weights: of the difference model, as latched last; b'' where there are none.
+        asked: why the last e-stop or release did not reach the robot; '' where it did, and
+            where the robot has said since whether it is stopped.
+    """
+
+    def __init__(self, node: Node, tape: Tape) -> None:
+        self.tape, self.condition = tape, Condition()
+        self.weights, self.asked = b'', ''
+        self._name = f'{node.get_namespace().rstrip("/")}/{ROBOT}'
+        self._recording = GraphRecorder(node, tape, kept=keeping_newest)
+        self._recording.add_graph()
+        self._stop, self._release = (
+            node.create_client(*service) for service in (topics.E_STOP, topics.E_STOP_RESET)
+        )
+        for topic, heard in ((topics.E_STOPPED, self._on_stopped),
+                             (topics.DIAGNOSTICS, self._on_diagnostics),
+                             (topics.DIFFERENCE_WEIGHTS, self._on_weights)):  # fmt: skip
+            node.create_subscription(topic.type, topic.name, heard, topic.qos)
+
+    def e_stop(self) -> None:
+        """Stop the robot; sent at once, the answer comes to `asked`."""
+        self._ask(self._stop)
+
+    def release(self) -> None:
+        """Take the e-stop back."""
+        self._ask(self._release)
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._recording.close()
+
+    def _ask(self, client: Any) -> None:
+        """Call a service without waiting for it, even where none has answered so far."""
+        name = client.service_name
+        self.asked = '' if client.service_is_ready() else UNHEARD.format(name)
+        client.call_async(topics.E_STOP.type.Request()).add_done_callback(self._answered)
+
+    def _answered(self, future: Any) -> None:
+        self.asked = '' if future.result().success else future.result().message
+
+    def _on_stopped(self, message: Any) -> None:
+        self.condition.e_stopped, self.asked = bool(message.data), ''
+
+    def _on_diagnostics(self, message: Any) -> None:
+        for status in message.status:
+            if status.name == self._name:
+                self.condition.level = int.from_bytes(status.level, 'little')
+                self.condition.message, self.condition.said = status.message, time.monotonic()
+
+    def _on_weights(self, message: Any) -> None:
+        self.weights = bytes(message.data)
+
+
+@contextmanager
+def live_robot(seconds: float, ros_args: list[str]) -> Iterator[LiveRobot]:
+    """Listen to the robot of the graph as long as this lasts.
+
+    Args:
+        seconds: how much of it is kept [s].
+        ros_args: `--ros-args ...`.
+    """
+    with graph([*(ros_args or ['--ros-args']), '--log-level', 'warn']):
+        node = Node(f'leo_watch_{os.getpid()}', start_parameter_services=False)
+        robot = LiveRobot(node, Tape(seconds))
+        with closing(robot), served_apart(node, LOOK, lambda: None):
+            yield robot

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Missing torque against one variable, binned, and the plot that shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from bokeh.models import ColumnDataSource, Range1d, Span, Whisker
+import numpy as np
+
+from leo_diffmodel.report import palette
+from leo_diffmodel.report.bins import sort
+from leo_diffmodel.report.canvas import canvas, prefix
+from leo_diffmodel.report.palette import Stroke
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Binned:
+    """What is drawn, in the unit that suits the torque.
+
+    Attributes:
+        dots: columns x and y of the estimates.
+        means: columns of the bins: x, y (the mean), low and high (a standard error away), and
+            curve0, curve1, … of the candidates.
+        unit: of the torque, with its prefix.
+    """
+
+    dots: dict[str, Array]
+    means: dict[str, Array]
+    unit: str
+
+    @classmethod
+    def of(cls, variable: Array, measured: Array, curves: Sequence[Any], of: str) -> Binned:
+        """Bin the estimates and what candidates make of them, as `report.plots.torque` says."""
+        bins = sort(variable)
+        scale, si = prefix(float(np.quantile(np.abs(measured), 0.9)))
+        mean, error = bins.mean(scale * measured), bins.standard_error(scale * measured)
+        means = {'x': bins.centre, 'y': mean, 'low': mean - error, 'high': mean + error}
+        heights = {f'curve{i}': scale * bins.mean(np.asarray(c)) for i, c in enumerate(curves)}
+        return cls({'x': variable, 'y': scale * measured}, means | heights, f'{si}{of}')
+
+    def sources(self) -> tuple[ColumnDataSource, ColumnDataSource]:
+        """The columns of dots and of bins, to draw from."""
+        return ColumnDataSource(self.dots), ColumnDataSource(self.means)
+
+    def label(self, plot: Any, axis: str) -> None:
+        """Say what the axes are, and frame the bulk of the points and every binned mean."""
+        plot.xaxis.axis_label, plot.yaxis.axis_label = axis, f'missing torque [{self.unit}]'
+        low, high = np.quantile(self.dots['y'], (0.02, 0.98))
+        mean = self.means['y']
+        ends = np.array([low, high, mean.min(initial=0.0), mean.max(initial=0.0)])
+        margin = 0.08 * max(float(np.ptp(ends)), 1e-12)
+        plot.y_range.update(start=float(ends.min() - margin), end=float(ends.max() + margin))
+
+
+def torque_canvas(
+    dots: ColumnDataSource, means: ColumnDataSource, strokes: Sequence[Stroke], **options: Any
+) -> tuple[Any, Any]:
+    """The plot of a `Binned`, and the glyphs of its means.
+
+    Args:
+        dots: the estimates.
+        means: the bins, with a curve for each stroke.
+        strokes: how candidates are drawn.
+        options: go to bokeh.
+    """
+    plot = canvas('', '', y_range=Range1d(-1.0, 1.0), **options)
+    plot.scatter('x', 'y', source=dots, size=3.5, color=palette.NOISE, alpha=0.35,
+                 line_color=None)  # fmt: skip
+    plot.add_layout(Span(location=0.0, dimension='width', line_color=palette.MUTED,
+                         level='underlay'))  # fmt: skip
+    for i, stroke in enumerate(strokes):
+        plot.line('x', f'curve{i}', source=means, line_width=3, line_color=stroke.colour,
+                  line_dash=stroke.dash)  # fmt: skip
+    plot.add_layout(_whisker(means))
+    glyphs = plot.scatter('x', 'y', source=means, size=7, color=palette.INK, line_color='white')
+    return plot, glyphs
+
+
+def _whisker(source: ColumnDataSource) -> Any:
+    bar = Whisker(base='x', lower='low', upper='high', source=source, line_color=palette.INK)
+    bar.upper_head.size = bar.lower_head.size = 5
+    bar.upper_head.line_color = bar.lower_head.line_color = palette.INK
+    return bar

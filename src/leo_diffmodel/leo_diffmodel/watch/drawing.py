@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The view as a picture or a film."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+import numpy as np
+from PIL import Image
+
+from leo_diffmodel.picture.film import write_gif, write_mp4
+from leo_diffmodel.picture.scene import TICK, TOUCH
+from leo_diffmodel.report import palette
+from leo_diffmodel.watch.curves import heights
+from leo_diffmodel.watch.view import Told, View
+
+PICTURES = ('.png', '.svg')
+WIDTH, HEIGHT, LINE = 12.8, 7.2, 0.24
+"""Of the figure, and what a line of words takes [inch]."""
+FINE, FILM = 150, 75
+"""Dots per inch of a picture and of a film."""
+TOLD = 20
+"""Frames between two that are told."""
+LONG = 300.0
+"""A logarithmic axis over more than this is marked at its decades alone."""
+PLAIN = FuncFormatter(lambda value, _: f'{value:g}')
+DASHED = (0, (4, 2.5))
+GIVEN: dict[str, Any] = {'color': palette.BEFORE, 'ls': DASHED}
+NOW: dict[str, Any] = {'color': palette.AFTER, 'ls': '-'}
+MEASURED: dict[str, Any] = {'color': palette.INK, 'ls': '-'}
+STYLE: dict[str, Any] = {'color': palette.INK, 'fontsize': 11}
+MUTED = {**STYLE, 'color': palette.MUTED}
+
+
+def draw(view: View, path: Path, told: Told) -> str:
+    """Write a view as .png, .svg, .gif or .mp4, as the path ends; its name.
+
+    Raises:
+        UserError: a film cannot be encoded.
+    """
+    told(path.name)
+    if path.suffix in PICTURES:
+        Drawn(view, FINE).figure.savefig(path)
+    else:
+        write = write_gif if path.suffix == '.gif' else write_mp4
+        write(path, _frames(view, lambda text: told(f'{path.name}, {text}')))
+    return path.name
+
+
+def _frames(view: View, told: Told) -> Iterator[Image.Image]:
+    """The pictures of a film: what stands still is drawn once."""
+    drawn = Drawn(view, FILM, animated=True)
+    canvas = FigureCanvasAgg(drawn.figure)
+    canvas.draw()
+    still = canvas.copy_from_bbox(drawn.figure.bbox)
+    for k in range(len(view.times)):
+        drawn.show(k)
+        canvas.restore_region(still)
+        for artist in drawn.moving:
+            drawn.figure.draw_artist(artist)
+        if k % TOLD == 0:
+            told(f'picture {k + 1} of {len(view.times)}')
+        yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB')
+
+
+class Drawn:
+    """A view on a figure, at the first of its times.
+
+    Args:
+        view: what is drawn.
+        dpi: dots per inch.
+        animated: leave out of the figure what moves, so that it can be drawn on top of it.
+
+    Attributes:
+        moving: what `show` changes, from below to above.
+    """
+
+    def __init__(self, view: View, dpi: int, animated: bool = False) -> None:
+        self._view = view
+        height = HEIGHT + LINE * len(view.switched)
+        self.figure = Figure((WIDTH, _even(height, dpi)), dpi, facecolor=palette.PAPER)
+        head = 1.0 - (0.9 + LINE * len(view.switched)) / height
+        grid = self.figure.add_gridspec(
+            2, 2, left=0.065, right=0.985, bottom=0.6 / height, top=head, height_ratios=(2.2, 1),
+            width_ratios=(1, 1.15), hspace=0.28, wspace=0.16,
+        )  # fmt: skip
+        self._say(height)
+        self._robot = self.figure.add_subplot(grid[0, 0])
+        self._draw_robot()
+        self._draw_horizon(self.figure.add_subplot(grid[0, 1]))
+        self._draw_time(self.figure.add_subplot(grid[1, :]))
+        self.moving = [self._ground, *self._ghosts, self._feet, self._cursor, self._clock]
+        for artist in self.moving:
+            artist.set_animated(animated)
+        self.show(0)
+
+    def show(self, k: int) -> None:
+        """Draw the robots of one of the times."""
+        view = self._view
+        for lines, q in zip(self._ghosts, view.poses[k], strict=True):
+            lines.set_segments(view.stage.lines(q))
+        measured = view.poses[k, -1]
+        self._feet.set_offsets(view.stage.touched(measured).reshape(-1, 2))
+        (left, bottom), (right, top) = view.stage.part(measured)
+        self._robot.set(xlim=(left, right), ylim=(bottom, top))
+        self._ground.set_data(*_ground(view.stage.stick.ground, left, right))
+        self._cursor.set_xdata([view.times[k]] * 2)
+        self._clock.set_text(view.places[k])
+
+    def _say(self, height: float) -> None:
+        view, words = self._view, {**STYLE, 'va': 'top'}
+        top = 1.0 - 0.16 / height
+        self.figure.text(0.015, top, view.title, **{**words, 'fontsize': 15}, weight='bold')
+        self.figure.text(0.985, top, view.error, **{**words, 'fontsize': 13}, ha='right')
+        self.figure.text(0.015, top - 0.34 / height, '\n'.join(view.switched), **words,
+                         linespacing=1.4)  # fmt: skip
+
+    def _draw_robot(self) -> None:
+        axes, stick = self._robot, self._view.stage.stick
+        axes.set_axis_off()
+        axes.set_aspect('equal', adjustable='box')
+        if stick.root is not None:
+            axes.plot(*stick.root[:, None], 's', color=palette.NOISE, markersize=8)
+        (self._ground,) = axes.plot([], [], '|-', color=palette.MUTED, lw=1.2, markersize=6)
+        strokes = (GIVEN, 4.0, 0.75), (NOW, 4.0, 0.75), (MEASURED, 3.0, 1.0)
+        self._ghosts = [self._ghost(*stroke) for stroke in strokes]
+        self._feet = axes.scatter([], [], s=55, color=TOUCH, zorder=3)
+        self._clock = axes.text(0.0, 0.0, '', transform=axes.transAxes, **MUTED)
+        note = f'predicted {self._view.seconds:.2g} s ahead, again and again'
+        axes.text(1.0, 0.0, note, transform=axes.transAxes, ha='right', **MUTED)
+        given, now, measured = self._ghosts
+        named = [('measured', measured), ('as given', given), ('with the switches', now)]
+        _legend(axes, named + [('on the ground', self._feet)] * (stick.ground is not None))
+
+    def _ghost(self, stroke: dict[str, Any], width: float, opaque: float) -> LineCollection:
+        lines = LineCollection([], **stroke, lw=width, capstyle='round', alpha=opaque)
+        self._robot.add_collection(lines)
+        return lines
+
+    def _draw_horizon(self, axes: Any) -> None:
+        curves, unit = self._view.horizon, self._view.unit
+        seconds, (bottom, top) = curves['seconds'], heights(curves)
+        axes.set(xscale='log', yscale='log', xlabel='prediction horizon [s]',
+                 ylabel=f'rms error of {unit}', ylim=(bottom, top))  # fmt: skip
+        axes.fill_between(seconds, bottom, curves['floor'], color=palette.NOISE_FILL, lw=0)
+        axes.plot(seconds, curves['floor'], color=palette.NOISE, ls=DASHED, label='noise floor')
+        for name, stroke, label in (('given', GIVEN, 'as given'),
+                                    ('now', NOW, 'with the switches')):  # fmt: skip
+            axes.plot(seconds, curves[name], marker='o', markersize=5, lw=2.2, label=label,
+                      **stroke)  # fmt: skip
+        for axis, span in ((axes.xaxis, seconds[-1] / seconds[0]), (axes.yaxis, top / bottom)):
+            axis.set_major_locator(LogLocator(subs=(1, 2, 5) if span < LONG else (1,)))
+            axis.set_major_formatter(PLAIN)
+            axis.set_minor_locator(NullLocator())
+        _quiet(axes)
+        _legend(axes)
+
+    def _draw_time(self, axes: Any) -> None:
+        curves, worst = self._view.time, self._view.worst
+        axes.set(xlabel='time, one bag after the other [s]', ylabel=self._view.unit)
+        for k, (begin, end) in enumerate(self._view.held):
+            axes.axvspan(begin, end, color=palette.NOISE_FILL, lw=0,
+                         label='' if k else 'held out')  # fmt: skip
+        for name, stroke in (('given', GIVEN), ('now', NOW)):
+            axes.step(curves['time'], curves[name], where='mid', lw=1.8, **stroke)
+        axes.plot(worst['time'], worst['error'], 'v', markersize=9, color=palette.UNEXPLAINED,
+                  markeredgecolor=palette.INK, label='worst')  # fmt: skip
+        self._cursor = axes.axvline(self._view.times[0], color=palette.INK, lw=1.2)
+        axes.yaxis.set_major_formatter(PLAIN)
+        axes.margins(x=0.01, y=0.12)
+        axes.set_ylim(bottom=0.0)
+        _quiet(axes)
+        _legend(axes)
+
+
+def _even(inches: float, dpi: int) -> float:
+    """A height of an even number of dots, as films need [inch]."""
+    return 2 * round(inches * dpi / 2) / dpi
+
+
+def _ground(slope: float | None, left: float, right: float) -> tuple[Any, Any]:
+    """The ground with a mark each 0.1 m, for `plot`; nothing where there is none."""
+    if slope is None:
+        return [], []
+    marks = TICK * np.arange(np.ceil(left / TICK), np.floor(right / TICK) + 1)
+    return marks, np.tan(slope) * marks
+
+
+def _quiet(axes: Any) -> None:
+    """The report's style: a light grid, no frame."""
+    axes.grid(color=palette.GRID)
+    axes.set_axisbelow(True)
+    axes.tick_params(colors=palette.MUTED)
+    axes.spines[['top', 'right']].set_visible(False)
+    axes.spines[['left', 'bottom']].set_color(palette.NOISE)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.label.set(**STYLE)
+
+
+def _legend(axes: Any, named: Sequence[tuple[str, Any]] = ()) -> None:
+    """Names above the axes, in one line: of these artists, or of all that have a label."""
+    told = {'labels': [n for n, _ in named], 'handles': [a for _, a in named]} if named else {}
+    axes.legend(**told, loc='lower left', bbox_to_anchor=(-0.01, 0.99), ncols=4, frameon=False,
+                handlelength=2.2, columnspacing=1.3, handletextpad=0.6,
+                labelcolor=palette.INK)  # fmt: skip

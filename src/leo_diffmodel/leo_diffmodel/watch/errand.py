@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What takes long, in a process of its own, so that the page goes on meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import multiprocessing
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+import signal
+from typing import Any
+
+from leo_msgs_py.errors import UserError
+
+Heard = Callable[[str], None]
+Ask = Callable[[Heard], Any]
+"""Does it, telling how far it is; its answer. It and the answer are sent between the processes."""
+
+
+@dataclass(frozen=True)
+class News:
+    """How far it is.
+
+    Attributes:
+        text: what is being done.
+        count: how many things were.
+        answer: what came of it, at the end; never None then.
+        error: one line, where it ended without an answer.
+    """
+
+    text: str = ''
+    count: int = 0
+    answer: Any = None
+    error: str = ''
+
+    @property
+    def over(self) -> bool:
+        """Whether there will be no more."""
+        return self.answer is not None or bool(self.error)
+
+
+class Errand:
+    """Sends a process to do something, and hears of it.
+
+    Attributes:
+        news: of what it was sent for last.
+    """
+
+    def __init__(self) -> None:
+        self._process: BaseProcess | None = None
+        self._pipe: Connection | None = None
+        self.news = News()
+
+    @property
+    def busy(self) -> bool:
+        """Whether it is under way."""
+        return self._process is not None
+
+    def begin(self, ask: Ask) -> None:
+        """Send it, unless it is under way."""
+        if self.busy:
+            return
+        context = multiprocessing.get_context('spawn')
+        self._pipe, there = context.Pipe(duplex=False)
+        self._process = context.Process(target=_work, args=(ask, there), daemon=True)
+        self.news = News('starting')
+        self._process.start()
+        there.close()
+
+    def hear(self) -> bool:
+        """Take in what has come meanwhile; whether something did."""
+        before = self.news
+        try:
+            while self._pipe and not self.news.over and self._pipe.poll():
+                self._take(*self._pipe.recv())
+        except EOFError:
+            self.news = News(error='it ended before it had an answer')
+        if self.news.over:
+            self.stop()
+        return self.news != before
+
+    def stop(self) -> None:
+        """End the process, whatever it does."""
+        if self._process is not None:
+            self._process.terminate()
+            self._process.join()
+        self._process = self._pipe = None
+
+    def _take(self, kind: str, what: Any) -> None:
+        self.news = {
+            'told': lambda: News(what, self.news.count + 1),
+            'answer': lambda: News(answer=what),
+            'error': lambda: News(error=what),
+        }[kind]()
+
+
+def _work(ask: Ask, pipe: Connection) -> None:
+    """Do it; Ctrl-C is for the process that started this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        pipe.send(('answer', ask(lambda text: pipe.send(('told', text)))))
+    except UserError as error:
+        pipe.send(('error', str(error)))

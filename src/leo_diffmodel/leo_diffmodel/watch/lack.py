@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The torque that the models lack, and where: as given, with the switches, and as they say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.compare.noise import HISTORY
+from leo_diffmodel.compare.torque import (
+    estimate,
+    in_parts,
+    MissingTorque,
+    supposed,
+    torque_windows,
+    trusted,
+)
+from leo_diffmodel.compare.where import Where, where
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.watch.scene import Scene
+from leo_sim.model import Model
+
+Array = np.ndarray
+Parts = Callable[[Windows], MissingTorque]
+AT_ONCE, ON_GROUND_AT_ONCE = 1000, 200
+"""Windows that are estimated in one go, over the joints; of a robot on the ground."""
+
+
+@dataclass(frozen=True)
+class Lack:
+    """What one model lacks.
+
+    Attributes:
+        missing: the torque, window by window.
+        places: the same by joint and condition.
+    """
+
+    missing: MissingTorque
+    places: Where
+
+
+def lack_of(scene: Scene, model: Model) -> Generator[bool, None, Lack]:
+    """What a model lacks, with pauses on the way.
+
+    Raises:
+        ValueError: the recordings are too short.
+        numpy.linalg.LinAlgError: the model cannot follow them.
+    """
+    windows = torque_windows(scene.recordings, model, HISTORY)
+    found = yield from _estimated(model, lambda w: estimate(model, w, scene.sigma), windows)
+    missing = trusted(found, model)
+    yield False
+    return Lack(missing, where(missing, model))
+
+
+def curve(
+    scene: Scene, missing: MissingTorque, other: Model
+) -> Generator[bool, None, Array]:
+    """The torque that the model as given would lack if another were the robot, with pauses.
+
+    Args:
+        scene: the data.
+        missing: the windows in which the model as given lacks torque.
+        other: the model with what is switched on.
+
+    Returns:
+        torque of each window [N m], shape (W, J).
+    """
+    model = scene.model
+    found = yield from _estimated(
+        model, lambda w: supposed(model, other, w, scene.sigma), missing.windows
+    )
+    return found.torque
+
+
+def _estimated(
+    model: Model, work: Parts, windows: Windows
+) -> Generator[bool, None, MissingTorque]:
+    most = ON_GROUND_AT_ONCE if model.robot.contacts else AT_ONCE
+    return in_parts(work, windows, max(1, most // len(model.robot.joint_names)))
+
+
+class Lacks:
+    """What the model as given lacks, and with the switches; takes long, and follows them.
+
+    Attributes:
+        given: of the model as given; None before it is known.
+        now: of the model with the switches; None before it is known.
+        curve: what the model as given would lack if that with the switches were the robot
+            [N m], shape (W, J), in the windows of `given`; None where nothing is on.
+        behind: they are still of switches as they were before.
+        trouble: why there is none of it; '' where there is.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self.given: Lack | None = None
+        self.now: Lack | None = None
+        self.curve: Array | None = None
+        self.behind, self.trouble = True, ''
+
+    def follow(self, model: Model, switched: bool) -> Iterator[bool]:
+        """Compute all for a model with switches, with pauses: True where something is new."""
+        self.trouble = ''
+        try:
+            yield from self._follow(model, switched)
+        except (ValueError, np.linalg.LinAlgError) as error:
+            self.trouble = f'torque over short windows cannot be told here: {error}'
+        self.behind = False
+        yield True
+
+    def _follow(self, model: Model, switched: bool) -> Iterator[bool]:
+        if self.given is None:
+            self.given = yield from lack_of(self._scene, self._scene.model)
+            yield True
+        if not switched:
+            self.now, self.curve = self.given, None
+            return
+        self.curve = yield from curve(self._scene, self.given.missing, model)
+        yield True
+        self.now = yield from lack_of(self._scene, model)

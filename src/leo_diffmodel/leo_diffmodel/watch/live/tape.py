@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The last seconds of what a robot says, kept as the messages that a bag would hold."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from pathlib import Path
+from threading import Lock
+import time
+
+from leo_diffmodel.bags.contents import BagContents, Logged, TopicLog
+from leo_diffmodel.bags.recorder import header_stamp, RecordedTopic
+from leo_diffmodel.bags.sources import Origin, Sources
+from leo_diffmodel.bags.types import JOINT_STATE, STATES
+from leo_diffmodel.bags.writer import BagWriter
+from leo_msgs_py.cdr import joint_values, joints_text
+
+NAME = 'the running robot'
+MOST = 60_000
+"""Messages of a topic that are kept at most, however fast they come."""
+RECENT = 5.0
+"""A second robot counts for so long after its last message [s]."""
+HEADER = 12
+"""Bytes up to the end of a stamp."""
+
+
+class Tape:
+    """Takes what `GraphRecorder` hands to a recorder, and forgets what is old.
+
+    Where the robot falls silent nothing is forgotten: time is that of the newest message. Of two
+    robots that publish the same joints one is kept.
+
+    Attributes:
+        seconds: how much is kept [s].
+        heard: monotonic time of the last joint state [s]; None before the first.
+        foreign: messages of a second robot, left out.
+    """
+
+    folder = None
+    """No bag is written."""
+    troubles: tuple[str, ...] = ()
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self.heard: float | None = None
+        self.lost = self.foreign = self.messages = self.size = 0
+        self.full = ''
+        self._two = float('-inf')
+        self._lock = Lock()
+        self._topics: dict[str, tuple[RecordedTopic, deque[Logged]]] = {}
+        self._sources: dict[tuple[str, bytes], Sources] = {}
+        self._facts: dict[str, str] = {}
+
+    @property
+    def two(self) -> bool:
+        """Whether a second robot publishes the same joints."""
+        return time.monotonic() - self._two < RECENT
+
+    def record(
+        self, topic: RecordedTopic, data: bytes, published_ns: int = 0, logged_ns: int = 0,
+        number: int | None = None,
+    ) -> None:
+        """Keep one CDR message; the arguments are those of `Recorder.record`."""
+        logged_ns = logged_ns or time.time_ns()
+        with self._lock:
+            if not self._is_ours(topic, data, number):
+                return
+            _, kept = self._topics.setdefault(topic.name, (topic, deque(maxlen=MOST)))
+            kept.append(Logged(logged_ns, data, published_ns or logged_ns))
+            self._forget(kept, logged_ns)
+            self.messages += 1
+        if topic.name.endswith(STATES.name):
+            self.heard = time.monotonic()
+
+    def describe(self, metadata: Mapping[str, str]) -> None:
+        """Set what the robot node says of itself: its name, start pose, noise."""
+        self._facts = dict(metadata)
+
+    def flush(self) -> None:
+        """Nothing waits to be written."""
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+    def contents(self) -> BagContents:
+        """What is kept now, as if read from a bag."""
+        with self._lock:
+            topics = {name: TopicLog(name, topic.type, topic.qos, [*kept])
+                      for name, (topic, kept) in self._topics.items()}  # fmt: skip
+        return BagContents(Path(NAME), (), topics, {'leo': self._facts}, True, 0)
+
+    def save(self, folder: Path) -> Path:
+        """Write what is kept now as a bag.
+
+        Raises:
+            UserError: the folder exists, or cannot be made.
+        """
+        contents = self.contents()
+        writer = BagWriter(folder, contents.metadata['leo'])
+        for topic in contents.topics.values():
+            channel = writer.add_topic(topic.name, topic.type, topic.qos)
+            for message in topic.messages:
+                writer.write(channel, message.data, message.log_ns, message.published_ns)
+        writer.close()
+        return folder
+
+    def _forget(self, kept: deque[Logged], now_ns: int) -> None:
+        """Drop what is too old; the last message of a topic stays, as it may be latched."""
+        oldest = now_ns - round(self.seconds * 1e9)
+        while len(kept) > 1 and kept[0].log_ns < oldest:
+            kept.popleft()
+
+    def _is_ours(self, topic: RecordedTopic, data: bytes, number: int | None) -> bool:
+        """Whether a message is not of a second robot; begin anew where the first comes back."""
+        if topic.type != JOINT_STATE or len(data) < HEADER:
+            return True
+        joints, now = joints_text(data), time.monotonic()
+        source = self._sources.setdefault((topic.name, joints), Sources())
+        values = joint_values(data, joints)
+        origin = source.origin(header_stamp(data), number, now, self.two, values)
+        if origin in (Origin.OTHER, Origin.OURS_AGAIN):
+            self.foreign, self._two = self.foreign + 1, now
+        if origin is Origin.OURS_AGAIN:
+            self._topics.clear()
+        return origin in (Origin.OURS, Origin.OURS_AGAIN)

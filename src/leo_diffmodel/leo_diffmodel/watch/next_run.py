@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What to record next: leo next on what 'find it for me' explained, in a process of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from leo_diffmodel.bags.recorder import free_folder
+from leo_diffmodel.watch.adding import Answer
+from leo_diffmodel.watch.errand import Errand, Heard
+from leo_diffmodel.watch.finder import Finder
+from leo_diffmodel.watch.plan import Plan
+from leo_diffmodel.watch.state import State
+from leo_msgs_py.errors import UserError
+
+Asked = Callable[[list[str], dict[str, Any], Heard], Plan]
+"""Proposes a run for the bags of a command line and the contents of their explain.json."""
+FIRST = "'Find it for me' comes first: the run parts what that leaves open"
+NOWHERE = 'start leo watch with -o DIR to write the run there'
+GONE = f'the data that were searched are not kept; {NOWHERE}'
+
+
+class NextRun(Errand):
+    """The run to record next; written as soon as it is known, where there is a folder.
+
+    Attributes:
+        file: the run file; None where none was written.
+    """
+
+    def __init__(self, state: State, finder: Finder, asked: Asked) -> None:
+        super().__init__()
+        self._state, self._finder, self._asked = state, finder, asked
+        self._about: Answer | None = None
+        self.file: Path | None = None
+        self._unwritten = ''
+
+    @property
+    def plan(self) -> Plan | None:
+        """The proposal for what was found last."""
+        return self.news.answer if self._about is self._state.answer else None
+
+    @property
+    def hindrance(self) -> str:
+        """Why it cannot be asked for now; '' where it can."""
+        if self._state.answer is None or self._finder.busy or self._finder.news.error:
+            return FIRST
+        return '' if self._finder.words else GONE
+
+    @property
+    def words(self) -> list[str]:
+        """The words after `leo` that play the run; none where there is none that can be played."""
+        return self.plan.command(self.file) if self.plan else []
+
+    @property
+    def recorded(self) -> list[str]:
+        """As `words`, and recorded into a new bag beside the run."""
+        if not self.words or self._state.folder is None:
+            return self.words
+        name = self.file.stem if self.file else self.words[1]
+        return [*self.words, '--bag', str(free_folder(self._state.folder / name))]
+
+    @property
+    def said(self) -> str:
+        """Why there is no file of the run; '' where there is, or no run."""
+        return self._unwritten if self.plan else ''
+
+    def start(self) -> None:
+        """Ask for the run, unless that is under way or cannot be."""
+        answer = self._state.answer
+        if answer is None or self.hindrance or self.busy:
+            return
+        self._about, self.file, self._unwritten = answer, None, ''
+        self.begin(partial(self._asked, self._finder.words, answer.data))
+
+    def look(self) -> None:
+        """Take in what is new; write the run."""
+        if not self.hear():
+            return
+        if self.news.answer is not None:
+            self._write(self.news.answer)
+        self._state.tell()
+
+    def _write(self, plan: Plan) -> None:
+        folder = self._state.folder
+        try:
+            self.file = plan.write(folder) if folder else None
+        except (UserError, OSError) as error:
+            self._unwritten = str(error)
+        if folder is None and plan.run is not None:
+            self._unwritten = NOWHERE

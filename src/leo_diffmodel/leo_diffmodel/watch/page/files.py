@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What can be taken away from the page: made when it is asked for, sent, and left nowhere."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from numpy import ndarray
+from tornado.iostream import StreamClosedError
+from tornado.web import RequestHandler
+
+from leo_diffmodel.watch import numbers, shown
+from leo_diffmodel.watch.errand import News
+from leo_diffmodel.watch.page import copy
+from leo_diffmodel.watch.state import State
+
+Route = tuple[str, type[RequestHandler], dict[str, Any]]
+HEAR = 0.2
+"""Between two looks at how far a drawing is [s]."""
+CHUNK = 1 << 16
+"""Bytes that are sent at once."""
+
+
+def routes(state: State) -> list[Route]:
+    """Where each file is."""
+    one_by_one = asyncio.Lock()
+    texts = (('numbers.csv', 'text/csv', lambda: numbers.table(state)),
+             ('copy.html', 'text/html', lambda: copy.page(state)))  # fmt: skip
+    drawn = (('view.png', 'image/png', shown.now), ('view.svg', 'image/svg+xml', shown.now),
+             ('comparison.gif', 'image/gif', shown.from_now),
+             ('comparison.mp4', 'video/mp4', shown.from_now))  # fmt: skip
+    return [
+        *((f'/{name}', _Text, {'kind': f'{kind}; charset=utf-8', 'content': content})
+          for name, kind, content in texts),
+        *((f'/{name}', _Drawing, {'name': name, 'kind': kind, 'times': times, 'state': state,
+                                  'turn': one_by_one})
+          for name, kind, times in drawn),
+    ]  # fmt: skip
+
+
+class _File(RequestHandler):
+    """Something of now, which no cache keeps."""
+
+    def head_of(self, kind: str) -> None:
+        self.set_header('Content-Type', kind)
+        self.set_header('Cache-Control', 'no-store')
+
+
+class _Text(_File):
+    """A file that is made at once."""
+
+    def initialize(self, kind: str, content: Callable[[], str]) -> None:
+        self._kind, self._content = kind, content
+
+    def get(self) -> None:
+        self.head_of(self._kind)
+        self.finish(self._content())
+
+
+class _Drawing(_File):
+    """A picture or a film, drawn by another process; one after the other, told on the page."""
+
+    def initialize(self, name: str, kind: str, times: Callable[[State], ndarray], state: State,
+                   turn: asyncio.Lock) -> None:  # fmt: skip
+        self._name, self._kind, self._times = name, kind, times
+        self._state, self._turn, self._gone = state, turn, False
+
+    async def get(self) -> None:
+        with TemporaryDirectory(prefix='leo_watch_') as folder:
+            path = Path(folder, self._name)
+            async with self._turn:
+                news = await self._drawn(path)
+            await self._send(path, news)
+
+    def on_connection_close(self) -> None:
+        """Nobody waits for it any more."""
+        self._gone = True
+
+    async def _send(self, path: Path, news: News) -> None:
+        """Send what was drawn, or why it was not; nothing where nobody waits for it."""
+        if news.error:
+            self.set_status(500)
+            self.head_of('text/plain; charset=utf-8')
+            self.finish(f'{news.error}\n')
+        elif news.answer:
+            self.head_of(self._kind)
+            self.set_header('Content-Length', str(path.stat().st_size))
+            with path.open('rb') as file, suppress(StreamClosedError):
+                while chunk := file.read(CHUNK):
+                    self.write(chunk)
+                    await self.flush()
+
+    async def _drawn(self, path: Path) -> News:
+        """Have it drawn; no answer where nobody waits for it."""
+        state, drawing = self._state, self._state.drawing
+        if self._gone:
+            return News()
+        drawing.begin(partial(shown.view(state, self._times(state)).draw, path))
+        state.tell()
+        while drawing.busy and not self._gone:
+            await asyncio.sleep(HEAR)
+            if drawing.hear():
+                state.tell()
+        drawing.stop()
+        state.tell()
+        return drawing.news

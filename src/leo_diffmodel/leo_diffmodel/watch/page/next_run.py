@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What to record next: the run as a curve, what it would tell apart, and where it is."""
+
+from __future__ import annotations
+
+from html import escape
+import shlex
+from typing import Any
+
+from bokeh.layouts import column, row
+from bokeh.models import Button, ColumnDataSource, Div
+
+from leo_diffmodel.next_run.motions import TRIED_SECONDS
+from leo_diffmodel.report.canvas import canvas
+from leo_diffmodel.watch.next_run import NextRun
+from leo_diffmodel.watch.page.look import CARD, TEXT
+from leo_diffmodel.watch.page.strips import colour, joined, joints_legend, stepped, UNITS
+from leo_diffmodel.watch.plan import Plan
+
+HEIGHT = 170
+ON_ROBOT = 'on the robot, recorded'
+NOTE = (
+    'Motion as the model with what was named predicts it, of a scripted motion the first '
+    f'{TRIED_SECONDS:g} s. Gaps: the motors are off, or the robot is put up again.'
+)
+
+
+class NextRunView:
+    """A button, the proposal, and its curves while there are some."""
+
+    def __init__(self, next_run: NextRun) -> None:
+        self._next = next_run
+        self._ask = Button(label='What to record next', width=200, name='next run')
+        self._ask.on_click(self._asked)
+        self._words = Div(text='', stylesheets=[TEXT], name='next run says',
+                          sizing_mode='stretch_width')  # fmt: skip
+        empty: dict[str, list] = {'ts': [], 'us': [], 'colour': [], 'joint': []}
+        self._inputs = ColumnDataSource(empty, name='next run inputs')
+        self._motion = ColumnDataSource(empty, name='next run motion')
+        self._shown: Plan | None = None
+        self._plots = self._two()
+        self._legend = Div(text='', stylesheets=[TEXT])
+        note = Div(text=f'<small>{NOTE}</small>', stylesheets=[TEXT])
+        self._curves = column(*self._plots, self._legend, note, sizing_mode='stretch_width')
+        self.root = column(row(self._ask), self._words, self._curves, stylesheets=[CARD],
+                           sizing_mode='stretch_width')  # fmt: skip
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show how far it is, or what is proposed."""
+        plan = self._next.plan
+        self._ask.disabled = self._next.busy or bool(self._next.hindrance)
+        self._words.text = ''.join(f'<div>{line}</div>' for line in self._lines())
+        if plan is not self._shown:
+            self._shown = plan
+            self._draw(plan)
+        self._curves.visible = plan is not None and plan.predicted is not None
+
+    def _asked(self) -> None:
+        self._next.start()
+        self.refresh()
+
+    def _lines(self) -> list[str]:
+        """What is said, as HTML."""
+        news, plan = self._next.news, self._next.plan
+        if self._next.busy:
+            return [f'choosing a run, {news.count}: {escape(news.text)} …']
+        if plan is None:
+            hindrance = self._next.hindrance
+            if news.error and not hindrance:
+                return [f'<span class="error">{escape(news.error)}</span>']
+            return [f'<small>{escape(hindrance)}</small>'] if hindrance else []
+        return [*map(escape, plan.words), *self._files()]
+
+    def _files(self) -> list[str]:
+        """Where the run is, and how it is played."""
+        said = [f'wrote <code>{escape(str(self._next.file))}</code>'] * bool(self._next.file)
+        if self._next.said:
+            said.append(f'<span class="error">{escape(self._next.said)}</span>')
+        if self._next.words:
+            command = escape(shlex.join(['leo', *self._next.recorded]))
+            said.append(f'{ON_ROBOT}: <code>{command}</code>')
+        return said
+
+    def _two(self) -> tuple[Any, Any]:
+        """Inputs above the motion, on one axis of time."""
+        above = canvas('', '', height=HEIGHT, name='next run plot')
+        below = canvas('time [s]', 'angle [rad]', height=HEIGHT, x_range=above.x_range)
+        for plot, source in ((above, self._inputs), (below, self._motion)):
+            plot.multi_line('ts', 'us', source=source, line_color='colour', line_width=1.5)
+        return above, below
+
+    def _draw(self, plan: Plan | None) -> None:
+        if plan is None or plan.predicted is None:
+            return
+        track = plan.predicted
+        driven = [track.joints.index(a) for a in track.actuators]
+        others = [k for k in range(len(track.joints)) if k not in driven
+                  and track.joints[k] not in plan.robot.base_joints]  # fmt: skip
+        names = tuple(track.joints[k] for k in (*driven, *others))
+        t, x, inputs = joined(track)
+        self._inputs.data = stepped(t, inputs, track.actuators)
+        self._motion.data = {'ts': [t] * len(names), 'us': [*x[:, [*driven, *others]].T],
+                             'colour': [colour(k) for k in range(len(names))],
+                             'joint': [*names]}  # fmt: skip
+        self._plots[0].yaxis.axis_label = f'input [{UNITS[track.input]}]'
+        self._legend.text = joints_legend(names)

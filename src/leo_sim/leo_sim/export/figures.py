@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The laws of a model as the figures of straight lines, read off the laws themselves."""
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from leo_sim.export.needs import slope_and_end
+from leo_sim.laws.laws import Laws
+from leo_sim.model.model import Model
+
+LAG = 'actuator_lag'
+
+
+@dataclass(frozen=True)
+class Drives:
+    """Of each actuator, (A,); the torque is gain u + bias - back_emf w.
+
+    Attributes:
+        gain: N m per unit of what is on the motor, V or N m.
+        back_emf: N m s/rad.
+        bias: N m.
+        most: What is on the motor at most, V or N m.
+        scale: What is on the motor for a command of 1 V or N m.
+        lag: Time constant of the command, s; 0 for none.
+    """
+
+    gain: Any
+    back_emf: Any
+    bias: Any
+    most: Any
+    scale: Any
+    lag: Any
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Of each joint, (J,), beside its actuator.
+
+    Attributes:
+        armature: kg m2.
+        damping: N m s/rad.
+        friction: N m.
+        stiffness: N m/rad.
+        rest: Angle at which the spring is at rest, rad.
+        zero: What the encoder reads at angle 0, rad.
+        drives: The actuators.
+        laws: The laws they are of.
+    """
+
+    armature: Any
+    damping: Any
+    friction: Any
+    stiffness: Any
+    rest: Any
+    zero: Any
+    drives: Drives
+    laws: Laws
+
+
+def figures(model: Model) -> Figures:
+    """The figures of a model whose laws are straight lines (see `held`)."""
+    laws = model.changed(effects=[p for p in model.effects if p.effect.name != LAG]).laws
+    still = np.zeros(len(laws.joints))
+
+    def joint(q: float, dq: float) -> Any:
+        off = np.zeros(len(laws.actuated_joints), dtype=bool)
+        return still + laws.torques(still + q, still + dq, still + dq, np.zeros(len(off)), off,
+                                    still).joint
+
+    at_rest = joint(0.0, 0.0)
+    stiffness, level = at_rest - joint(1.0, 0.0), laws.torques(
+        still, still, still, np.zeros(len(laws.actuated_joints)), None, still).level
+    sprung = stiffness > 0
+    rest = np.where(sprung, at_rest / np.where(sprung, stiffness, 1.0), 0.0)
+    bias = np.where(sprung, 0.0, at_rest)[laws.actuated]
+    return Figures(
+        still + laws.rotor_inertia, at_rest - joint(0.0, 1.0), still if level is None else level,
+        stiffness, rest, laws.sense(still, still, {})[0], _drives(model, laws, bias), laws)
+
+
+def _drives(model: Model, laws: Laws, bias: Any) -> Drives:
+    """Straight lines of the motors, whatever makes their input (a goal, of servos)."""
+    robot, motors = model.robot, laws.straight
+    still, ones = np.zeros(len(laws.joints)), np.ones(len(laws.actuated_joints))
+
+    def motor(u: float, dq: float) -> Any:
+        torque = motors.torques(still, still, still + dq, u * ones, None, still).motor
+        return (still + torque)[laws.actuated]
+
+    strongest = np.array([a.strongest for a in robot.actuators])
+    scale, most = slope_and_end(
+        lambda share: motors.command(share * strongest, None, {}, 1.0)[0], 1.0)
+    lag = np.zeros(len(ones))
+    for placed in model.effects:
+        if placed.effect.name == LAG:
+            lag[[a.joint in placed.where for a in robot.actuators]] = placed.parameters['tau']
+    zero = motor(0.0, 0.0)
+    return Drives(motor(1.0, 0.0) - zero, zero - motor(0.0, 1.0), bias, most, scale / strongest,
+                  lag)

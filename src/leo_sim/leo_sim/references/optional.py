@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The module that imports mujoco, which need not be installed."""
+from typing import Any
+
+from leo_msgs_py.errors import UserError
+
+
+def mujoco(what: str) -> Any:
+    """The module `leo_sim.references.mujoco`.
+
+    Args:
+        what: What is to be done with it, for the error.
+
+    Raises:
+        UserError: mujoco is not installed.
+    """
+    try:
+        from leo_sim.references import mujoco as module
+    except ModuleNotFoundError as error:
+        raise UserError(f"{what} needs the package mujoco: pip install 'mujoco<4'") from error
+    return module

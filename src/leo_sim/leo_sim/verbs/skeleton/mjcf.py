@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An MJCF of a robot with a fixed or a planar base, as MuJoCo compiles it, turned to a URDF."""
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from leo_msgs_py.errors import UserError
+from leo_sim.description.urdf import rpy
+from leo_sim.references.optional import mujoco
+from leo_sim.verbs.skeleton.description import Description
+
+FREE, BALL, SLIDE = 0, 1, 2  # mjtJoint
+OF_JOINT = 0  # mjtTrn
+LIGHT = 1e-6
+"""Mass of a link between two joints of one body, kg; its inertia is as many times smaller."""
+PLANAR = ((1, 0, 0), (0, 0, 1), (0, 1, 0))
+"""Axes of the joints of a planar base."""
+
+
+def read_mjcf(path: Path, name: str) -> Description:
+    """Read an MJCF file, with all that it includes; its robot is called `name`.
+
+    Raises:
+        UserError: No package mujoco, a file that MuJoCo refuses, or joints that no robot here has.
+    """
+    model = mujoco('an MJCF').compiled(path)
+    for i in np.flatnonzero(model.jnt_type < SLIDE).tolist():
+        kind = {FREE: 'free', BALL: 'a ball'}[int(model.jnt_type[i])]
+        raise UserError(f'{path}: joint {_joint(model, i)!r} is {kind}; a robot here has a '
+                        'fixed base, or a planar one of two slides and a hinge')
+    root = ElementTree.Element('robot', name=name)
+    zeros = {0: np.zeros(3)}
+    ElementTree.SubElement(root, 'link', name=_link(model, 0))
+    for body in range(1, model.nbody):
+        zeros[body] = _add_body(root, model, body, zeros[int(model.body_parentid[body])])
+    motors = _motors(model)
+    ElementTree.indent(root)
+    joints = range(model.njnt)
+    return Description(
+        name=name, text=ElementTree.tostring(root, encoding='unicode') + '\n',
+        efforts={_joint(model, j): most for j, i in motors.items() if (most := _effort(model, i))},
+        speeds={},
+        frictions={_joint(model, j): f'{friction:g}' for j in joints
+                   if (friction := float(model.dof_frictionloss[model.jnt_dofadr[j]]))},
+        notes=tuple(_notes(model, motors)),
+        rotors={_joint(model, j): rotor for j in motors
+                if (rotor := float(model.dof_armature[model.jnt_dofadr[j]]))},
+        springs={_joint(model, j): (float(model.jnt_stiffness[j]), float(
+            model.qpos_spring[model.jnt_qposadr[j]]) - _zero(model, j))
+            for j in joints if model.jnt_stiffness[j]},
+        motors=frozenset(_joint(model, j) for j in motors) or None,
+        base='planar' if _planar(model, motors) else 'fixed',
+        gravity=float(np.linalg.norm(model.opt.gravity)))
+
+
+def _add_body(root: ElementTree.Element, model: Any, body: int, above: Any) -> Any:
+    """Add a body's link, with a light one for each joint but the last; return its link's origin.
+
+    A link has its origin at its joint, a body where it likes: `above` is where the link of the
+    parent has it in that body's own frame, m.
+    """
+    first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+    turned = Rotation.from_quat(model.body_quat[body], scalar_first=True)
+    parent, at = _link(model, int(model.body_parentid[body])), np.zeros(3)
+    place = model.body_pos[body] - above
+    for joint in range(first, first + count):
+        last = joint == first + count - 1
+        child = _link(model, body) if last else f'{_joint(model, joint)}_link'
+        there = model.jnt_pos[joint]
+        place = place + turned.apply(there - at)
+        _add_joint(root, model, joint, (parent, child), place, turned)
+        parent, at, turned, place = child, there, Rotation.identity(), np.zeros(3)
+        if not last:
+            _add_link(root, child, LIGHT, at * 0, np.full(3, LIGHT ** 2), Rotation.identity())
+    if not count:
+        _add_joint(root, model, None, (parent, _link(model, body)), place, turned)
+    _add_link(root, _link(model, body), model.body_mass[body], model.body_ipos[body] - at,
+              model.body_inertia[body],
+              Rotation.from_quat(model.body_iquat[body], scalar_first=True))
+    return at
+
+
+def _add_joint(root: ElementTree.Element, model: Any, joint: int | None, ends: tuple[str, str],
+               place: Any, turned: Rotation) -> None:
+    if joint is None:
+        element = ElementTree.SubElement(root, 'joint', name=f'{ends[1]}_fixed', type='fixed')
+    else:
+        limited, sliding = bool(model.jnt_limited[joint]), model.jnt_type[joint] == SLIDE
+        kind = 'prismatic' if sliding else 'revolute' if limited else 'continuous'
+        element = ElementTree.SubElement(root, 'joint', name=_joint(model, joint), type=kind)
+        ElementTree.SubElement(element, 'axis', xyz=_text(model.jnt_axis[joint]))
+        damping = float(model.dof_damping[model.jnt_dofadr[joint]])
+        ElementTree.SubElement(element, 'dynamics', damping=repr(damping))
+        if limited:
+            low, high = model.jnt_range[joint] - _zero(model, joint)
+            ElementTree.SubElement(element, 'limit', lower=repr(float(low)),
+                                   upper=repr(float(high)))
+    for tag, link in zip(('parent', 'child'), ends, strict=True):
+        ElementTree.SubElement(element, tag, link=link)
+    ElementTree.SubElement(element, 'origin', xyz=_text(place), rpy=_text(rpy(turned.as_matrix())))
+
+
+def _add_link(root: ElementTree.Element, name: str, mass: float, com: Any, moments: Any,
+              turned: Rotation) -> None:
+    element = ElementTree.SubElement(root, 'link', name=name)
+    if not mass:
+        return
+    inertial = ElementTree.SubElement(element, 'inertial')
+    ElementTree.SubElement(inertial, 'origin', xyz=_text(com), rpy=_text(rpy(turned.as_matrix())))
+    ElementTree.SubElement(inertial, 'mass', value=repr(float(mass)))
+    figures = dict(zip(('ixx', 'iyy', 'izz'), map(repr, map(float, moments)), strict=True))
+    ElementTree.SubElement(inertial, 'inertia', {**figures, 'ixy': '0', 'ixz': '0', 'iyz': '0'})
+
+
+def _motors(model: Any) -> dict[int, int]:
+    """The first actuator of each joint that has one."""
+    found: dict[int, int] = {}
+    for i in range(model.nu):
+        if model.actuator_trntype[i] == OF_JOINT:
+            found.setdefault(int(model.actuator_trnid[i, 0]), i)
+    return found
+
+
+def _effort(model: Any, i: int) -> float:
+    """Largest torque of an actuator, N m (N); 0 where the file does not say."""
+    gear = abs(float(model.actuator_gear[i, 0]))
+    most = [float(np.max(np.abs(model.actuator_forcerange[i]))) * gear] \
+        if model.actuator_forcelimited[i] else []
+    if model.actuator_ctrllimited[i] and not model.actuator_biastype[i]:
+        range_of = float(np.max(np.abs(model.actuator_ctrlrange[i])))
+        most.append(abs(float(model.actuator_gainprm[i, 0])) * range_of * gear)
+    joint = int(model.actuator_trnid[i, 0])
+    if model.jnt_actfrclimited[joint]:
+        most.append(float(np.max(np.abs(model.jnt_actfrcrange[joint]))))
+    return min(most, default=0.0)
+
+
+def _planar(model: Any, motors: dict[int, int]) -> bool:
+    """Whether the first joints are slides along x and z and a hinge about y, without motors."""
+    kinds = [int(kind) for kind in model.jnt_type[:3]]
+    aligned = model.njnt >= 3 and np.allclose(np.abs(model.jnt_axis[:3]), PLANAR)
+    return kinds[:2] == [SLIDE, SLIDE] and bool(aligned) and not {0, 1, 2} & {*motors}
+
+
+def _notes(model: Any, motors: dict[int, int]) -> Iterator[str]:
+    """What of the file is not in the robot folder."""
+    counts = {
+        'geoms': model.ngeom, 'equality constraints': model.neq, 'tendons': model.ntendon,
+        'sensors': model.nsensor, 'key frames': model.nkey,
+        'actuators that are not of a joint of their own': model.nu - len(motors)}
+    gone = [f'{count} {what}' for what, count in counts.items() if count]
+    servos = [_joint(model, j) for j, i in motors.items() if model.actuator_biastype[i]]
+    if servos:
+        gone.append(f'the gain and bias of the actuators of {", ".join(servos)}')
+    if gone:
+        yield f'not taken over from the MJCF: {", ".join(gone)}'
+    for joint in range(model.njnt):
+        if zero := _zero(model, joint):
+            yield (f'{_joint(model, joint)} has its angle 0 where the MJCF has its ref, {zero:g}; '
+                   f'an encoder that reads that has it as sensors.{_joint(model, joint)}.offset')
+    x, y, z = model.opt.gravity
+    if x or y or z > 0:
+        yield 'gravity points elsewhere than down in the MJCF; here it is down'
+
+
+def _zero(model: Any, joint: int) -> float:
+    return float(model.qpos0[model.jnt_qposadr[joint]])
+
+
+def _name(model: Any, body: int) -> str:
+    return str(model.body(body).name)
+
+
+def _link(model: Any, body: int) -> str:
+    return _name(model, body) or f'body_{body}'
+
+
+def _joint(model: Any, joint: int) -> str:
+    return str(model.joint(int(joint)).name) or f'joint_{joint}'
+
+
+def _text(vector: Any) -> str:
+    return ' '.join(repr(float(component)) for component in vector)

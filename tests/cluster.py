@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Workers of a Dask cluster on this machine, each a process of one thread."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+
+@contextmanager
+def local_cluster(workers: int) -> Iterator[Any]:
+    """A scheduler with so many workers; skips a test where `distributed` is not installed."""
+    distributed = pytest.importorskip('distributed', reason='requirements-cluster.txt')
+    with distributed.LocalCluster(n_workers=workers, threads_per_worker=1, host='127.0.0.1',
+                                  dashboard_address=None, silence_logs=50) as cluster:  # fmt: skip
+        yield cluster

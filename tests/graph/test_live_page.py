@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of leo watch beside a running robot."""
+
+from collections.abc import Callable
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from types import SimpleNamespace
+
+from bokeh.client import pull_session
+from bokeh.document import Document
+from bokeh.events import ButtonClick
+import numpy as np
+import pytest
+from rclpy.node import Node
+
+from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.topic_map import TopicMap
+from leo_diffmodel.next_run.proposed_run import Run
+from leo_diffmodel.next_run.run_file import write_run
+from leo_diffmodel.nodes.live_robot import live_robot
+from leo_diffmodel.watch.errand import News
+from leo_diffmodel.watch.live.beside import Beside, STOPPED
+from leo_diffmodel.watch.live.recording import RecordingSwitch
+from leo_diffmodel.watch.live.renewing import Renewing, Source
+from leo_diffmodel.watch.live.sending import TOO_LATE
+from leo_diffmodel.watch.page.live import LiveTab
+from leo_diffmodel.watch.plan import Plan
+from leo_diffmodel.watch.state import State
+from leo_learner.experiments.processes import LEO
+from leo_msgs_py import topics
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.values import Command
+from leo_sim.model import Model
+
+pytestmark = pytest.mark.graph
+
+PATIENCE = 60.0
+SOME = 20_000
+"""Bytes of a bag that holds states."""
+APART = 5.0
+"""Between two commands [s]."""
+SOURCE = Source(Model('pendulum'), TopicMap())
+LONG = 4000
+"""Control periods of a run that the e-stop ends."""
+ROBOT = ['run', 'leo_sim', 'robot', '--ros-args', '-p', 'robot:=pendulum', '-p',
+         'noise:=[0.001, 0.03]']  # fmt: skip
+WATCH = ['watch', '--live', '--no-browser', '--json']
+
+
+def until(true: Callable[[], object], what: str = '') -> None:
+    end = time.monotonic() + PATIENCE
+    while not true():
+        assert time.monotonic() < end, what
+        time.sleep(0.05)
+
+
+@pytest.fixture
+def robot(spawn):
+    return spawn('-c', LEO, *ROBOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+@pytest.fixture
+def live(robot, domain, tmp_path):
+    """Two tabs beside a robot process, without a server."""
+    with live_robot(10.0, []) as heard:
+        found: list = []
+        until(lambda: scene_of(heard, found), 'no scene')
+        state = State(found[0])
+        renewing = Renewing(SOURCE, state, heard.tape.contents, lambda: heard.weights)
+        beside = Beside(heard, RecordingSwitch(tmp_path / 'out'), renewing)
+        finder = SimpleNamespace(busy=False, news=News())
+        documents, run = [Document(), Document()], run_of(tmp_path)
+        tabs = [LiveTab(d, state, finder, ['leo', 'add'], beside, run) for d in documents]
+        yield SimpleNamespace(robot=robot, beside=beside, state=state, tabs=tabs,
+                              documents=documents)  # fmt: skip
+        beside.sending.wait()
+        renewing.end()
+        beside.recording.wait()
+
+
+def run_of(folder) -> SimpleNamespace:
+    """What to record next, as it was proposed."""
+    robot = Model('pendulum').robot
+    run = Run('steps', 'slow steps', np.full((LONG, 1), 0.5), np.ones(LONG, bool))
+    plan = Plan((), robot, run)
+    words = ['play', str(write_run(folder / 'run.csv', run, robot))]
+    return SimpleNamespace(busy=False, news=News(), hindrance='', plan=plan, file=None, said='',
+                           words=words, recorded=words)  # fmt: skip
+
+
+def scene_of(heard, found) -> bool:
+    try:
+        found.append(SOURCE.scene(heard.tape.contents()))
+    except UserError:
+        time.sleep(0.5)
+    return bool(found)
+
+
+def click(live, name) -> None:
+    document = live.documents[0]
+    document.callbacks.trigger_event(ButtonClick(document.get_model_by_name(name)))
+
+
+def commander() -> Callable[[], None]:
+    """Sends one command now and then; between two the robot times out."""
+    kind, name, qos = topics.COMMANDS['voltage']
+    publisher, sent = Node('commander').create_publisher(kind, name, qos), [0.0]
+
+    def command() -> None:
+        if publisher.get_subscription_count() and time.monotonic() - sent[0] > APART:
+            sent[0] = time.monotonic()
+            publisher.publish(Command([1.0]).to_message())
+
+    return command
+
+
+def samples(live) -> int:
+    """How many states the second tab shows."""
+    return len(live.documents[1].get_model_by_name('live measured').data['t'])
+
+
+def says(live, text) -> bool:
+    """Whether both tabs say it."""
+    live.beside.look()
+    for tab in live.tabs:
+        tab._live.refresh()
+    return all(text in d.get_model_by_name('robot says').text for d in live.documents)
+
+
+def test_windows_arrive_and_stop_and_recording_reach_the_robot_and_every_tab(live, tmp_path):
+    first, command = live.state.scene, commander()
+    until(lambda: command() or says(live, 'no command: timed out'), 'no time-out')
+    until(lambda: live.beside.look() or live.state.scene is not first, 'no new windows')
+    click(live, 'record')
+    until(lambda: says(live, f'recording {tmp_path}/out/run'))
+    until(lambda: live.beside.recording.size > SOME, 'nothing recorded')
+    click(live, 'e-stop')
+    until(lambda: says(live, 'e-stop: '), 'not stopped')
+    click(live, 'release')
+    until(lambda: not says(live, 'e-stop: '), 'not released')
+    click(live, 'record')
+    until(lambda: says(live, f'recorded {tmp_path}/out/run'))
+    assert len(read_bag(tmp_path / 'out' / 'run', 'pendulum').episodes) == 2
+    click(live, 'record')
+    until(lambda: (tmp_path / 'out' / 'run_1').is_dir(), 'no second bag')
+
+
+def applied(live) -> float:
+    """The newest input that the robot says it applied [V]."""
+    recording = SOURCE.recording(live.beside.robot.tape.contents())
+    return float(recording.episodes[-1].inputs[-1, 0])
+
+
+def test_a_run_is_sent_after_a_question_and_the_e_stop_ends_it(live):
+    click(live, 'yes, move')
+    assert says(live, TOO_LATE) and not live.beside.sending.on
+    click(live, 'send')
+    assert 'not recorded' in live.documents[0].get_model_by_name('sending').text
+    click(live, 'yes, move')
+    until(lambda: says(live, 'playing ') and applied(live) == 0.5, 'not applied')
+    click(live, 'e-stop')
+    until(lambda: says(live, ' was stopped: ') and says(live, 'e-stop: '), 'not stopped')
+    click(live, 'send')
+    click(live, 'yes, move')
+    assert says(live, STOPPED) and not live.beside.sending.on
+    until(lambda: says(live, 'e-stop: ') and applied(live) == 0.0, 'not at 0 V')
+    live.beside.sending.wait()
+
+
+def test_a_robot_that_dies_is_said_and_what_was_measured_stays(live):
+    until(lambda: not says(live, 'no state') and samples(live) > 200, 'too few samples')
+    live.robot.send_signal(signal.SIGKILL)
+    until(lambda: says(live, 'no state from the robot'))
+    until(lambda: not live.beside.look() and live.beside.renewing._future is None)
+    until(lambda: click(live, 'e-stop') or says(live, 'no /robot/e_stop service answers'))
+    assert samples(live) > 200 and live.state.scene.recordings
+
+
+def test_the_command_serves_the_page_and_ends_with_the_signal(robot, spawn, domain):
+    leo = spawn('-c', LEO, *WATCH, '--model', 'pendulum', stdout=subprocess.PIPE)
+    url = json.loads(leo.stdout.readline())['url']
+    document = pull_session(url=url).document
+    assert len(document.get_model_by_name('live measured').data['t']) > 100
+    leo.send_signal(signal.SIGINT)
+    assert leo.wait(PATIENCE) == 0 and robot.poll() is None
+
+
+@pytest.mark.parametrize(('model', 'words'), [
+    ('pendulum', 'no robot is publishing joint_states'), ('nobody', 'nobody'),
+])  # fmt: skip
+def test_without_a_robot_or_a_model_it_ends_with_one_line(model, words, domain):
+    done = subprocess.run(
+        [sys.executable, '-c', LEO, *WATCH, '--model', model, '--patience', '1'],
+        capture_output=True, text=True, env=os.environ, timeout=PATIENCE,
+    )  # fmt: skip
+    assert done.returncode == 2 and words in done.stderr and done.stderr.count('\n') == 1
+
+
+def test_another_robot_than_the_models_is_refused_with_both_names(robot, domain):
+    done = subprocess.run(
+        [sys.executable, '-c', LEO, *WATCH, '--model', 'leo'], capture_output=True, text=True,
+        env=os.environ, timeout=PATIENCE,
+    )  # fmt: skip
+    assert done.returncode == 2 and 'pivot' in done.stderr and done.stderr.count('\n') == 1

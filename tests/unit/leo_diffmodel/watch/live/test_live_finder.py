@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A search over what a robot measured last."""
+
+from pathlib import Path
+import time
+
+import pytest
+from tests.unit.leo_diffmodel.watch.live.test_tape import say
+
+from leo_diffmodel.watch.live.finder import LiveFinder
+from leo_diffmodel.watch.live.tape import Tape
+
+
+def asked(words, heard):
+    return {'words': words, 'there': Path(words[0]).is_dir()}
+
+
+@pytest.fixture
+def tape():
+    tape = Tape(2.0)
+    for k in range(50):
+        say(tape, k)
+    return tape
+
+
+def answer(finder):
+    finder.start()
+    end = time.monotonic() + 120.0
+    while not finder.news.over and time.monotonic() < end:
+        finder.hear()
+        time.sleep(0.02)
+    return finder.news.answer
+
+
+def test_what_is_searched_stays_where_a_folder_is_given(tape, tmp_path):
+    found = answer(LiveFinder(tape, asked, ['--model', 'x'], tmp_path / 'out'))
+    assert found == {'words': [f'{tmp_path}/out/searched', '--model', 'x'], 'there': True}
+    assert (tmp_path / 'out' / 'searched' / 'metadata.yaml').is_file()
+
+
+def test_without_a_folder_it_is_there_only_for_the_search(tape):
+    found = answer(LiveFinder(tape, asked, [], None))
+    assert found['there'] and not Path(found['words'][0]).parent.exists()
+
+
+def test_a_bag_that_cannot_be_saved_is_said(tape, tmp_path):
+    (tmp_path / 'out').touch()
+    finder = LiveFinder(tape, asked, [], tmp_path / 'out')
+    finder.start()
+    assert 'out' in finder.news.error and not finder.busy

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A run is sent to the robot after a question."""
+
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from leo_diffmodel.watch.live.beside import Beside, SILENT, STOPPED
+from leo_diffmodel.watch.live.sending import OPEN, Sending, Sent, TOO_LATE
+from leo_msgs_py.errors import UserError
+
+
+@pytest.fixture
+def clock():
+    return [100.0]
+
+
+@pytest.fixture
+def sending(clock, tmp_path):
+    """Asked about a run whose file is not there."""
+    sending = Sending(now=lambda: clock[0])
+    sending.ask(Sent(('play', str(tmp_path / 'none.csv')), 'steps', 2.0))
+    yield sending
+    sending.wait()
+
+
+def test_a_question_that_expired_or_was_denied_moves_nothing(sending, clock):
+    run = sending.question
+    clock[0] += OPEN - 0.1
+    assert sending.question is run
+    clock[0] += 0.2
+    with pytest.raises(UserError, match=TOO_LATE):
+        sending.yes()
+    sending.ask(run)
+    sending.no()
+    with pytest.raises(UserError, match=TOO_LATE):
+        sending.yes()
+    assert not sending.on and sending.words == ''
+
+
+def test_a_run_that_cannot_be_played_says_why(sending):
+    sending.yes()
+    assert sending.on and sending.question is None and 'playing "steps"' in sending.words
+    end = time.monotonic() + 120.0
+    while sending.on and time.monotonic() < end:
+        time.sleep(0.05)
+    assert '"steps" was not played to its end: ' in sending.words
+    assert 'none.csv' in sending.words and 'leo: error' not in sending.words
+    with pytest.raises(UserError, match=TOO_LATE):
+        sending.yes()
+
+
+def test_it_is_stopped_while_it_starts(sending):
+    sending.yes()
+    sending.wait()
+    assert not sending.on and 'goes to 0 by its own time-out' in sending.words
+
+
+def test_a_robot_that_is_stopped_or_silent_gets_no_run(sending):
+    robot = SimpleNamespace(condition=SimpleNamespace(e_stopped=True, trouble=''),
+                            tape=SimpleNamespace(heard=time.monotonic(), messages=0))
+    renewing = SimpleNamespace(look=lambda _: None, news=SimpleNamespace(trouble=''))
+    beside = Beside(robot, None, renewing, sending)
+    with pytest.raises(UserError, match=STOPPED):
+        beside.send()
+    robot.condition.e_stopped, robot.tape.heard = False, time.monotonic() - 60.0
+    with pytest.raises(UserError, match=SILENT):
+        beside.send()
+    assert sending.question is not None and not sending.on
+    robot.condition.e_stopped = True
+    beside.look()
+    assert sending.question is None

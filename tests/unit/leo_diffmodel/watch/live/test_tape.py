@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The last seconds of a robot's messages."""
+
+import numpy as np
+import pytest
+from tests.simulate import TORQUE
+
+from leo_diffmodel.bags.recorder import RecordedTopic
+from leo_diffmodel.bags.recording import assembled, read_bag
+from leo_diffmodel.bags.topic_map import TopicMap
+from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
+from leo_diffmodel.watch.live.tape import Tape
+from leo_msgs_py import cdr
+from leo_msgs_py.errors import UserError
+
+JOINTS = tuple(TORQUE.joint_names)
+TOPICS = {t.name: RecordedTopic(t.name, t.type, t.qos)
+          for t in (STATES, APPLIED['effort'], EPISODE)}  # fmt: skip
+
+
+def say(tape, k, q=None, number=None, base=0):
+    """Sample k of a robot at 100 Hz, with the input that follows it."""
+    stamp = base + k * 10_000_000
+    value = np.sin(0.01 * k) if q is None else q
+    state = cdr.joint_state(stamp, JOINTS, [value], [np.cos(0.01 * k)])
+    logged = 10**18 + k * 10_000_000
+    tape.record(TOPICS[STATES.name], state, 0, logged, number)
+    applied = cdr.joint_state(stamp, JOINTS, effort=[0.1])
+    tape.record(TOPICS[APPLIED['effort'].name], applied, 0, logged + 1, number)
+
+
+@pytest.fixture
+def tape():
+    tape = Tape(2.0)
+    tape.record(TOPICS[EPISODE.name], cdr.uint32(1), 0, 10**18)
+    return tape
+
+
+def test_it_keeps_the_last_seconds_and_what_is_latched(tape):
+    for k in range(1000):
+        say(tape, k)
+    topics = tape.contents().topics
+    assert 200 <= len(topics[STATES.name].messages) <= 202
+    assert len(topics[EPISODE.name].messages) == 1
+
+
+def test_its_states_are_those_that_a_bag_of_it_would_give(tape, tmp_path):
+    for k in range(300):
+        say(tape, k)
+    live = assembled(tape.contents(), TORQUE, TopicMap())
+    kept = read_bag(tape.save(tmp_path / 'bag'), TORQUE)
+    for name in ('t', 'q', 'dq', 'inputs', 'enabled'):
+        np.testing.assert_array_equal(*(getattr(r.episodes[0], name) for r in (live, kept)))
+
+
+def test_of_two_robots_one_is_kept_and_it_is_said(tape):
+    for k in range(50):
+        say(tape, k, number=k + 1)
+        if k > 10:
+            say(tape, k, q=3.0, number=500 + k, base=10**15)
+    assert tape.two and tape.foreign
+    episodes = assembled(tape.contents(), TORQUE, TopicMap()).episodes
+    assert max(e.q.max() for e in episodes) < 3.0
+
+
+def test_states_of_other_joints_are_refused_with_their_names(tape):
+    tape.record(TOPICS[STATES.name], cdr.joint_state(1, ['elbow'], [0.0]), 0, 10**18)
+    with pytest.raises(UserError, match='elbow'):
+        assembled(tape.contents(), TORQUE, TopicMap())
+
+
+def test_a_bag_that_is_there_is_not_written_over(tape, tmp_path):
+    (tmp_path / 'bag').mkdir()
+    with pytest.raises(UserError, match='exists already'):
+        tape.save(tmp_path / 'bag')

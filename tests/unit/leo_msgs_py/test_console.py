@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables fold what is too wide; they cut nothing."""
+
+import io
+
+from leo_msgs_py.console import Table, Terminal
+
+NAMES = ('command_delay', 'load_dependent_friction:shoulder_lift')
+
+
+def test_names_are_never_cut_at_80_columns():
+    table = Table('effect', title='effects')
+    for column in ('found from', 'named from', 'unit', 'size', 'seconds', 'most like'):
+        table.add_column(column, justify='right')
+    for name in NAMES:
+        table.add_row(name, '0.0123', '0.0456', 'N m s2/rad2', '0.1', '120', f'{NAMES[1]} (9.9)')
+    text = io.StringIO()
+    Terminal(file=text, width=80).print(table)
+    lines = text.getvalue().splitlines()
+    assert '…' not in text.getvalue() and max(map(len, lines)) <= 80
+    first = ''.join(line.split('│')[1].strip() for line in lines if line.startswith('│'))
+    assert all(name in first for name in NAMES)

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plain MuJoCo plays an exported model as the model itself moves."""
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from leo_sim.effects import place
+from leo_sim.export.held import held
+from leo_sim.export.mjcf import mjcf
+from leo_sim.model import Model
+from leo_sim.references.mjcf import written
+
+mujoco = pytest.importorskip('mujoco')
+CLOSE = 0.01
+"""Largest error of a joint's angle or rate, rms, as a share of how much it moves."""
+FRICTION = (('viscous_friction', {'b': 0.01}), ('coulomb_friction', {'c': 0.02}))
+MOTOR = (('torque_scale', {'k': 0.8}), ('armature', {'J': 0.002}))
+SPRING = (('joint_spring', {'k': 0.2, 'rest': 0.4}), ('encoder_offset', {'o': 0.1}))
+VOLTS = (('back_emf_scale', {'k': 1.4}), ('voltage_scale', {'k': 0.9}))
+SLOW = (('actuator_lag', {'tau': 0.03}), ('bias_torque', {'t': 0.02}))
+SINGLE = {
+    'pendulum': (FRICTION[:0], (('viscous_friction', {'b': 1e-5}),),
+                 (('coulomb_friction', {'c': 5e-4}), ('armature', {'J': 5e-5})), VOLTS),
+    'servo_pendulum': (FRICTION, MOTOR, SPRING, VOLTS, SLOW, (('voltage_limit', {'v': 3.0}),)),
+    'torque_pendulum': (FRICTION, MOTOR, SPRING, SLOW),
+    'xl330_pendulum': (FRICTION, MOTOR, SPRING, VOLTS),
+}
+BODIES = {'link_mass': {'m': 0.2}, 'link_com': {'x': 0.01, 'z': -0.02},
+          'link_inertia': {'I': 0.002}}
+CASES = [(robot, effects) for robot, all_of in SINGLE.items() for effects in all_of]
+
+
+def with_effects(robot, effects):
+    model = Model(robot, engine='rigid')
+    return model.changed(effects=[place(model.robot, name, 'all', **p) for name, p in effects])
+
+
+def commands(model, count, share):
+    """Steps that hold for 0.1 s each, `share` of the largest input."""
+    rng = np.random.default_rng(3)
+    hold = max(1, round(0.1 / model.robot.control_period))
+    steps = rng.uniform(-1, 1, (count // hold + 1, len(model.robot.actuators)))
+    return share * np.repeat(steps, hold, axis=0)[:count] * np.abs(model.robot.bounds).min(axis=0)
+
+
+def by_model(model, state, inputs):
+    """What the encoders read, angles and rates, (K, 2 J)."""
+    read = []
+    for u in inputs:
+        state = model.step(state, u, model.robot.control_period)
+        read.append(np.concatenate(model.sense(state)))
+    return np.array(read)
+
+
+def by_mujoco(model, state, inputs, held_base=False):
+    """The same from the exported file alone, by name, with nothing of ours."""
+    loaded = mujoco.MjModel.from_xml_string(written(mjcf(held(model, 'MJCF').model)))
+    names = model.robot.joint_names
+    at = [loaded.joint(name).qposadr[0] for name in names]
+    if held_base:
+        loaded.dof_armature[at[:3]] = 1e4
+    data = mujoco.MjData(loaded)
+    data.qpos[at], data.qvel[at] = model.sense(state)
+    each = round(model.robot.control_period / loaded.opt.timestep)
+    read = []
+    for u in inputs:
+        data.ctrl[:] = u
+        mujoco.mj_step(loaded, data, nstep=each)
+        read.append(np.concatenate([data.qpos[at], data.qvel[at]]))
+    return np.array(read)
+
+
+def apart(ours, theirs):
+    """The largest rms difference of a joint, as a share of how far it moves (its rate changes)."""
+    moved = np.maximum(np.std(ours, axis=0), 1e-3 * np.std(ours, axis=0).max())
+    return float(np.max(np.sqrt(np.mean((theirs - ours)**2, axis=0)) / moved))
+
+
+@pytest.mark.parametrize(('robot', 'effects'), CASES, ids=lambda value: value if isinstance(
+    value, str) else '+'.join(name for name, _ in value) or 'ideal')
+def test_one_joint(robot, effects):
+    model = with_effects(robot, effects)
+    state = model.state_from([0.6], [0.0])
+    inputs = commands(model, round(2.0 / model.robot.control_period), 0.5)
+    assert not [line for line in held(model, 'MJCF').left_out if ' at ' in line]
+    assert apart(by_model(model, state, inputs), by_mujoco(model, state, inputs)) < CLOSE
+
+
+@pytest.mark.parametrize('body', BODIES)
+def test_a_changed_body(body):
+    model = with_effects('servo_pendulum', [(body, BODIES[body])])
+    state = model.state_from([0.6], [0.0])
+    inputs = commands(model, 200, 0.5)
+    played = by_mujoco(model, state, inputs)
+    assert apart(by_model(model, state, inputs), played) < CLOSE
+    assert apart(by_model(Model('servo_pendulum'), state, inputs), played) > 5 * CLOSE
+
+
+def test_two_joints():
+    effects = [('viscous_friction', {'b': 0.01}), ('coulomb_friction', {'c': 0.05}),
+               ('armature', {'J': 0.005}), ('joint_spring', {'k': 0.5}),
+               ('link_mass', {'m': 0.1}), ('torque_scale', {'k': 0.8})]
+    model = with_effects('double_pendulum', effects)
+    state = model.state_from([0.5, -0.3], [0.0, 0.0])
+    inputs = commands(model, round(1.0 / model.robot.control_period), 0.3)
+    assert apart(by_model(model, state, inputs), by_mujoco(model, state, inputs)) < CLOSE
+
+
+def test_leo_hanging():
+    robot = Model('leo').robot
+    legs = [name for name in robot.joint_names if name.startswith(('left', 'right'))]
+    model = Model(robot, engine='rigid', scheme='search', held=True, effects=[
+        place(robot, 'viscous_friction', legs, b=0.05),
+        place(robot, 'coulomb_friction', legs, c=0.05),
+        place(robot, 'back_emf_scale', legs, k=1.2), place(robot, 'link_mass', 'torso', m=0.3)])
+    state = replace(model.start('hanging'), q=np.array([0, 0.6, 0, 0.3, 0.2, -0.7, -0.9, 0, 0]))
+    inputs = commands(model, round(1.0 / robot.control_period), 0.3)
+    ours, theirs = (played[:, 3:9] for played in (
+        by_model(model, state, inputs), by_mujoco(model, state, inputs, held_base=True)))
+    assert apart(ours, theirs) < CLOSE

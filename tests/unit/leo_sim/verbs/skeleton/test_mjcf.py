@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""leo robot init takes an MJCF: the robot moves as MuJoCo moves it, or one line says why not."""
+import sys
+
+import numpy as np
+import pytest
+
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import place
+from leo_sim.export.held import held
+from leo_sim.export.mjcf import mjcf
+from leo_sim.model import Model
+from leo_sim.references.mjcf import written
+from leo_sim.verbs.skeleton.folder import make_folder
+
+mujoco = pytest.importorskip('mujoco')
+ARM = """
+<mujoco model="arm">
+  <compiler angle="degree"/>
+  <default><joint damping="0.05" armature="0.01"/></default>
+  <worldbody>
+    <body name="upper" pos="0 0 1" euler="0 90 20">
+      <joint name="shoulder" axis="0 1 0" pos="0.02 0 0.05" range="-170 170" limited="true"/>
+      <geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.02" mass="1"/>
+      <body name="fore" pos="0 0 -0.3" quat="0.9 0.1 0.3 0.1">
+        <joint name="elbow" axis="1 1 0" ref="10" frictionloss="0.02"/>
+        <joint name="turn" axis="0 0 1" pos="0 0.01 0" stiffness="0.3" springref="20"/>
+        <inertial mass="0.5" pos="0 0.02 -0.1" fullinertia="0.004 0.005 0.003 0.001 0 0.0005"/>
+        <body name="tool" pos="0 0 -0.2"><inertial mass="0.2" pos="0 0 0" diaginertia="1e-4 1e-4 1e-4"/></body>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <motor joint="shoulder" gear="2" ctrlrange="-3 3" ctrllimited="true"/>
+    <position joint="turn" kp="4" forcerange="-1.5 1.5" forcelimited="true"/>
+  </actuator>
+</mujoco>
+"""  # noqa: E501
+WALKER = """
+<mujoco model="walker"><worldbody><geom type="plane" size="1 1 1"/>
+  <body name="torso" pos="0 0 1">
+    <joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/>
+    <joint name="pitch" axis="0 1 0"/><geom type="sphere" size="0.1" mass="2"/>
+    <body name="leg"><joint name="hip" axis="0 1 0"/>
+      <geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.03" mass="1"/></body>
+  </body></worldbody><actuator><motor joint="hip"/></actuator></mujoco>
+"""
+
+
+def folder_of(text, tmp_path, kind='torque'):
+    path = tmp_path / 'file.xml'
+    path.write_text(text)
+    return make_folder(path, tmp_path / 'robot', kind)
+
+
+def mass_and_bias(text, q, dq):
+    """MuJoCo's inertia with armature, and bias of gravity and motion, at angles from its zeros."""
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = model.qpos0 + q, dq
+    mujoco.mj_forward(model, data)
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    return mass - np.diag(model.dof_armature), data.qfrc_bias
+
+
+def full_mass(model, q, dq):
+    return model.rigid.mass_and_bias(np.asarray(q), np.asarray(dq))
+
+
+def test_inertia_and_gravity_are_those_of_mujoco(tmp_path):
+    model = Model(folder_of(ARM, tmp_path).robot, engine='rigid')
+    assert model.robot.joint_names == ('shoulder', 'elbow', 'turn')
+    for seed in range(5):
+        q, dq = np.random.default_rng(seed).normal(size=(2, 3))
+        for ours, theirs in zip(full_mass(model, q, dq), mass_and_bias(ARM, q, dq), strict=True):
+            assert ours == pytest.approx(theirs, abs=1e-5)  # a light link between two joints
+
+
+def test_motors_limits_and_friction(tmp_path):
+    made = folder_of(ARM, tmp_path)
+    robot = made.robot
+    assert [a.joint for a in robot.actuators] == ['shoulder', 'turn']
+    assert [a.limit for a in robot.actuators] == pytest.approx([6.0, 1.5])
+    assert [a.rotor_inertia for a in robot.actuators] == [0.01, 0.01]
+    assert robot.constants['joints.elbow.damping'].value == 0.05
+    limits = {j.name: j.limits for j in robot.joints}
+    assert limits['shoulder'] == pytest.approx(tuple(np.radians([-170, 170])))
+    said = '\n'.join(made.notes)
+    assert 'not taken over from the MJCF: 1 geoms, the gain and bias of the actuators of turn' \
+        in said
+    assert f'leo add {tmp_path}/robot coulomb_friction:elbow c=0.02' in said
+    assert f'joint_spring:turn k=0.3 rest={np.radians(20):g}' in said
+    assert 'elbow has its angle 0 where the MJCF has its ref' in said
+
+
+def test_a_planar_base(tmp_path):
+    made = folder_of(WALKER, tmp_path)
+    assert made.robot.base == 'planar'
+    assert [a.joint for a in made.robot.actuators] == ['hip']
+    assert 'not taken over from the MJCF: 3 geoms' in made.notes
+
+
+def test_an_exported_model_comes_back(tmp_path):
+    model = Model('double_pendulum', engine='rigid')
+    model = model.changed(effects=[place(model.robot, 'link_mass', 'all', m=0.1)])
+    back = Model(folder_of(written(mjcf(held(model, 'MJCF').model)), tmp_path).robot,
+                 engine='rigid')
+    q, dq = np.array([0.4, -0.9]), np.array([1.0, 2.0])
+    for ours, theirs in zip(full_mass(back, q, dq), full_mass(model, q, dq), strict=True):
+        assert ours == pytest.approx(theirs, rel=1e-9)
+
+
+@pytest.mark.parametrize(('joint', 'said'), [('freejoint', 'is free'),
+                                             ('joint type="ball"', 'is a ball')])
+def test_joints_that_no_robot_here_has(tmp_path, joint, said):
+    text = f'<mujoco><worldbody><body><{joint} name="j"/><geom size="0.1"/></body></worldbody>' \
+        '</mujoco>'
+    with pytest.raises(UserError, match=f"joint 'j' {said}"):
+        folder_of(text, tmp_path)
+    assert not (tmp_path / 'robot').exists()
+
+
+def test_a_file_that_mujoco_refuses(tmp_path):
+    with pytest.raises(UserError, match=r'file.xml: MuJoCo refuses it: .*nonsense'):
+        folder_of('<mujoco><nonsense/></mujoco>', tmp_path)
+
+
+def test_without_mujoco(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'mujoco', None)
+    monkeypatch.delattr('leo_sim.references.mujoco', raising=False)
+    monkeypatch.delitem(sys.modules, 'leo_sim.references.mujoco', raising=False)
+    with pytest.raises(UserError, match=r'an MJCF needs the package mujoco: pip install'):
+        folder_of(ARM, tmp_path)
