@@ -19,6 +19,16 @@ def gram(columns: Array) -> Array:
     return flat.T @ flat
 
 
+def conditional_errors(columns: Array) -> Array:
+    """Standard error of each parameter with the others fixed, (P,); inf where none shows.
+
+    Args:
+        columns: sensitivity of the whitened residual to the parameters, shape (W, N, P).
+    """
+    size = np.sqrt((columns**2).sum(axis=(0, 1)))
+    return np.divide(1.0, size, out=np.full(size.shape, np.inf), where=size > 0)
+
+
 def covariance(columns: Array, residual: Array, block: Array, free: Array, spread: float) -> Array:
     """Covariance of the parameters that holds where the model is wrong, shape (P, P).
 

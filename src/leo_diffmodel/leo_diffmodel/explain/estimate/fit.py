@@ -10,7 +10,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
 from leo_diffmodel.explain.estimate import shooting
-from leo_diffmodel.explain.estimate.covariance import covariance, gram
+from leo_diffmodel.explain.estimate.covariance import conditional_errors, covariance, gram
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.estimate.settle import KEPT, residual_at, settle
@@ -52,7 +52,7 @@ def fit(
     if problem.linearisation and not hypothesis.size:
         start = problem.linearisation.start if start is None else start
         return _read_off(problem, _evaluate(problem, hypothesis, theta, start))
-    best = _walked(problem, hypothesis, theta, _first(problem) if start is None else start)
+    best = _settled(problem, hypothesis, theta, _first(problem) if start is None else start)
     for number in range(patience * iterations if hypothesis.size else 0):
         best, gained = _stepped(problem, hypothesis, best)
         enough = _enough(problem, best, number >= iterations)
@@ -78,9 +78,9 @@ def _enough(problem: Problem, best: _Point, late: bool) -> float:
 
 def read_at(problem: Problem, fitted: Fit) -> Fit:
     """A fit as it is in another weighting of the residuals, its values and their errors kept."""
-    point = _evaluate(problem, fitted.hypothesis, fitted.theta, fitted.start)
-    if not problem.linearisation:
-        point = _walked(problem, fitted.hypothesis, fitted.theta, fitted.start)
+    errors = conditional_errors(fitted.columns[problem.train])
+    begin = _evaluate if problem.linearisation else _settled
+    point = begin(problem, fitted.hypothesis, fitted.theta, fitted.start, errors)
     return replace(_read_off(problem, point), theta=fitted.theta, covariance=fitted.covariance)
 
 
@@ -125,7 +125,7 @@ def _stepped(
             start, there = settle(problem, hypothesis, theta, starts, best.linear.by_start)
             gained = saved(there)
         if gained > 0:
-            return _evaluate(problem, hypothesis, theta, start), gained
+            return _evaluate(problem, hypothesis, theta, start, best.errors(problem)), gained
     return best, 0.0
 
 
@@ -170,9 +170,13 @@ def _sound_step(problem: Problem, point: _Point) -> Step:
     return _step(problem, point, problem.train & (loss < _in_line(problem, loss)))
 
 
-def _walked(problem: Problem, hypothesis: Hypothesis, theta: Array, *starts: Array) -> _Point:
-    """The point where the starts have settled, in each window the best of those given."""
-    return _evaluate(problem, hypothesis, theta, settle(problem, hypothesis, theta, starts)[0])
+def _settled(
+    problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array,
+    errors: Array | None = None,
+) -> _Point:
+    """The point where the starts have settled."""
+    settled, _ = settle(problem, hypothesis, theta, (start,))
+    return _evaluate(problem, hypothesis, theta, settled, errors)
 
 
 def _released(
@@ -188,18 +192,25 @@ def _released(
     starts, theta = (best.start, problem.windows.measured[:, 0]), best.theta
     start, loss = settle(problem, hypothesis, theta, starts, best.linear.by_start)
     saved = float((shooting.huber(best.linear.residual) - loss)[problem.train].sum())
-    return (_evaluate(problem, hypothesis, theta, start), saved) if saved > 0 else (best, 0.0)
+    if saved <= 0:
+        return best, 0.0
+    return _evaluate(problem, hypothesis, theta, start, best.errors(problem)), saved
 
 
 @dataclass(frozen=True)
 class _Point:
-    """A hypothesis at one set of values; `rest` has the start states projected out."""
+    """A hypothesis at some values; `rest` and `slope` have the start states projected out."""
 
     hypothesis: Hypothesis
     theta: Array
     start: Array
     linear: shooting.Linear
     rest: Array
+    slope: Array
+
+    def errors(self, problem: Problem) -> Array:
+        """Standard error of each parameter with the others fixed, (P,); inf where none shows."""
+        return conditional_errors(self.slope[problem.train])
 
 
 @dataclass(frozen=True)
@@ -211,12 +222,14 @@ class Step:
     gain: Array
 
 
-def _evaluate(problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array) -> _Point:
-    linear = shooting.linearise(
-        problem.base, problem.windows, problem.weight, hypothesis, theta, start, problem.by_start
-    )
-    rest = shooting.eliminate(linear)[0]
-    return _Point(hypothesis, theta, start, linear, rest)
+def _evaluate(
+    problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array,
+    errors: Array | None = None,
+) -> _Point:
+    linear = shooting.linearise(problem.base, problem.windows, problem.weight, hypothesis, theta,
+                                start, problem.by_start, errors)  # fmt: skip
+    rest, slope = shooting.eliminate(linear)[:2]
+    return _Point(hypothesis, theta, start, linear, rest, slope)
 
 
 def _step(problem: Problem, point: _Point, chosen: Array | None = None) -> Step:
@@ -255,8 +268,7 @@ def _bounded_step(matrix: Array, slope: Array, point: _Point, ridge: float) -> A
 
 def _read_off(problem: Problem, point: _Point) -> Fit:
     """Loss, residual and covariance of a point."""
-    columns = shooting.eliminate(point.linear)[1]
-    columns = columns * leverage_weight(problem, columns)
+    columns = point.slope * leverage_weight(problem, point.slope)
     train = problem.train
     block = np.arange(len(train)) if problem.block is None else problem.block
     free = point.hypothesis.free(point.theta)

@@ -12,6 +12,7 @@ import numpy as np
 from leo_diffmodel.compare.sizes import inertia_scale, mass_scale, torque_scale
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate import shooting
+from leo_diffmodel.explain.estimate.covariance import conditional_errors
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_sim.effects import Parameter
@@ -115,7 +116,7 @@ class Scanner:
         self._problem, self._null, self._scales = problem, null, scales
         self._linear = linear = shooting.linearise(
             problem.base, problem.windows, problem.weight, null.hypothesis, null.theta, null.start,
-            problem.by_start,
+            problem.by_start, conditional_errors(null.columns[problem.train]),
         )  # fmt: skip
         rest, _, _, _ = shooting.eliminate(linear)
         self._root = np.sqrt(shooting.robust_weight(rest))

@@ -27,6 +27,9 @@ from leo_sim.model import Model
 Array = np.ndarray
 FARTHEST = 1e6
 """Whitened residuals are cut here: a hypothesis may send a robot to infinity."""
+MOST_STEP = 0.1
+"""Of a parameter, of its distance from neutral, or of a tenth of its range: the longest finite
+step, for what the data hardly tell."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,7 @@ def linearise(
     theta: Array,
     start: Array,
     by_start: Array | None = None,
+    errors: Array | None = None,
 ) -> Linear:
     """All finite differences of a hypothesis in one batched rollout.
 
@@ -71,10 +75,12 @@ def linearise(
         start: start states, shape (W, 2J).
         by_start: sensitivity of the sensed states to them where it is known, shape
             (W, K+1, 2J, 2J); None finds it.
+        errors: standard error of each parameter with the others fixed, shape (P,), where it is
+            known: how far it is moved for its difference.
     """
     moved = hypothesis.together
     states, size = start.shape[-1] if by_start is None else 0, len(moved)
-    nudge, step = 0.5 * sigma.min(axis=0), difference_steps(hypothesis, theta)
+    nudge, step = 0.5 * sigma.min(axis=0), difference_steps(hypothesis, theta, errors)
     starts = np.broadcast_to(start, (1 + states + size, *start.shape)).copy()
     thetas = np.broadcast_to(theta, (1 + states + size, len(theta))).copy()
     for i in range(states):
@@ -101,10 +107,20 @@ def _seen(windows: Windows, recording: str) -> Array | slice:
     return windows.of(recording) if recording else slice(None)
 
 
-def difference_steps(hypothesis: Hypothesis, theta: Array) -> Array:
-    """Finite steps: 0.5 % of what each parameter is away from neutral, turned off the bounds."""
+def difference_steps(hypothesis: Hypothesis, theta: Array, errors: Array | None) -> Array:
+    """Finite steps: as far as the data can tell a parameter, turned off the bounds.
+
+    A law with a corner (dry friction, a dead zone) is straight only between two samples that
+    change sides; a step that holds many of these sees the slope that the loss has over the width
+    of its minimum. Without standard errors 0.5 % of what a parameter is away from neutral.
+    """
     away = np.abs(theta - hypothesis.neutral)
     step = 0.005 * np.maximum(away, 1e-2 * np.maximum(np.abs(theta), 1e-6))
+    if errors is not None:
+        width = hypothesis.high - hypothesis.low
+        most = np.maximum(np.maximum(np.abs(theta), away),
+                          np.where(np.isfinite(width), MOST_STEP * width, 0.0))
+        step = np.clip(errors, step, np.maximum(step, MOST_STEP * most))
     return np.where(theta + step > hypothesis.high, -step, step)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from leo_diffmodel.compare.pushes import own, respond, tame
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.explain.estimate import shooting
+from leo_diffmodel.explain.estimate.covariance import conditional_errors
 from leo_diffmodel.explain.estimate.fit import leverage_weight
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_sim.model import Model
@@ -85,7 +86,7 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     model = hypothesis.model(problem.base, fitted.theta)
     linear = shooting.linearise(
         problem.base, windows, problem.sigma, hypothesis, fitted.theta, fitted.start,
-        problem.by_start,
+        problem.by_start, conditional_errors(fitted.columns[problem.train]),
     )  # fmt: skip
     most = GROUND_STRETCHES if problem.linearisation else MOST_STRETCHES
     stretch = np.arange(windows.steps) * min(windows.steps, most) // windows.steps

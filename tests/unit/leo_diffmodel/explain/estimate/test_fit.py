@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A fit ends at one minimum, from wherever it began and however a processor rounds."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.simulate import POSITION, record
+
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import Fit, Problem
+from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.problem.pose import pose
+from leo_sim.effects import place
+from leo_sim.model import Model
+
+DEAD_ZONE = 0.6
+STARTS = (0.0, 0.3, 0.5, 0.56, 0.8, 1.2)
+FEW_NATS = 2.0
+"""Of loss between two ends of a fit; names are decided by five."""
+
+
+@pytest.fixture(scope='module')
+def posed() -> tuple[Problem, Hypothesis]:
+    """A position servo with a dead zone, whose gain, resistance and inertia are uncertain."""
+    model = Model(POSITION)
+    run = record(POSITION, place(POSITION, 'voltage_deadband', 'pivot', v=DEAD_ZONE), seconds=6.0)
+    zone = next(c for c in candidates(model) if c.label == 'voltage_deadband:pivot')
+    return pose([run], [], model).problem, Hypothesis((zone,), uncertain(model))
+
+
+def ended(problem: Problem, hypothesis: Hypothesis, zone: float) -> Fit:
+    theta = hypothesis.neutral.copy()
+    theta[0] = zone
+    return fit(problem, hypothesis, theta, iterations=30, patience=1)
+
+
+def alike(problem: Problem, fits: Sequence[Fit]) -> bool:
+    """Whether fits end at one loss, and each holds the truth within three standard errors."""
+    losses = [float(f.loss[problem.train].sum()) for f in fits]
+    off = [abs(f.theta[0] - DEAD_ZONE) / f.standard_errors[0] for f in fits]
+    return max(losses) - min(losses) < FEW_NATS and max(off) < 3.0
+
+
+def test_a_dead_zone_is_found_from_anywhere(posed: tuple[Problem, Hypothesis]) -> None:
+    assert alike(posed[0], [ended(*posed, zone) for zone in STARTS])
+
+
+def test_rounding_and_the_order_of_windows_move_no_fit(posed: tuple[Problem, Hypothesis]) -> None:
+    problem, hypothesis = posed
+    fits = [ended(problem, hypothesis, 0.0)]
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        order = rng.permutation(problem.windows.count)
+        noisy = [x * (1 + 1e-12 * rng.standard_normal(x.shape))
+                 for x in (problem.windows.q, problem.windows.dq)]  # fmt: skip
+        rounded = replace(problem, windows=replace(problem.windows, q=noisy[0], dq=noisy[1]))
+        moved = ended(rounded.take(order), hypothesis, 0.0)
+        fits.append(moved.take(np.argsort(order)))
+    assert alike(problem, fits)
