@@ -3,10 +3,10 @@
 
 import json
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import pytest
+from tests.hostile_names import check_html, folder_of, HTML, RUNS
 from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel.verbs import add, compare, explain
@@ -14,18 +14,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import get_effect, place
 
-JOINT = 'pivot"""+str(__import__("pathlib").Path("ran").touch())+"""'
-"""A name that runs where it becomes the text of a program: then a file `ran` is there."""
-
-
-def folder_of(path: Path) -> Path:
-    """A robot folder as somebody may send it: the torque pendulum, its joint named JOINT."""
-    path.mkdir()
-    for name, quoted in (('robot.yaml', json.dumps(JOINT)), ('robot.urdf', quoteattr(JOINT))):
-        old = 'pivot' if name == 'robot.yaml' else '"pivot"'
-        text = (TORQUE.folder / name).read_text()
-        (path / name).write_text(text.replace(old, quoted))
-    return path
+JOINT = f'pivot{RUNS}{HTML}'
 
 
 @pytest.fixture(scope='module')
@@ -33,7 +22,7 @@ def rhythm(tmp_path_factory) -> Path:
     """Two bags of a robot with a torque periodic in time, and what explain made of the first."""
     folder = tmp_path_factory.mktemp('rhythm')
     push = 0.3 * np.sin(2 * np.pi * 1.3 * 0.01 * np.arange(1500))[:, None]
-    robot = load_robot(folder_of(folder / 'robot'))
+    robot = load_robot(folder_of(folder / 'robot', JOINT))
     for seed, name in ((1, 'one'), (2, 'two')):
         bag(folder / name, record(robot, seconds=15, seed=seed, push=push))
     words = [str(folder / 'one'), '--model', str(robot.folder), '-o', str(folder / 'out')]
@@ -55,6 +44,10 @@ def test_the_name_of_a_joint_never_runs(rhythm, monkeypatch):
     monkeypatch.chdir(rhythm)
     assert get_effect(str(rhythm / 'found.py')).looks_like.startswith(f'A torque at {JOINT} ')
     assert not (rhythm / 'ran').exists()
+
+
+def test_the_name_of_a_joint_is_no_html_in_the_report(rhythm):
+    check_html((rhythm / 'out' / 'report.html').read_text())
 
 
 def test_explain_json_says_what_is_unknown(rhythm):
