@@ -61,7 +61,7 @@ def checked(start: str, robot: Robot, config: Config) -> Path | None:
     policy.check(robot)
     if policy.metadata.get('agent', 'ddpg') != 'ddpg' or policy.actions != 'full':
         raise UserError(f'{start}: a policy on which DDPG on all actuators cannot go on; give a '
-                        f'run of leo learn --robot {robot.name}')
+                        f'run of {leo("learn", "--robot", robot.name)}')
     if json.loads(policy.metadata['config']) != json.loads(json.dumps(asdict(config))):
         raise UserError(f'{start} was trained with another configuration; give the config it had '
                         '(-p config:=recommended or thesis)')

@@ -70,7 +70,7 @@ def _document(model: Model, format_name: str, ref: str, left_out: tuple[str, ...
 
     root = (mjcf if format_name == 'MJCF' else urdf)(model)
     ElementTree.indent(root)
-    told = [f'Made by leo export from {ref}.', *(f'Left out: {line}.' for line in left_out)]
+    told = [f'Made from {ref} by leo export.', *(f'Left out: {line}.' for line in left_out)]
     remark = re.sub('-(?=-)', '- ', visible('\n'.join(told)))
     body = ElementTree.tostring(root, encoding='unicode')
     return f'<?xml version="1.0"?>\n<!--\n{remark}\n-->\n{body}\n'
