@@ -74,7 +74,7 @@ class NextRunView:
     def _files(self) -> list[str]:
         """Where the run is, and how it is played."""
         file = self._next.file
-        lines = [Markup('wrote <code>{}</code>').format(file)] if file else []
+        lines: list[str] = [Markup('wrote <code>{}</code>').format(file)] if file else []
         if self._next.said:
             lines.append(wrong(self._next.said))
         if self._next.words:
