@@ -16,6 +16,7 @@ from leo_learner.ddpg import OBSERVATION_SCALE, part, Training
 from leo_learner.tensor_file import save_tensors
 from leo_learner.training_loop import TrainingLoop
 from leo_msgs_py.errors import one_line, UserError
+from leo_msgs_py.shell_words import leo
 
 TENSORS, REPLAY = 'agent.safetensors', 'replay.npz'
 PREFIX = 'checkpoint-'
@@ -50,7 +51,8 @@ def save_checkpoint(folder: Path, training: TrainingLoop) -> Path:
 def _unwritten(folder: Path, error: OSError) -> UserError:
     """What to do where a disk takes no checkpoint."""
     kept = any(folder.glob(f'{PREFIX}*'))
-    then = f'go on with: leo learn --resume {folder}' if kept else 'start again: nothing was saved'
+    resumed = leo('learn', '--resume', folder)
+    then = f'go on with: {resumed}' if kept else 'start again: nothing was saved'
     return UserError(f'cannot write a checkpoint into {folder} ({error.strerror}); make room, '
                      f'then {then}')
 
@@ -103,7 +105,7 @@ def newest(folder: Path) -> Path:
     """
     found = sorted(folder.glob(f'{PREFIX}*'))
     if not found:
-        raise UserError(f'{folder} has no checkpoint; leo learn -o {folder} writes one')
+        raise UserError(f'{folder} has no checkpoint; {leo("learn", "-o", folder)} writes one')
     return found[-1]
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+import shlex
 import sys
 from typing import Any
 
@@ -78,7 +79,8 @@ class RunningRobot:
         if not result.successful:
             raise UserError(
                 f'the robot starts in {self.facts.get("start")!r}, this begins in {pose!r}, and '
-                f'{result.reason}; put it there and start its node with -p start:={pose}'
+                f'{result.reason}; put it there and start its node with '
+                f'{shlex.join(["-p", f"start:={pose}"])}'
             )
         self.facts['start'] = pose
         self.facts |= held_in(self.facts)

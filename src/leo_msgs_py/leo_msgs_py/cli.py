@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 import difflib
 import errno
 from functools import wraps
@@ -39,6 +40,7 @@ _NO_ROS = (
     "'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces with pip (./run_all.sh setup does)"
 )
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+_SAFE_PATH = 'PYTHONSAFEPATH'
 _BAD_INPUT = 2
 _INTERRUPTED = 130
 _LONGEST = 1500
@@ -72,15 +74,28 @@ def executable(run: Callable[[list[str]], int]) -> Callable[..., int]:
 def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
     """The exit status of `run`, whose output can be read and whose processes can be ended.
 
-    SIGTERM interrupts as Ctrl-C does; control codes in what is printed are spelt out.
+    SIGTERM interrupts as Ctrl-C does; control codes in what is printed are spelt out; a Python
+    that is started takes no module from the folder one is in.
     """
     # Set by the ROS wheels when they start Python a second time; another environment's Python
     # started from here has a library path of its own to set.
     os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)
     if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL and current_thread() is main_thread():
         signal.signal(signal.SIGTERM, signal.default_int_handler)
-    with visible_output():
+    with visible_output(), _safe_path():
         return _run(run, words)
+
+
+@contextmanager
+def _safe_path() -> Iterator[None]:
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = '1'
+    try:
+        yield
+    finally:
+        del os.environ[_SAFE_PATH]
+        if before is not None:
+            os.environ[_SAFE_PATH] = before
 
 
 def _run(run: Callable[[list[str]], int], words: list[str]) -> int:

@@ -23,6 +23,7 @@ from mcap.writer import MCAP0_MAGIC
 import zstandard
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 
 DAMAGE = (
     McapError, CRCValidationError, struct.error, zstandard.ZstdError, RuntimeError,
@@ -182,7 +183,7 @@ def find_files(path: Path) -> tuple[Path, ...]:
             compression.
     """
     if not path.exists():
-        raise UserError(f'no bag at {path}; record one with: leo bag record -o {path}')
+        raise UserError(f'no bag at {path}; record one with: {leo("bag", "record", "-o", path)}')
     if path.is_file():
         return (_readable(path),)
     files = sorted(path.glob('*.mcap'), key=_number)

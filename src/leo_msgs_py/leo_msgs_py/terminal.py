@@ -20,6 +20,11 @@ def visible(text: str) -> str:
     return _OBEYED.sub(lambda match: match[0].encode('unicode_escape').decode(), text)
 
 
+def is_name(text: str) -> bool:
+    """Whether a text can be a name: one line, in which a terminal would obey nothing."""
+    return visible(text) == text and '\n' not in text and '\t' not in text
+
+
 class Output:
     """A stream for `print`, on which everything is visible.
 

@@ -198,3 +198,17 @@ def test_each_verb_has_one_line(capsys):
     verbs = {entry.name for entry in entry_points(group='leo.verbs')}
     assert [line.split()[0] for line in lines] == sorted(verbs)
     assert all(len(line.split(maxsplit=1)) == 2 and len(line) <= 100 for line in lines)
+
+
+def test_a_python_that_a_command_starts_takes_no_module_from_the_folder_of_now(tmp_path):
+    """As a process pool does: somebody's robot folder may hold a joblib.py."""
+    (tmp_path / 'joblib.py').write_text('print("ran")')
+
+    def started(_: list[str]) -> int:
+        words = [sys.executable, '-c', 'import joblib']
+        done = subprocess.run(words, cwd=tmp_path, capture_output=True, check=True)
+        return len(done.stdout)
+
+    before = dict(os.environ)
+    assert cli.executable(started)([]) == 0
+    assert dict(os.environ) == before

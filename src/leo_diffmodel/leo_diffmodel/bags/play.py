@@ -14,6 +14,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.interfaces import load as load_type
 from leo_msgs_py.node import graph, join, running, spin_once, spin_until
+from leo_msgs_py.terminal import visible
 
 from .contents import load, TopicLog
 from .qos_text import from_yaml
@@ -66,7 +67,7 @@ def _publishers(node: Node, topics: list[TopicLog]) -> list[tuple[Publisher, Top
         try:
             message_type = load_type(topic.type)
         except UserError as error:
-            node.get_logger().warning(f'{topic.name} is not played: {error}')
+            node.get_logger().warning(visible(f'{topic.name} is not played: {error}'))
             continue
         if topic.messages:
             publisher = node.create_publisher(message_type, topic.name, _offered(topic.qos))

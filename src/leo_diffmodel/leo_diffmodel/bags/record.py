@@ -13,6 +13,7 @@ from rclpy.node import Node
 from leo_diffmodel.nodes.graph_recorder import GRAPH_TOPICS, GraphRecorder
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import graph, spin
+from leo_msgs_py.shell_words import leo
 
 from .recorder import Recorder
 
@@ -55,7 +56,7 @@ def _report(recorder: Recorder, wanted: _Wanted | None) -> None:
     lost = f', {recorder.lost} lost' if recorder.lost else ''
     foreign = f', {recorder.foreign} of another robot left out' if recorder.foreign else ''
     print(f'wrote {recorder.folder}: {recorder.messages} messages{lost}{foreign}')
-    print(f'next: leo bag info {recorder.folder}')
+    print(f'next: {leo("bag", "info", recorder.folder)}')
 
 
 class _Wanted:

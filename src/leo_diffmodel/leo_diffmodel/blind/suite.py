@@ -17,6 +17,7 @@ from leo_diffmodel.blind.origin import check_seeds, commit
 from leo_diffmodel.blind.run_cases import Task
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.result_lines import append_result, read_results
+from leo_msgs_py.shell_words import leo
 
 CASES: dict[str | None, dict[str, int]] = {
     None: {'effect': 400, 'none': 400, 'pair': 150, 'outside': 60, 'small': 300, 'pushed': 60},
@@ -165,7 +166,8 @@ def check_readable(results: Path) -> None:
     if suite and suite.examination and not is_closed(results):
         total, left = len(suite.tasks()), len(missing(results, suite))
         raise UserError(f'leo blind: {results} is an open examination, {total - left} of {total} '
-                        f'cases; rates are told when it is closed: leo blind --close {results}')
+                        'cases; rates are told when it is closed: '
+                        f'{leo("blind", "--close", results)}')
 
 
 def here(first_seed: int, share: float, mujoco: bool, examination: bool) -> Suite:

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import shlex
 
 from leo_diffmodel.add.patch import from_explanation, from_words
 from leo_diffmodel.verbs import common
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_sim.effects.consent import add_effect_argument, effect_words
 from leo_sim.model.model_file import load_model, save_model
 
@@ -38,7 +38,7 @@ def main(argv: list[str]) -> int:
         return 0
     print(f'wrote {arguments.output}: {", ".join(str(e["added"]) for e in entries)}')
     following = ['--model', arguments.output, *effect_words(model.effects)]
-    print(f'next: leo compare BAG {shlex.join(following)}')
+    print(f'next: {leo("compare", "BAG", *following)}')
     return 0
 
 

@@ -9,6 +9,7 @@ import json
 from pathlib import Path
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_msgs_py.verbs import common
 from leo_sim.effects.consent import add_effect_argument
 
@@ -84,7 +85,8 @@ def _info(argv: list[str]) -> int:
         print(json.dumps({**asdict(info), 'path': str(info.path)}, indent=2))
     else:
         show(info, Terminal())
-        print(f'next: leo compare {info.path} --model {typed(info.metadata.get("robot", ""))}')
+        model = typed(info.metadata.get('robot', ''))
+        print(f'next: {leo("compare", info.path, "--model", model)}')
     return 0
 
 
@@ -108,7 +110,7 @@ def _show(argv: list[str]) -> int:
     if options.json:
         print(json.dumps({'written': str(path)}))
     else:
-        print(f'wrote {path}\nnext: leo bag info {options.bag}')
+        print(f'wrote {path}\nnext: {leo("bag", "info", options.bag)}')
     return 0
 
 
@@ -138,7 +140,7 @@ def _cut(argv: list[str]) -> int:
     else:
         left = f', {len(out)} stretches left out' if options.without_outside else ''
         print(f'wrote {options.output}, {count} messages{left}')
-        print(f'next: leo bag info {options.output}')
+        print(f'next: {leo("bag", "info", options.output)}')
     return 0
 
 

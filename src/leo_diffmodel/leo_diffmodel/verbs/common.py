@@ -17,6 +17,7 @@ from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.bags.span import between, distinct
 from leo_diffmodel.verbs.progress import progress as progress
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects import Effect, get_effect, registered_effects
@@ -155,10 +156,10 @@ def fresh_folder(path: str | None) -> Path | None:
 
 def same_bags(verb: str, arguments: argparse.Namespace) -> str:
     """Another verb on the bags, model, effects and topic map of a command line, to type it."""
-    typed = ['leo', verb, *arguments.bags, '--model', arguments.model]
+    typed = [verb, *arguments.bags, '--model', arguments.model]
     mapped = ['--topic-map', arguments.topic_map] if arguments.topic_map else []
     own = words(arguments.effect)
-    return shlex.join([*typed, *mapped, *own, *_span_words(arguments)])
+    return leo(*typed, *mapped, *own, *_span_words(arguments))
 
 
 def watch(arguments: argparse.Namespace) -> str:

@@ -17,12 +17,14 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.bags.span import distinct
 from leo_diffmodel.explain.edit_test import edit_test
 from leo_diffmodel.explain.explanation import explain, Explanation
+from leo_diffmodel.explain.unknown import effect_file
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.compare_several import ranking_table
 from leo_diffmodel.verbs.explain_each import show_each, unique_names
 from leo_diffmodel.verbs.explain_text import told
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import effect_words, words
 from leo_sim.model import Model
@@ -203,9 +205,9 @@ def _fresh_effect(path: str | None) -> Path | None:
 
 def _written(target: Path, result: Explanation) -> Explanation:
     """Write the effect file, and say in the result where it is."""
-    if result.unknown is None or not result.unknown.text:
+    if result.unknown is None or result.unknown.effect is None:
         return result
-    write_whole(target, result.unknown.text)
+    write_whole(target, effect_file.text_of(result.unknown.effect))
     return replace(result, unknown=replace(result.unknown, source=str(target.resolve())))
 
 
@@ -220,10 +222,11 @@ def _point_on_effect(
     if not result.unknown.source:
         print(f'no effect file: what {result.unknown.joint} lacks depends on another joint')
         return
-    values = ' '.join(f'{n}={p["value"]:.6g}' for n, p in result.unknown.parameters.items())
+    values = [f'{n}={p["value"]:.6g}' for n, p in result.unknown.parameters.items()]
     where = f'{target}:{result.unknown.joint}'
+    command = leo('add', arguments.model, where, *values, '-o', 'repaired.yaml')
     print(f'wrote {target}')
-    print(f'next: leo add {arguments.model} {where} {values} -o repaired.yaml')
+    print(f'next: {command}')
 
 
 def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explanation) -> None:
@@ -237,7 +240,8 @@ def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explan
     elif result.next_command:
         print(f'next: {result.next_command}')
     elif folder and result.verdict == 'fine' and result.not_testable and _driven(result):
-        print(f'next: {common.same_bags("next", arguments)} --explain {folder}')
+        told = shlex.join(['--explain', str(folder)])
+        print(f'next: {common.same_bags("next", arguments)} {told}')
     if result.search is not None:
         common.point_on_watch(arguments)
 
@@ -246,8 +250,8 @@ def _add_words(arguments: argparse.Namespace, folder: Path, result: Explanation)
     """`leo add` of what was found, with consent to each Python file that it needs."""
     source = result.unknown.source if result.unknown else ''
     own = [*effect_words(result.model.effects), *words([source] if source else [])]
-    typed = ['leo', 'add', arguments.model, '--from', f'{folder}/explain.json']
-    return shlex.join([*typed, *own, '-o', 'repaired.yaml'])
+    typed = ['add', arguments.model, '--from', f'{folder}/explain.json']
+    return leo(*typed, *own, '-o', 'repaired.yaml')
 
 
 def _driven(result: Explanation) -> bool:

@@ -6,7 +6,6 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-import shlex
 from typing import Any
 
 from rich.progress import track
@@ -17,6 +16,7 @@ from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.info import bag_info, BagInfo
 from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.description.robot import typed
 
@@ -52,7 +52,7 @@ def main(argv: list[str]) -> int:
         return _guess(options)
     if not (options.map and options.output):
         raise UserError('leo import needs --map MAP.yaml and -o BAG; without a map, begin with: '
-                        f'leo import {shlex.quote(options.logs[0])} --guess')
+                        f'{leo("import", options.logs[0], "--guess")}')
     console = Terminal(stderr=True)
     column_map = load_map(options.map)
     bags = [
@@ -77,8 +77,7 @@ def _guess(options: argparse.Namespace) -> int:
     """Write the column map of the first log; the others are taken for its like."""
     log = Path(options.logs[0])
     file = guess_map(log, Path(options.output or f'{log.resolve().stem}_map.yaml'))
-    logs = ' '.join(map(shlex.quote, options.logs))
-    command = f'leo import {logs} --map {shlex.quote(str(file))} -o BAG'
+    command = leo('import', *options.logs, '--map', file, '-o', 'BAG')
     if options.json:
         print(json.dumps({'map': str(file), 'next': command}, indent=2))
     else:
@@ -121,8 +120,7 @@ def _jobs(logs: list[str], output: Path, each: bool) -> list[tuple[list[str], Pa
 
 
 def _next(bags: list[Path], column_map: ColumnMap) -> str:
-    names = ' '.join(shlex.quote(str(bag)) for bag in bags)
-    return f'leo compare {names} --model {typed(column_map.robot or "")}'
+    return leo('compare', *bags, '--model', typed(column_map.robot or ''))
 
 
 def _summary(info: BagInfo) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+import shlex
 from typing import Any, TYPE_CHECKING
 
 from rich.text import Text
@@ -51,7 +52,8 @@ def main(argv: list[str]) -> int:
         found = propose(recordings, model, answer, own, arguments.seconds, told)
     run = found.best and found.best.run
     file = write_run(target, run, model.robot) if isinstance(run, Run) else None
-    play = f'play {file}' if file else run.command if isinstance(run, MotionRun) else None
+    motion = run.command if isinstance(run, MotionRun) else None
+    play = shlex.join(['play', str(file)]) if file else motion
     if arguments.json:
         chosen = {'file': str(file) if file else None, 'play': play}
         print(json.dumps(found.to_json() | chosen))

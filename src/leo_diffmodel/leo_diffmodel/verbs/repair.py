@@ -8,7 +8,6 @@ from dataclasses import replace
 from functools import partial
 import json
 from pathlib import Path
-import shlex
 from typing import Any
 
 from leo_diffmodel.add.patch import history
@@ -19,6 +18,7 @@ from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.explain import report, show
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_sim.effects.consent import effect_words
 from leo_sim.model.model_file import save_model
 
@@ -91,8 +91,8 @@ def _print(result: Explanation, rows: list[dict], folder: Path, target: Path) ->
         Terminal().print(table)
     print(f'wrote {target}, {folder}/explain.json and {folder}/report.html')
     own = effect_words(result.model.effects)
-    verb = 'learn' if result.model.robot.reward else 'compare BAG'
-    print(f'next: leo {verb} {shlex.join(["--model", str(target), *own])}')
+    verb = ['learn'] if result.model.robot.reward else ['compare', 'BAG']
+    print(f'next: {leo(*verb, "--model", target, *own)}')
 
 
 def _pairs(row: dict[str, Any]) -> list[str]:

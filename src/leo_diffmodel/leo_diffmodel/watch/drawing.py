@@ -34,7 +34,7 @@ DASHED = (0, (4, 2.5))
 GIVEN: dict[str, Any] = {'color': palette.BEFORE, 'ls': DASHED}
 NOW: dict[str, Any] = {'color': palette.AFTER, 'ls': '-'}
 MEASURED: dict[str, Any] = {'color': palette.INK, 'ls': '-'}
-STYLE: dict[str, Any] = {'color': palette.INK, 'fontsize': 11}
+STYLE: dict[str, Any] = {'color': palette.INK, 'fontsize': 11, 'parse_math': False}
 MUTED = {**STYLE, 'color': palette.MUTED}
 
 

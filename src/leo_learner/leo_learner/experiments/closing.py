@@ -12,6 +12,7 @@ from rich.console import Console
 
 from leo_learner.experiments.main_job import Found, RIG
 from leo_msgs_py.console import Table
+from leo_msgs_py.shell_words import leo
 
 _KINDS = {'rmse': 'rms', 'median': 'median'}
 
@@ -38,7 +39,7 @@ def closing(found: Found, folder: Path, console: Console) -> None:
         console.print(f'report: {report.resolve()}', soft_wrap=True)
     console.print(f'watch the error fall: {shlex.join(watching(folder))}', soft_wrap=True)
     policy = (folder / 'repaired' / 'policy.safetensors').resolve()
-    console.print(f'next: leo play {policy} --model pendulum', soft_wrap=True)
+    console.print(f'next: {leo("play", policy, "--model", "pendulum")}', soft_wrap=True)
 
 
 def watching(folder: Path) -> list[str]:

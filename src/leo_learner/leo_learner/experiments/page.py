@@ -8,6 +8,7 @@ from pathlib import Path
 from leo_learner.experiments.cases import found
 from leo_learner.experiments.catalogue import EXPERIMENTS
 from leo_msgs_py.result_lines import read_results
+from leo_msgs_py.shell_words import leo
 from leo_msgs_py.whole_file import write_whole
 
 ABOUT = """\
@@ -33,7 +34,7 @@ def write_page(path: Path, results: Path) -> None:
         figure = path.with_name(f'{path.stem}_{name}.png')
         experiment.kind.figure(experiment.title, done, rows, figure)
         parts += [
-            f'## {experiment.title}', f'`leo reproduce {name}`: {len(done)} of '
+            f'## {experiment.title}', f'`{leo("reproduce", name)}`: {len(done)} of '
             f'{len(experiment.cases)} cases are in', experiment.kind.table(done, rows),
             *filter(None, [experiment.thesis]), f'![{experiment.title}]({figure.name})',
         ]

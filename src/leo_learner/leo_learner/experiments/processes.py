@@ -22,6 +22,7 @@ from typing import Any
 import yaml
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 
 LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
 GRACE = 10.0
@@ -132,7 +133,7 @@ class Processes(AbstractContextManager['Processes']):
             _command((*words, '--json')), env=self._environment, stdout=subprocess.PIPE
         )
         if done.returncode not in (0, 1):
-            raise UserError(f'leo {" ".join(words)} failed with status {done.returncode}')
+            raise UserError(f'{leo(*words)} failed with status {done.returncode}')
         text = done.stdout.decode()
         answer: dict[str, Any] = json.loads(text[text.index('{'):])
         return answer

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import asdict
 import json
 from pathlib import Path
+import shlex
 
 from rclpy.node import Node
 
@@ -27,6 +28,7 @@ from leo_learner.robot_env import RobotEnv, Stopped
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import fixed_parameter, graph, join, private_parameter, running, spin_once
+from leo_msgs_py.shell_words import leo
 from leo_sim.description.robot import Robot
 from leo_sim.effects.consent import trust_parameter
 from leo_sim.model.model_file import load_model
@@ -59,7 +61,7 @@ def checked(start: str, robot: Robot, config: Config) -> Path | None:
     policy.check(robot)
     if policy.metadata.get('agent', 'ddpg') != 'ddpg' or policy.actions != 'full':
         raise UserError(f'{start}: a policy on which DDPG on all actuators cannot go on; give a '
-                        f'run of leo learn --robot {robot.name}')
+                        f'run of {leo("learn", "--robot", robot.name)}')
     if json.loads(policy.metadata['config']) != json.loads(json.dumps(asdict(config))):
         raise UserError(f'{start} was trained with another configuration; give the config it had '
                         '(-p config:=recommended or thesis)')
@@ -73,15 +75,16 @@ def main(argv: list[str]) -> int:
         node = Node('learner')
         status = Status(node)
         algorithm = _algorithm(node, status)
-        folder = algorithm.folder
+        typed = shlex.join(['-p', f'folder:={algorithm.folder}'])
+        again = f'start again with {typed} to go on'
         try:
             if algorithm.run():
                 status.say(f'done; best policy {algorithm.best}, after {algorithm.done.samples} '
-                           f'steps on the robot; try: leo play {algorithm.best}')
+                           f'steps on the robot; try: {leo("play", algorithm.best)}')
             else:
-                status.say(f'stopped; start again with -p folder:={folder} to go on')
+                status.say(f'stopped; {again}')
         except Stopped:
-            status.say(f'stopped while waiting; start again with -p folder:={folder} to go on')
+            status.say(f'stopped while waiting; {again}')
     return 0
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from leo_msgs_py.errors import one_line, UserError
+from leo_msgs_py.shell_words import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import add_effect_argument
@@ -106,8 +107,8 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
         raise UserError(f'{options.output} is a file; -o takes a folder')
     if (options.output / RUN).exists():
         raise UserError(
-            f'{options.output} holds a run already; go on with leo learn --resume '
-            f'{options.output}, or give another folder'
+            f'{options.output} holds a run already; go on with '
+            f'{leo("learn", "--resume", options.output)}, or give another folder'
         )
     agent, seed = options.agent or 'ddpg', options.seed or 0
     config = options.config or AGENTS[agent][0]
@@ -220,7 +221,8 @@ def _print(folder: Path, outcome: Any) -> None:
     if outcome.finished:
         print(
             f'{outcome.policy}: test return {outcome.test_return:.1f} after {outcome.steps} '
-            f'steps, {outcome.seconds:.0f} s\nnext: leo play {outcome.policy} --model MODEL'
+            f'steps, {outcome.seconds:.0f} s\n'
+            f'next: {leo("play", outcome.policy, "--model", "MODEL")}'
         )
     else:
-        print(f'stopped after {outcome.steps} steps; next: leo learn --resume {folder}')
+        print(f'stopped after {outcome.steps} steps; next: {leo("learn", "--resume", folder)}')

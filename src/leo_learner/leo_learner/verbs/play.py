@@ -15,6 +15,7 @@ from leo_learner.verbs.common import playing
 from leo_learner.verbs.play_motion import is_motion, motion_text, play_motion, unknown
 from leo_learner.verbs.play_run import play_run, run_text
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects.consent import add_effect_argument
 
@@ -204,7 +205,7 @@ def _text(result: dict[str, Any]) -> str:
     lines = [f'{result["collected"]} transitions driven on {result["on"]}'] \
         if 'collected' in result else _played(result)
     if 'bag' in result:
-        lines.append(f'wrote {result["bag"]}; next: leo bag show {result["bag"]}')
+        lines.append(f'wrote {result["bag"]}; next: {leo("bag", "show", result["bag"])}')
     return '\n'.join(lines)
 
 

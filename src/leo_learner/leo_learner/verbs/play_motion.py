@@ -9,6 +9,7 @@ from typing import Any
 
 from leo_learner.verbs.common import playing
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_sim.common.names import nearest
 from leo_sim.description.robot import typed
 from leo_sim.task.motions import MOTIONS, Routine
@@ -49,7 +50,7 @@ def motion_text(result: dict[str, Any]) -> str:
         lines.append('the robot was restarted meanwhile: that was only part of it; play it again')
     if 'bag' in result:
         lines += [f'wrote {result["bag"]}',
-                  f'next: leo check {result["bag"]} --model {typed(result["robot"])}']  # fmt: skip
+                  f'next: {leo("check", result["bag"], "--model", typed(result["robot"]))}']
     return '\n'.join(lines)
 
 

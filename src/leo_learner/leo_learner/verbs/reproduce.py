@@ -13,6 +13,7 @@ from typing import Any, TYPE_CHECKING
 
 from leo_learner.verbs import reproduce_table7
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_msgs_py.verbs.common import dispatch, Parser
 from leo_msgs_py.workers import add_worker_arguments, chosen_workers
 
@@ -49,9 +50,10 @@ def main(argv: list[str]) -> int:
 
 
 def _parser(name: str) -> Parser:
+    typed = leo('reproduce', name)
     parser = Parser(
-        f'leo reproduce {name}', 'Train what is not in the results file yet, write the page.',
-        f'  leo reproduce {name} --jobs 2\n  leo reproduce {name} --plan',
+        typed, 'Train what is not in the results file yet, write the page.',
+        f'  {typed} --jobs 2\n  {typed} --plan',
     )
     parser.add_argument('--plan', action='store_true', help='say what is left to run, run nothing')
     add_worker_arguments(parser, jobs=1)

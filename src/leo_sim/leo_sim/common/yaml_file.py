@@ -4,13 +4,24 @@ from pathlib import Path
 import reprlib
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 import yaml
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.terminal import is_name
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+def _name(text: str) -> str:
+    if not is_name(text):
+        raise ValueError('a name is one line of plain text')
+    return text
+
+
+Name = Annotated[str, AfterValidator(_name)]
+"""One line, in which a terminal would obey nothing."""
 
 
 class Schema(BaseModel):

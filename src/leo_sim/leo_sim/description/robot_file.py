@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from leo_sim.common.yaml_file import Finite, Positive, Quantity, Schema
+from leo_sim.common.yaml_file import Finite, Name, Positive, Quantity, Schema
 from leo_sim.description.servos import Family
 
 Drawn = Finite | tuple[Finite, Finite]
@@ -201,7 +201,7 @@ class DriverFile(Schema):
 class RobotFile(Schema):
     """robot.yaml."""
 
-    name: str
+    name: Name
     base: Literal['fixed', 'planar'] = 'fixed'
     input: Literal['voltage', 'torque', 'position']
     control_period: Seconds
@@ -216,9 +216,9 @@ class RobotFile(Schema):
     links: dict[str, LinkFile] = Field(default_factory=dict)
     joints: dict[str, JointFile] = Field(default_factory=dict)
     ground: GroundFile | None = None
-    contacts: dict[str, ContactFile] = Field(default_factory=dict)
+    contacts: dict[Name, ContactFile] = Field(default_factory=dict)
     feet: tuple[str, ...] = ()
-    start_poses: dict[str, PoseFile]
+    start_poses: dict[Name, PoseFile]
     sensors: dict[str, SensorFile] = Field(default_factory=dict)
     observation: tuple[ObservedFile, ...] = ()
     reward: tuple[RewardFile, ...] = ()

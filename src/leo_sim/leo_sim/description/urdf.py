@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.terminal import is_name
 
 KINDS = ('revolute', 'continuous', 'prismatic', 'fixed')
 AXIS = '1 0 0'
@@ -97,6 +98,8 @@ def _told(element: ElementTree.Element, source: str,
     name = element.get('name')
     if not name:
         raise UserError(f'{source}: a {element.tag} has no name; give it one')
+    if not is_name(name):
+        raise UserError(f'{source}: {element.tag} {name!r}: a name is one line of plain text')
     try:
         return read(element)
     except ValueError as error:

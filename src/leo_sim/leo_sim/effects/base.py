@@ -114,22 +114,22 @@ class Effect:
         rank: Laws of one hook run in ascending rank.
     """
 
-    name: ClassVar[str]
+    name: str
     family: ClassVar[str]
-    hook: ClassVar[str]
-    parameters: ClassVar[tuple[Parameter, ...]]
-    equation: ClassVar[str] = ''
-    looks_like: ClassVar[str] = ''
+    hook: str
+    parameters: tuple[Parameter, ...]
+    equation: str = ''
+    looks_like: str = ''
     confused_with: ClassVar[str] = ''
     reveal: ClassVar[str] = ''
-    dry: ClassVar[bool] = False
-    motor_side: ClassVar[bool] = False
+    dry: bool = False
+    motor_side: bool = False
     steady: ClassVar[bool] = False
     dynamic: ClassVar[bool] = False
     late: ClassVar[bool] = False
-    uses_load: ClassVar[bool] = False
-    remembers: ClassVar[bool] = False
-    timed: ClassVar[bool] = False
+    uses_load: bool = False
+    remembers: bool = False
+    timed: bool = False
     law: ClassVar[Callable[..., Any] | None] = None
     rank: ClassVar[int] = 100
     source: str = ''

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from leo_msgs_py import topics
+from leo_msgs_py.shell_words import leo
 from leo_sim.drivers.base import DriverInfo
 from leo_sim.nodes.parameters import Settings
 
@@ -25,7 +26,8 @@ def greeting(settings: Settings, info: DriverInfo) -> list[str]:
     others = [pose for pose in robot.start_poses if pose != settings.options.start]
     if others and settings.driver == 'simulated':
         lines.append(
-            f'starts in {settings.options.start}; leo param set /robot start '
-            f'{others[-1]} puts it there ({", ".join(robot.start_poses)})'
+            f'starts in {settings.options.start}; '
+            f'{leo("param", "set", "/robot", "start", others[-1])} puts it there '
+            f'({", ".join(robot.start_poses)})'
         )
     return lines

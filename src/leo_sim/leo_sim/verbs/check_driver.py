@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from leo_msgs_py.console import Table
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_msgs_py.verbs import common
 
 if TYPE_CHECKING:
@@ -72,8 +73,8 @@ def main(argv: list[str]) -> int:
         lost = f'; {trial.lost} packets were lost' if trial.lost else ''
         print(f'{failed} of {len(results)} checks failed{lost}')
         if not failed:
-            print(f'next: leo run leo_sim robot --ros-args -p robot:={options.robot} '
-                  f'-p driver:={options.driver}')
+            given = '-p', f'robot:={options.robot}', '-p', f'driver:={options.driver}'
+            print(f'next: {leo("run", "leo_sim", "robot", "--ros-args", *given)}')
     return 1 if failed else 0
 
 

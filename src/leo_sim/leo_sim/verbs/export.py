@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+import re
 import shlex
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import visible
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import add_effect_argument
@@ -67,14 +70,13 @@ def _document(model: Model, format_name: str, ref: str, left_out: tuple[str, ...
 
     root = (mjcf if format_name == 'MJCF' else urdf)(model)
     ElementTree.indent(root)
-    told = [f'Made by leo export from {ref}.', *(f'Left out: {line}.' for line in left_out)]
-    remark = '\n'.join(told).replace('--', '- -')
+    told = [f'Made from {ref} by leo export.', *(f'Left out: {line}.' for line in left_out)]
+    remark = re.sub('-(?=-)', '- ', visible('\n'.join(told)))
     body = ElementTree.tostring(root, encoding='unicode')
     return f'<?xml version="1.0"?>\n<!--\n{remark}\n-->\n{body}\n'
 
 
 def _next(output: Path) -> str:
-    quoted = shlex.quote(str(output))
     if output.suffix == '.xml':
-        return f'python -m mujoco.viewer --mjcf={quoted}'
-    return f'leo robot init {quoted} -o FOLDER'
+        return shlex.join(['python', '-m', 'mujoco.viewer', f'--mjcf={output}'])
+    return leo('robot', 'init', output, '-o', 'FOLDER')

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-import shlex
 from typing import TYPE_CHECKING
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_msgs_py.verbs import common
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def _init(argv: list[str]) -> int:
     from leo_sim.verbs.skeleton.folder import make_folder
 
     made = make_folder(options.urdf, options.output, options.input, bool(options.driver))
-    following = f'leo compare BAG --model {shlex.quote(str(options.output))}'
+    following = leo('compare', 'BAG', '--model', options.output)
     if options.json:
         print(json.dumps({
             'folder': str(options.output), **_facts(made.robot),

@@ -6,11 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.hostile_names import check_html, folder_of, HTML, RUNS
 from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel.verbs import add, compare, explain
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import get_effect, place
+
+JOINT = f'pivot{RUNS}{HTML}'
 
 
 @pytest.fixture(scope='module')
@@ -18,10 +22,13 @@ def rhythm(tmp_path_factory) -> Path:
     """Two bags of a robot with a torque periodic in time, and what explain made of the first."""
     folder = tmp_path_factory.mktemp('rhythm')
     push = 0.3 * np.sin(2 * np.pi * 1.3 * 0.01 * np.arange(1500))[:, None]
+    robot = load_robot(folder_of(folder / 'robot', JOINT))
     for seed, name in ((1, 'one'), (2, 'two')):
-        bag(folder / name, record(TORQUE, seconds=15, seed=seed, push=push))
-    words = [str(folder / 'one'), '--model', 'torque_pendulum', '-o', str(folder / 'out')]
-    assert explain.main([*words, '--write-effect', str(folder / 'found.py'), '--json']) == 1
+        bag(folder / name, record(robot, seconds=15, seed=seed, push=push))
+    words = [str(folder / 'one'), '--model', str(robot.folder), '-o', str(folder / 'out')]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert explain.main([*words, '--write-effect', str(folder / 'found.py'), '--json']) == 1
     return folder
 
 
@@ -33,10 +40,20 @@ def error(model: str, bag: Path, capsys) -> float:
     return next(r['rmse'][0] for r in rows if r['steps'] == 50)
 
 
+def test_the_name_of_a_joint_never_runs(rhythm, monkeypatch):
+    monkeypatch.chdir(rhythm)
+    assert get_effect(str(rhythm / 'found.py')).looks_like.startswith(f'A torque at {JOINT} ')
+    assert not (rhythm / 'ran').exists()
+
+
+def test_the_name_of_a_joint_is_no_html_in_the_report(rhythm):
+    check_html((rhythm / 'out' / 'report.html').read_text())
+
+
 def test_explain_json_says_what_is_unknown(rhythm):
     told = json.loads((rhythm / 'out' / 'explain.json').read_text())
     assert told['verdict'] == 'unknown' and told['effects'] == []
-    assert told['unknown']['joint'] == 'pivot' and told['unknown']['variable'] == 'time'
+    assert told['unknown']['joint'] == JOINT and told['unknown']['variable'] == 'time'
     assert told['unknown']['r2_held_out'] > 0.9
     assert told['unknown']['error_after'] < 0.3 * told['unknown']['error_before']
     assert 'What no known effect explains' in (rhythm / 'out' / 'report.html').read_text()
@@ -44,16 +61,16 @@ def test_explain_json_says_what_is_unknown(rhythm):
 
 def test_added_from_explain_json_it_lowers_the_error_on_another_bag(rhythm, capsys):
     source, target = str(rhythm / 'out' / 'explain.json'), str(rhythm / 'from.yaml')
-    words = ['torque_pendulum', '--from', source, '-o', target]
+    words = [str(rhythm / 'robot'), '--from', source, '-o', target]
     assert add.main([*words, '--effect', str(rhythm / 'found.py')]) == 0
-    before = error('torque_pendulum', rhythm / 'two', capsys)
+    before = error(str(rhythm / 'robot'), rhythm / 'two', capsys)
     assert error(target, rhythm / 'two', capsys) < 0.4 * before
 
 
 def test_added_by_hand_only_its_amplitude_is_needed(rhythm, capsys):
-    effect, target = f'{rhythm / "found.py"}:pivot', str(rhythm / 'hand.yaml')
-    assert add.main(['torque_pendulum', effect, 'a=0.3', '-o', target]) == 0
-    before = error('torque_pendulum', rhythm / 'two', capsys)
+    effect, target = f'{rhythm / "found.py"}:{JOINT}', str(rhythm / 'hand.yaml')
+    assert add.main([str(rhythm / 'robot'), effect, 'a=0.3', '-o', target]) == 0
+    before = error(str(rhythm / 'robot'), rhythm / 'two', capsys)
     assert error(target, rhythm / 'two', capsys) < 0.4 * before
 
 
@@ -64,7 +81,7 @@ def test_the_effect_file_says_what_it_is(rhythm):
 
 
 def test_nothing_is_overwritten(rhythm):
-    words = [str(rhythm / 'one'), '--model', 'torque_pendulum', '--write-effect']
+    words = [str(rhythm / 'one'), '--model', str(rhythm / 'robot'), '--write-effect']
     with pytest.raises(UserError, match='always written to a new file'):
         explain.main([*words, str(rhythm / 'found.py')])
     with pytest.raises(UserError, match=r'ends in \.py'):

@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from tests.hostile_names import folder_of
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -152,6 +153,15 @@ def test_what_is_wrong_in_a_robot_is_said_in_one_line(tmp_path, old, new, said):
 def test_what_is_wrong_in_a_urdf_is_said_in_one_line(tmp_path, old, new, said):
     with pytest.raises(UserError, match=said) as error:
         load_robot(changed(tmp_path, old, new, 'robot.urdf'))
+    assert '\n' not in str(error.value)
+
+
+@pytest.mark.parametrize('name', ['a\nnext: leo', 'a\tb', 'a\x85b', 'a\u202eb'])
+@pytest.mark.parametrize('where', ['joint', 'robot'])
+def test_a_name_is_one_line_of_plain_text(tmp_path, name, where):
+    folder = folder_of(tmp_path / 'sent', **{'joint': 'pivot', where: name})
+    with pytest.raises(UserError, match='a name is one line of plain text') as error:
+        load_robot(folder)
     assert '\n' not in str(error.value)
 
 

@@ -57,3 +57,13 @@ def test_no_file_is_written_over(model, tmp_path):
     (tmp_path / 'out.xml').write_text('mine')
     with pytest.raises(UserError, match='exists'):
         main([str(model), '-o', str(tmp_path / 'out.xml')])
+
+
+def test_where_a_model_is_stays_in_the_remark(model, tmp_path):
+    folder = tmp_path / 'a---><mujoco>'
+    folder.mkdir()
+    moved = model.rename(folder / 'model.yaml')
+    main([str(moved), '-o', str(tmp_path / 'out.urdf')])
+    text = (tmp_path / 'out.urdf').read_text()
+    assert ElementTree.fromstring(text).tag == 'robot'
+    assert '--' not in text[text.index('<!--') + 4 : text.index('-->')]

@@ -13,6 +13,7 @@ from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.rows import constant_rows, parameter_rows
 from leo_diffmodel.explain.unknown.curves import carry
 from leo_diffmodel.explain.unknown.find import Found
+from leo_diffmodel.explain.unknown.found_effect import FoundEffect
 from leo_diffmodel.explain.unknown.influence import Influence, influence
 from leo_diffmodel.explain.unknown.law import Law
 from leo_diffmodel.explain.unknown.paths import with_past
@@ -47,10 +48,10 @@ class Unknown:
         gain_train: loss saved on the training windows [nats].
         gain_held_out: loss saved on the windows no fit saw [nats].
         curve: the same without a formula: {x, x_unit, y, y_unit, ci95, law}, lists of one length.
-        text: the effect file; '' where one effect cannot hold it.
-        fit: joint fit with the named effects; None where `text` is ''.
+        effect: the law as an effect; None where one effect cannot hold it.
+        fit: joint fit with the named effects; None where `effect` is.
         error_before: held-out error with the named effects alone, as for those.
-        error_after: held-out error with the law beside them; None where `text` is ''.
+        error_after: held-out error with the law beside them; None where `effect` is.
         source: where the effect file was written; '' where it was not.
     """
 
@@ -64,7 +65,7 @@ class Unknown:
     gain_train: float
     gain_held_out: float
     curve: dict[str, list | str]
-    text: str
+    effect: FoundEffect | None
     fit: Fit | None
     error_before: float | None = None
     error_after: float | None = None
@@ -72,7 +73,7 @@ class Unknown:
 
     def to_json(self) -> dict:
         """The field `unknown` of explain.json; with an effect file also what `leo add` takes."""
-        hidden = ('text', 'fit', 'source')
+        hidden = ('effect', 'fit', 'source')
         row = {name: value for name, value in vars(self).items() if name not in hidden}
         if not self.source or self.fit is None:
             return row
@@ -118,7 +119,7 @@ def tell(recordings: Sequence[Recording], found: Found) -> Unknown:
         gain_train=tried.gain_train,
         gain_held_out=tried.gain_held_out,
         curve=_curve(recordings, found),
-        text=tried.text,
+        effect=tried.effect,
         fit=tried.fit,
     )
 

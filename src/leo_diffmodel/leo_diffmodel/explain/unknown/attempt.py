@@ -14,8 +14,8 @@ from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.loss import dispersion, gain
-from leo_diffmodel.explain.unknown import effect_file
 from leo_diffmodel.explain.unknown.curves import again, carry, Curve
+from leo_diffmodel.explain.unknown.found_effect import expressible, FoundEffect
 from leo_diffmodel.explain.unknown.influence import Influence, influence
 from leo_diffmodel.explain.unknown.law import Law, law_of, table_of
 from leo_diffmodel.explain.unknown.paths import with_past
@@ -36,19 +36,17 @@ class Attempt:
         law: the law with its fitted values.
         fit: the joint fit; None for a law that no effect at one joint can hold: it is judged by
             the linear regression.
-        text: the effect file; '' where none can hold it.
+        effect: the law as an effect; None where none can hold it.
         gain_train: loss saved on the training windows [nats].
         gain_held_out: loss saved on the windows no fit saw [nats].
-        per_torque: input that gives 1 N m at the joint [V], 1 for a torque input.
     """
 
     base: Fit
     law: Law
     fit: Fit | None
-    text: str
+    effect: FoundEffect | None
     gain_train: float
     gain_held_out: float
-    per_torque: float = 1.0
 
     @property
     def dispersion(self) -> float:
@@ -68,7 +66,7 @@ def attempt(
     problem = left.problem
     law = law_of(left, blocks, curve)
     joint = problem.base.robot.joint_names[curve.joint]
-    if not effect_file.expressible(law, joint):
+    if not expressible(law, joint):
         return _linear(base, law)
     if curve.variable.name == 'path':
         problem = replace(problem, windows=with_past(recordings, problem.windows))
@@ -120,19 +118,18 @@ def _around(problem: Problem, made: Attempt) -> Influence | None:
 
 def _linear(base: Fit, law: Law) -> Attempt:
     score = law.curve.score
-    return Attempt(base, law, None, '', float(score.gain_train), float(score.gain_held_out))
+    return Attempt(base, law, None, None, float(score.gain_train), float(score.gain_held_out))
 
 
 def _fitted(problem: Problem, base: Fit, law: Law, joint: str) -> Attempt:
     per_torque = in_volts(problem.base.robot, joint, 1.0) or 1.0
-    text = effect_file.write(law, joint, per_torque)
-    effect = effect_file.compiled(text)
+    effect = FoundEffect(law, joint, per_torque)
     candidate = Candidate(effect, joint, with_roles(effect, law.parameters))
     hypothesis = base.hypothesis.with_candidate(candidate)
     first = hypothesis.offset(len(hypothesis.candidates) - 1)
     theta = np.concatenate([base.theta[:first], law.values, base.theta[first:]])
     full = fit(problem, hypothesis, theta, base.start)
-    return with_fit(Attempt(base, law, None, text, 0.0, 0.0, per_torque), full, problem)
+    return with_fit(Attempt(base, law, None, effect, 0.0, 0.0), full, problem)
 
 
 def with_fit(tried: Attempt, full: Fit, problem: Problem | None = None) -> Attempt:
@@ -147,9 +144,9 @@ def with_fit(tried: Attempt, full: Fit, problem: Problem | None = None) -> Attem
         windows = problem.train, problem.judged
         trained, validated = (gain(tried.base, full, chosen) for chosen in windows)
         tried = replace(tried, gain_train=trained, gain_held_out=validated)
-    last = full.hypothesis.candidates[-1]
+    assert tried.effect is not None
     first = full.hypothesis.offset(len(full.hypothesis.candidates) - 1)
     law = tried.law.settled(full.theta[first : first + len(tried.law.values)])
-    text = effect_file.write(law, last.where, tried.per_torque)
-    return replace(tried, law=law, fit=full, text=text)
+    effect = FoundEffect(law, tried.effect.joint, tried.effect.per_torque)
+    return replace(tried, law=law, fit=full, effect=effect)
 

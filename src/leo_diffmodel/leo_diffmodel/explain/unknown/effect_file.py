@@ -1,23 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An effect file of a law: what `leo add` takes, and what the law is fitted with."""
+"""The file of a found effect: what `leo explain --write-effect` writes and `leo add` takes.
+
+What is not this program's own is in it as a literal (`repr`).
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from leo_diffmodel.explain.unknown.law import Law
-from leo_sim.effects import Effect, Parameter
+from leo_diffmodel.explain.unknown.found_effect import FoundEffect
+from leo_sim.effects import Parameter
 
-ABOUT = {
-    'torque': 'torque',
-    'friction': 'dry friction',
-    'drive': 'share of the motor torque',
-}
-HEADER = '''"""{about}
-
-{formula}
-Found by leo explain; q is the joint angle [rad], dq its rate [rad/s].
-"""
+HEADER = '''# Written by leo explain --write-effect.
+"""A law found by leo explain; q is the joint angle [rad], dq its rate [rad/s]."""
 from typing import Any
 
 import numpy as np
@@ -26,7 +21,7 @@ from leo_sim.effects.base import Effect, Parameter, Values
 
 
 class Found(Effect):
-    """{about}"""
+    """The law that explains what was missing."""
 
     name = {name!r}
     family = 'found'
@@ -34,7 +29,8 @@ class Found(Effect):
     parameters = (
 {parameters}
     )
-    looks_like = {about!r}
+    equation = {equation!r}
+    looks_like = {looks_like!r}
 '''
 TORQUE = '''
     def torque(
@@ -65,89 +61,44 @@ PATH = '''
         before, way = (0.0 if memory is None else memory), np.sign(dq)
         return way + (before - way) * np.exp(-np.abs(dq) * dt / p['reach'])
 '''
-SOURCES = {'angle': 'q', 'rate': 'dq', 'load': 'load', 'time': 'memory + 0.0 * q'}
+MEMORY = {'time': ', memory: Any = 0.0', 'path': ', memory: Any = None'}
+REMEMBERED = {'time': TIMED, 'path': PATH}
+SOURCES = {
+    'angle': 'q',
+    'rate': 'dq',
+    'load': 'load',
+    'input': 'motor.torque',
+    'time': 'memory + 0.0 * q',
+    'path': '-memory if memory is not None else 0.0 * q',
+}
 RESULTS = {
     'torque': 'y + 0.0 * q',
     'friction': 'np.maximum(y, 0.0) + 0.0 * q',
     'drive': 'y * motor.torque',
 }
+FLAGS = ('dry', 'motor_side', 'uses_load', 'remembers', 'timed')
 
 
-def expressible(law: Law, joint: str) -> bool:
-    """Whether one effect at the joint can hold the law: it depends on that joint alone."""
-    return law.curve.variable.of in ('', joint)
-
-
-def write(law: Law, joint: str, per_torque: float) -> str:
-    """The text of the effect file.
-
-    Args:
-        law: the law.
-        joint: where it acts.
-        per_torque: input that gives 1 N m there [V or N m], for a law of the input.
-    """
-    variable, carrier = law.curve.variable, law.curve.carrier
-    command = variable.name == 'input' and carrier == 'torque'
-    hook = 'command' if command else 'torque'
+def text_of(effect: FoundEffect) -> str:
+    """The text of the effect file."""
+    assert all(p.name.isidentifier() for p in effect.parameters)
+    names = '\n'.join(f'        {p.name} = p[{p.name!r}]' for p in effect.parameters)
     head = HEADER.format(
-        about=about(law, joint),
-        formula=law.words,
-        name=f'found_{variable.name}_{carrier}',
-        hook=hook,
-        parameters='\n'.join(f'        {_declared(p)},' for p in law.parameters),
+        name=effect.name,
+        hook=effect.hook,
+        parameters='\n'.join(f'        {_declared(p)},' for p in effect.parameters),
+        equation=effect.equation,
+        looks_like=effect.looks_like,
     )
-    names = '\n'.join(f"        {p.name} = p['{p.name}']" for p in law.parameters)
-    if command:
-        body = COMMAND.format(names=names, law=law.family.text, per_torque=per_torque)
-        return '# Written by leo explain --write-effect.\n' + head + body
-    return '# Written by leo explain --write-effect.\n' + head + _flags(law) + _torque(law, names)
-
-
-def about(law: Law, joint: str) -> str:
-    """One line: what kind of torque, where, of what."""
-    variable = law.curve.variable
-    of = f' of {variable.of}' if variable.of and variable.of != joint else ''
-    if variable.name == 'path':
-        return f'A friction at {joint} that follows the path of motion (hysteresis).'
-    return f'A {ABOUT[law.curve.carrier]} at {joint} that depends on {variable.name}{of}.'
-
-
-def compiled(text: str) -> Effect:
-    """The effect that a file with this text defines."""
-    space: dict = {'__name__': 'found'}
-    exec(compile(text, 'found effect', 'exec'), space)  # our own text, written above
-    effect: Effect = space['Found']()
-    return effect
-
-
-def _flags(law: Law) -> str:
-    lines = {
-        'dry': law.curve.carrier == 'friction',
-        'motor_side': law.curve.carrier == 'drive',
-        'uses_load': law.curve.variable.name == 'load',
-        'remembers': law.curve.variable.name in ('time', 'path'),
-        'timed': law.curve.variable.name == 'time',
-    }
-    return ''.join(f'    {name} = True\n' for name, on in lines.items() if on)
-
-
-def _torque(law: Law, names: str) -> str:
-    variable = law.curve.variable
-    x = SOURCES.get(variable.name, 'memory')
-    if variable.name == 'path':
-        x = '-memory if memory is not None else 0.0 * q'
-    if variable.name == 'input':
-        x = 'motor.torque'
-    memory = {'time': ', memory: Any = 0.0', 'path': ', memory: Any = None'}
-    text = TORQUE.format(
-        memory=memory.get(variable.name, ''), x=x, names=names, law=law.family.text,
-        result=RESULTS[law.curve.carrier],
+    if effect.hook == 'command':
+        per_torque = float(effect.per_torque)
+        return head + COMMAND.format(names=names, law=effect.text, per_torque=per_torque)
+    flags = ''.join(f'    {name} = True\n' for name in FLAGS if getattr(effect, name))
+    law = TORQUE.format(
+        memory=MEMORY.get(effect.variable, ''), x=SOURCES[effect.variable], names=names,
+        law=effect.text, result=RESULTS[effect.carrier],
     )  # fmt: skip
-    if variable.name == 'time':
-        return text + TIMED
-    if variable.name == 'path':
-        return text + PATH
-    return text
+    return head + flags + law + REMEMBERED.get(effect.variable, '')
 
 
 def _declared(parameter: Parameter) -> str:

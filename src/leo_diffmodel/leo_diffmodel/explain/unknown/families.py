@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,8 @@ class Family:
     """One form of law.
 
     Attributes:
-        text: the law in numpy, of x and the parameters.
+        law: y of x and the parameters by their names.
+        text: the same as an effect file has it, in numpy.
         words: the same for people.
         linear: names of the coefficients, with the power of 1/x in their unit.
         shapes: names of the other parameters, with that power.
@@ -33,6 +34,7 @@ class Family:
         polar: the last two columns are a sine and a cosine, kept as amplitude and phase.
     """
 
+    law: Callable[..., Array]
     text: str
     words: str
     linear: tuple[tuple[str, int], ...]
@@ -68,6 +70,7 @@ def families(curve: Curve) -> list[Family]:
 
 def _built_up(reach: Array) -> Family:
     return Family(
+        lambda x, c, reach: c * x,
         'c * x', '-c {x}, dz/dt = |dq/dt| (sign(dq/dt) - z) / reach', (('c', 0),), (('reach', 1),),
         reach[:, None], lambda x: -x[..., None, None],
     )  # fmt: skip
@@ -76,6 +79,7 @@ def _built_up(reach: Array) -> Family:
 def _polynomial(degree: int) -> Family:
     powers = range(degree + 1)
     return Family(
+        lambda x, c0, **c: sum((c[f'c{n}'] * x**n for n in powers[1:]), c0),
         ' + '.join(_term(n, 'x') for n in powers),
         ' + '.join(_term(n, '{x}').replace('**', '^').replace(' * ', ' ') for n in powers),
         tuple((f'c{n}', n) for n in powers),
@@ -91,7 +95,7 @@ def _term(power: int, x: str) -> str:
 
 def _size() -> Family:
     return Family(
-        'a * np.abs(x)', 'a |{x}|', (('a', 1),), (), np.zeros((1, 0)),
+        lambda x, a: a * np.abs(x), 'a * np.abs(x)', 'a |{x}|', (('a', 1),), (), np.zeros((1, 0)),
         lambda x: np.abs(x)[..., None, None],
     )  # fmt: skip
 
@@ -102,6 +106,7 @@ def _hinge(x: Array, side: float) -> Family:
     grid = np.sort(np.concatenate([dense, np.linspace(low, high, POINTS)]))
     inside, words = ('x - x0', '{x} - x0') if side > 0 else ('x0 - x', 'x0 - {x}')
     return Family(
+        lambda x, k, x0: k * np.maximum(0.0, side * (x - x0)),
         f'k * np.maximum(0.0, {inside})',
         f'k max(0, {words})',
         (('k', 1),),
@@ -116,11 +121,14 @@ def _bump(x: Array, period: float | None, constant: bool = False) -> Family:
     centres = np.linspace(low, high, POINTS)
     pairs = np.array([(c, w * (high - low)) for c in centres for w in WIDTHS])
 
-    def basis(x: Array) -> Array:
-        away = x[..., None] - pairs[:, 0]
+    def bumps(x: Array, x0: Array, width: Array) -> Array:
+        away = x - x0
         if period:
             away = np.remainder(away + 0.5 * period, period) - 0.5 * period
-        bump = np.exp(-((away / pairs[:, 1]) ** 2))[..., None]
+        return np.exp(-((away / width) ** 2))
+
+    def basis(x: Array) -> Array:
+        bump = bumps(x[..., None], *pairs.T)[..., None]
         return np.concatenate([np.ones_like(bump), bump], axis=-1) if constant else bump
 
     away = 'x - x0'
@@ -128,6 +136,7 @@ def _bump(x: Array, period: float | None, constant: bool = False) -> Family:
         away = f'np.remainder({away} + {0.5 * period!r}, {period!r}) - {0.5 * period!r}'
     start, first = ('c + ', (('c', 0),)) if constant else ('', ())
     return Family(
+        lambda x, a, x0, width, c=0.0: c + a * bumps(x, x0, width),
         f'{start}a * np.exp(-((({away}) / width) ** 2))',
         start + 'a exp(-(({x} - x0) / width)^2)',
         (*first, ('a', 0)),
@@ -147,6 +156,7 @@ def _sine(constant: bool = False) -> Family:
 
     start, first = ('c + ', (('c', 0),)) if constant else ('', ())
     return Family(
+        lambda x, a, n, phase, c=0.0: c + a * np.sin(n * x + phase),
         f'{start}a * np.sin(n * x + phase)',
         start + 'a sin(n {x} + phase)',
         (*first, ('a', 0)),
@@ -165,6 +175,7 @@ def _wave(hertz: float, time: Array) -> Family:
         return np.stack([np.sin(phase), np.cos(phase)], axis=-1)
 
     return Family(
+        lambda x, a, f, phase: a * np.sin(2 * np.pi * f * x + phase),
         'a * np.sin(2 * np.pi * f * x + phase)',
         'a sin(2 pi f {x} + phase)',
         (('a', 0),),
@@ -178,6 +189,7 @@ def _wave(hertz: float, time: Array) -> Family:
 def _settling() -> Family:
     grid = np.array(SETTLING)
     return Family(
+        lambda x, a, tau: a * (1.0 - np.exp(-x / tau)),
         'a * (1.0 - np.exp(-x / tau))',
         'a (1 - exp(-{x} / tau))',
         (('a', 0),),
@@ -190,10 +202,11 @@ def _settling() -> Family:
 def table(knots: Array, values: Array, period: float | None, hats: Callable[[Array], Array]
           ) -> Family:
     """The curve itself, scaled by one coefficient: what no readable form comes close to."""
-    x, y = _listed(knots), _listed(values)
+    at, known = _rounded(knots), _rounded(values)
     ring = f', period={period!r}' if period else ''
     return Family(
-        f'k * np.interp(x, {x}, {y}{ring})',
+        lambda x, k: k * np.interp(x, at, known, period=period),
+        f'k * np.interp(x, {at}, {known}{ring})',
         'k table({x})',
         (('k', 0),),
         (),
@@ -202,5 +215,5 @@ def table(knots: Array, values: Array, period: float | None, hats: Callable[[Arr
     )
 
 
-def _listed(values: Sequence[float] | Array) -> str:
-    return '[' + ', '.join(f'{v:.6g}' for v in values) + ']'
+def _rounded(values: Array) -> list[float]:
+    return [float(f'{v:.6g}') for v in values]

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
@@ -56,7 +55,7 @@ def section(stretch: Stretch, robot: Robot, title: str) -> Section:
         },
         'root': None if stick.root is None else (stick.root[0], -stick.root[1]),
         'ground': None if stick.ground is None else _ground(stick.ground, low, high),
-        'film': json.dumps({'times': np.round(seconds, 3).tolist(), 'films': films}),
+        'film': {'times': np.round(seconds, 3).tolist(), 'films': films},
         'slower': SLOWER,
     }
     return Section('moving.html', values)

@@ -9,6 +9,7 @@ from pathlib import Path
 from leo_diffmodel.bags.recorder import free_folder
 from leo_diffmodel.watch.live.command import Command
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 
 NOWHERE = 'start leo watch with -o DIR to record there'
 STARTING = 'the recorder is starting'
@@ -52,7 +53,7 @@ class RecordingSwitch:
             size = self.size
             return f'recording {self.bag}: {size / 1e6:.2f} MB' if size else STARTING
         ended = self._recorder.ended
-        failed = f'the recorder of {self.bag} ended with {ended}: leo bag info {self.bag}'
+        failed = f'the recorder of {self.bag} ended with {ended}: {leo("bag", "info", self.bag)}'
         return failed if ended else f'recorded {self.bag}'
 
     def start(self) -> None:

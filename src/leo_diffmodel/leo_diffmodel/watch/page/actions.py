@@ -3,16 +3,16 @@
 
 from __future__ import annotations
 
-from html import escape
 import shlex
 import shutil
 
 from bokeh.layouts import column, row
-from bokeh.models import Button, Div
+from bokeh.models import Button
+from markupsafe import Markup
 
 from leo_diffmodel.watch import shown
 from leo_diffmodel.watch.finder import Finder
-from leo_diffmodel.watch.page.look import CARD, SIDE, TEXT
+from leo_diffmodel.watch.page.look import CARD, said, SIDE, small, wrong
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
 
@@ -29,11 +29,11 @@ class ActionsView:
         self._undo = Button(label='Undo', name='undo')
         self._clear = Button(label='All off', name='clear')
         self._add = Button(label='Add to model', name='add')
-        self._said = ''
-        self._words = Div(text='', stylesheets=[TEXT], width=SIDE - 40, name='said')
+        self._said: str = ''
+        self._words = said(width=SIDE - 40, name='said')
         self._connect()
-        files = Div(text=_files(), stylesheets=[TEXT], width=SIDE - 40)
-        self._drawn = Div(text='', stylesheets=[TEXT], width=SIDE - 40, name='drawing')
+        files = said(_files(), width=SIDE - 40)
+        self._drawn = said(width=SIDE - 40, name='drawing')
         self.root = column(row(self._find, self._add), row(self._undo, self._clear), self._words,
                            files, self._drawn, stylesheets=[CARD], width=SIDE)  # fmt: skip
         self.refresh()
@@ -44,7 +44,7 @@ class ActionsView:
         self._clear.disabled = self._add.disabled = not self._state.setting.on
         self._find.disabled = self._finder.busy
         lines = [self._search(), self._said, self._typed(), self._time()]
-        self._words.text = ''.join(f'<div>{line}</div>' for line in lines if line)
+        self._words.text = Markup().join(Markup('<div>{}</div>').format(x) for x in lines if x)
         self._drawn.text = self._drawing()
 
     def _connect(self) -> None:
@@ -60,52 +60,54 @@ class ActionsView:
 
     def _added(self) -> None:
         try:
-            self._said = f'wrote <code>{escape(str(self._state.add()))}</code>'
+            self._said = Markup('wrote <code>{}</code>').format(self._state.add())
         except (UserError, OSError) as error:
-            self._said = f'<span class="error">{escape(str(error))}</span>'
+            self._said = wrong(error)
         self.refresh()
 
     def _search(self) -> str:
         """What the search is at, or what it found."""
         news = self._finder.news
         if self._finder.busy:
-            return f'explaining, {news.count}: {escape(news.text)} …'
+            return f'explaining, {news.count}: {news.text} …'
         if news.error:
-            return f'<span class="error">{escape(news.error)}</span>'
+            return wrong(news.error)
         if self._state.answer is None:
             return ''
         data = self._state.answer.data
-        return f'<b>{escape(data["verdict"])}</b>: {escape(data["sentence"])}'
+        return Markup('<b>{verdict}</b>: {sentence}').format(**data)
 
     def _typed(self) -> str:
         """The command that writes the same model, while it was all done by hand."""
         state = self._state
         if not state.setting.on or (state.answer and state.setting == state.answer.setting):
             return ''
-        return f'<code>{escape(shlex.join([*self._command, *state.words]))} -o NEW.yaml</code>'
+        typed = shlex.join([*self._command, *state.words])
+        return Markup('<code>{} -o NEW.yaml</code>').format(typed)
 
     def _drawing(self) -> str:
         """What is being drawn, or why it is not."""
         drawing = self._state.drawing
         if drawing.news.error:
-            return f'<span class="error">{escape(drawing.news.error)}</span>'
-        return f'<small>drawing {escape(drawing.news.text)} …</small>' if drawing.busy else ''
+            return wrong(drawing.news.error)
+        return small(f'drawing {drawing.news.text} …') if drawing.busy else ''
 
     def _time(self) -> str:
         ms = 1000 * self._state.seconds
-        return f'<small>computed in {ms:.0f} ms</small>' if ms else ''
+        return small(f'computed in {ms:.0f} ms') if ms else ''
 
 
-def _files() -> str:
+def _files() -> Markup:
     """Links to what can be taken away, as HTML."""
     film = f'the robots moving, {shown.FILM_SECONDS:g} s from now'
-    mp4 = _link('comparison.mp4') if shutil.which('ffmpeg') else ''
-    lines = [f'this view: {_link("view.png")}{_link("view.svg")}{_link("copy.html")}',
-             f'{film}: {_link("comparison.gif")}{mp4}', f'the numbers: {_link("numbers.csv")}',
-             '' if mp4 else f'<small>{WITHOUT_FFMPEG}</small>']  # fmt: skip
-    return '<br>'.join(line for line in lines if line)
+    mp4 = ['comparison.mp4'] if shutil.which('ffmpeg') else []
+    lines = [_links('this view', 'view.png', 'view.svg', 'copy.html'),
+             _links(film, 'comparison.gif', *mp4), _links('the numbers', 'numbers.csv'),
+             *([] if mp4 else [small(WITHOUT_FFMPEG)])]  # fmt: skip
+    return Markup('<br>').join(lines)
 
 
-def _link(name: str) -> str:
-    kind = name.rpartition('.')[2].upper()
-    return f'<a href="{name}" download>{kind}</a>'
+def _links(what: str, *names: str) -> Markup:
+    link = Markup('<a href="{}" download>{}</a>')
+    links = Markup().join(link.format(name, name.rpartition('.')[2].upper()) for name in names)
+    return Markup('{}: {}').format(what, links)

@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 from bokeh.layouts import column, row
-from bokeh.models import CustomJSTickFormatter, Div, NumericInput, Select, Slider, Switch
+from bokeh.models import CustomJSTickFormatter, NumericInput, Select, Slider, Switch
+from markupsafe import Markup
 
 from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.watch.handle import Handle
-from leo_diffmodel.watch.page.look import CARD, SIDE, TEXT
+from leo_diffmodel.watch.page.look import CARD, said, SIDE, small
 from leo_diffmodel.watch.page.part import Silence
 from leo_diffmodel.watch.state import State
 from leo_sim.effects import Parameter
@@ -33,7 +34,7 @@ class CatalogueView:
         self._place = Select(options=[EVERYWHERE, *places], value=EVERYWHERE, name='place',
                              title='effects at', width=SIDE - 60)  # fmt: skip
         self._place.on_change('value', lambda _, __, ___: self.refresh())
-        note = Div(text=f'<small>{NOTE}</small>', stylesheets=[TEXT], width=SIDE - 40)
+        note = said(small(NOTE), width=SIDE - 40)
         self.root = column(self._place, note, stylesheets=[CARD], width=SIDE)
         self.lengthen()
 
@@ -61,8 +62,7 @@ class _Line:
         self._label, self._silent = candidate.label, Silence()
         self._switch = Switch(active=False, width=36, name=f'switch {self._label}')
         self._switch.on_change('active', lambda _, __, on: self._switched(on))
-        self._words = Div(text=self._text(), stylesheets=[TEXT], width=SIDE - 90,
-                          name=f'effect {self._label}')  # fmt: skip
+        self._words = said(self._text(), width=SIDE - 90, name=f'effect {self._label}')
         self._sliders: list[_Slider] = []
         self.root = column(row(self._switch, self._words))
 
@@ -84,12 +84,13 @@ class _Line:
         if not self._silent:
             self._state.switch(self._label, on)
 
-    def _text(self) -> str:
+    def _text(self) -> Markup:
         name, _, where = self._label.partition(':')
-        shown = f'<b>{name}</b> <small>{where}</small>'
+        shown = Markup('<b>{}</b> <small>{}</small>').format(name, where)
         if (without := self._state.without.get(self._label)) is None:
             return shown
-        return f'{shown}<br>{without:.2f} → <b>{self._state.sizes[1]:.2f}</b> noise floors'
+        sizes = f'{without:.2f}', f'{self._state.sizes[1]:.2f}'
+        return shown + Markup('<br>{} → <b>{}</b> noise floors').format(*sizes)
 
 
 class _Slider:

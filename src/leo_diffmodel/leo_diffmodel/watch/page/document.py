@@ -8,8 +8,8 @@ from typing import Any
 from bokeh.document import Document
 from bokeh.events import DocumentReady
 from bokeh.layouts import column, row
-from bokeh.models import Div
 import jinja2
+from markupsafe import Markup
 
 from leo_diffmodel.report.page import source
 from leo_diffmodel.watch.finder import Finder
@@ -17,7 +17,7 @@ from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.actions import ActionsView
 from leo_diffmodel.watch.page.catalogue import CatalogueView
 from leo_diffmodel.watch.page.horizon import HorizonView
-from leo_diffmodel.watch.page.look import PAGE, SIDE, TEXT
+from leo_diffmodel.watch.page.look import PAGE, said, SIDE
 from leo_diffmodel.watch.page.missing import MissingView
 from leo_diffmodel.watch.page.next_run import NextRunView
 from leo_diffmodel.watch.page.over_time import OverTimeView
@@ -54,12 +54,12 @@ class Tab:
             self._put_below(NextRunView(next_run))
         side = column(actions.root, self._catalogue.root, spacing=12, width=SIDE)
         document.add_root(column(
-            Div(text=_headline(state), stylesheets=[TEXT]),
+            said(_headline(state)),
             row(main, side, spacing=12, sizing_mode='stretch_width'),
             margin=14, sizing_mode='stretch_width',
         ))  # fmt: skip
         document.title = f'{state.scene.model.robot.name}: leo watch'
-        document.template = jinja2.Template(PAGE)
+        document.template = jinja2.Template(PAGE, autoescape=True)
         self._begin()
 
     def _put_below(self, part: Part) -> None:
@@ -109,7 +109,7 @@ class Tab:
             self._over_time.tick()
 
 
-def _headline(state: State) -> str:
+def _headline(state: State) -> Markup:
     robot, data = state.scene.given.robot.name, source(state.scene.recordings)
-    return (f'<b class="big">{robot}</b> <span class="muted">{data}: switch an effect on and '
-            'watch the error fall</span>')  # fmt: skip
+    return Markup('<b class="big">{}</b> <span class="muted">{}: switch an effect on and '
+                  'watch the error fall</span>').format(robot, data)  # fmt: skip

@@ -8,18 +8,18 @@ from typing import Any
 from bokeh.layouts import column, row
 from bokeh.models import (
     ColumnDataSource,
-    Div,
     FixedTicker,
     PrintfTickFormatter,
     Range1d,
     Select,
 )
+from markupsafe import Markup
 
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.canvas import canvas, hover, ticks
 from leo_diffmodel.report.palette import Stroke
 from leo_diffmodel.watch import curves
-from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, REPAIRED, TEXT
+from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, REPAIRED, said, small
 from leo_diffmodel.watch.page.part import renew
 from leo_diffmodel.watch.score import told
 from leo_diffmodel.watch.state import State
@@ -33,8 +33,7 @@ class ErrorWords:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self.root = Div(text=words(state), stylesheets=[TEXT], sizing_mode='stretch_width',
-                        name='error')  # fmt: skip
+        self.root = said(words(state), sizing_mode='stretch_width', name='error')
 
     def refresh(self) -> None:
         """Say the figures of now."""
@@ -63,7 +62,7 @@ class HorizonView:
         strokes = ('as given', GIVEN), ('with the switches', REPAIRED), ('noise floor', FLOOR)
         self.root = column(
             row(self._shown, self.words.root, sizing_mode='stretch_width'), self.plot,
-            Div(text=legend(*strokes), stylesheets=[TEXT]),
+            said(legend(*strokes)),
             stylesheets=[CARD], sizing_mode='stretch_width',
         )  # fmt: skip
         self.refresh()
@@ -100,14 +99,16 @@ class HorizonView:
         self.plot.yaxis.axis_label = f'rms error of {curves.unit(self._state)}'
 
 
-def words(state: State) -> str:
+def words(state: State) -> Markup:
     """The held-out error of now, as HTML: in noise floors, and of the state that is shown."""
     (before, after), i = state.sizes, state.shown
     unit, kind = state.states[i]['unit'], told(state.scene)
     figures = state.given.figures[i], state.now.figures[i], state.floor.floor[i]
     first, last, floor = (f'{v:.3g}' for v in figures)
-    return (
-        f'<b class="big">{before:.2f} → {after:.2f}</b> noise floors, held out, {kind.short}<br>'
-        f'<small>{state.states[i]["name"]}: {first} → {last} {unit}, noise floor {floor}; '
-        f'a perfect model scores 1 noise floor</small>'
+    head = Markup('<b class="big">{}</b> noise floors, held out, {}<br>').format(
+        f'{before:.2f} → {after:.2f}', kind.short
+    )
+    return head + small(
+        f'{state.states[i]["name"]}: {first} → {last} {unit}, noise floor {floor}; '
+        'a perfect model scores 1 noise floor'
     )

@@ -3,19 +3,19 @@
 
 from __future__ import annotations
 
-from html import escape
 from typing import Any
 
 from bokeh.document import Document
 from bokeh.layouts import column, row
-from bokeh.models import Button, Div
+from bokeh.models import Button
+from markupsafe import Markup
 
 from leo_diffmodel.report import palette
 from leo_diffmodel.watch.finder import Finder
 from leo_diffmodel.watch.live.beside import Beside
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.document import Tab
-from leo_diffmodel.watch.page.look import CARD, TEXT
+from leo_diffmodel.watch.page.look import CARD, said, small
 from leo_diffmodel.watch.page.sending import SendView
 from leo_diffmodel.watch.page.strips import StripsView
 from leo_diffmodel.watch.state import State
@@ -36,8 +36,7 @@ class LiveView:
         self._release = Button(label='Release e-stop', width=120, name='release')
         self._record = Button(label='', width=120, name='record')
         self._freeze = Button(label='', width=120, name='freeze')
-        self._words = Div(text='', stylesheets=[TEXT], name='robot says',
-                          sizing_mode='stretch_width', min_height=ROOM)  # fmt: skip
+        self._words = said(name='robot says', sizing_mode='stretch_width', min_height=ROOM)
         self._connect()
         buttons = row(self._stop, self._release, self._record, self._freeze)
         self.root = column(row(buttons, self._words, sizing_mode='stretch_width'),
@@ -73,11 +72,11 @@ class LiveView:
             self._beside.said = str(error)
         self.tick()
 
-    def _said(self) -> str:
+    def _said(self) -> Markup:
         lines = self._beside.lines()
         colour = palette.INK if lines.well else '#8f3d00'
-        first = f'<b style="color:{colour}">{escape(lines.robot)}</b>'
-        return '<br>'.join([first, *(f'<small>{escape(text)}</small>' for text in lines.more)])
+        first = Markup('<b style="color:{}">{}</b>').format(colour, lines.robot)
+        return Markup('<br>').join([first, *map(small, lines.more)])
 
 
 class LiveTab(Tab):

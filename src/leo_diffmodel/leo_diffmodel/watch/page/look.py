@@ -3,6 +3,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from bokeh.models import Div
+from markupsafe import escape, Markup
+
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.canvas import FONT
 from leo_diffmodel.report.palette import Stroke
@@ -23,12 +28,12 @@ PAGE = """<!DOCTYPE html>
 <style>
 html, body { margin: 0; height: 100%; background: #f4f6f8; }
 </style>
-{{ bokeh_js }}
-{{ bokeh_css }}
+{{ bokeh_js | safe }}
+{{ bokeh_css | safe }}
 </head>
 <body>
-{{ plot_div }}
-{{ plot_script }}
+{{ plot_div | safe }}
+{{ plot_script | safe }}
 </body>
 </html>
 """
@@ -52,10 +57,23 @@ CARD = f"""
 """
 
 
-def legend(*entries: tuple[str, Stroke]) -> str:
+def said(html: str = '', **options: Any) -> Div:
+    """Words on the page: plain ones, or HTML by `Markup`, which escapes the names in it."""
+    return Div(text=escape(html), stylesheets=[TEXT], disable_math=True, **options)
+
+
+def small(words: str) -> Markup:
+    """Words that are a note, as HTML."""
+    return Markup('<small>{}</small>').format(words)
+
+
+def wrong(what: object) -> Markup:
+    """What is wrong, as HTML."""
+    return Markup('<span class="error">{}</span>').format(what)
+
+
+def legend(*entries: tuple[str, Stroke]) -> Markup:
     """Names with their strokes, as HTML."""
     styles = {'solid': 'solid', 'dashed': 'dashed', 'dotdash': 'dashed', 'dotted': 'dotted'}
-    return ''.join(
-        f'<i class="stroke" style="border-color:{s.colour};border-top-style:{styles[s.dash]}"></i>'
-        f'{name}' for name, s in entries
-    )  # fmt: skip
+    stroke = Markup('<i class="stroke" style="border-color:{};border-top-style:{}"></i>{}')
+    return Markup().join(stroke.format(s.colour, styles[s.dash], name) for name, s in entries)

@@ -6,7 +6,8 @@ from __future__ import annotations
 from typing import Any
 
 from bokeh.layouts import column, row
-from bokeh.models import ColumnDataSource, Div, Select
+from bokeh.models import ColumnDataSource, Select
+from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.compare.sizes import torque_unit
@@ -15,7 +16,7 @@ from leo_diffmodel.report.binned import Binned, torque_canvas
 from leo_diffmodel.report.bins import FEWEST
 from leo_diffmodel.report.canvas import hover
 from leo_diffmodel.report.lacking import lacking, that_matters, variables
-from leo_diffmodel.watch.page.look import CARD, REPAIRED, TEXT
+from leo_diffmodel.watch.page.look import CARD, REPAIRED, said, small
 from leo_diffmodel.watch.page.part import Silence
 from leo_diffmodel.watch.state import State
 
@@ -26,6 +27,7 @@ NOTE = (
     'black: mean of a bin ± its standard error. Blue: what the same estimate would show if what '
     'is switched on were all that is missing.'
 )
+HEAD = Markup('<b>Torque the model lacks</b> ')
 NO_MEANS: dict[str, Any] = {name: [] for name in ('x', 'y', 'low', 'high', 'curve0')}
 
 
@@ -44,8 +46,7 @@ class MissingView:
         self.plot, means = torque_canvas(self._dots, self._means, [REPAIRED], height=HEIGHT,
                                          name='missing plot')  # fmt: skip
         hover(self.plot, means, [('mean', '@y{0.000}'), ('at', '@x{0.000}')])
-        self._words = Div(text='', stylesheets=[TEXT], sizing_mode='stretch_width',
-                          name='missing says')  # fmt: skip
+        self._words = said(sizing_mode='stretch_width', name='missing says')
         self.root = column(
             row(self._joint, self._variable, self._words, sizing_mode='stretch_width'), self.plot,
             stylesheets=[CARD], sizing_mode='stretch_width',
@@ -55,7 +56,7 @@ class MissingView:
     def refresh(self) -> None:
         """Draw what is new."""
         lacks = self._state.lacks
-        self._words.text = f'<b>Torque the model lacks</b> <small>{lacks.trouble or NOTE}</small>'
+        self._words.text = HEAD + small(lacks.trouble or NOTE)
         if lacks.given is None:
             return
         missing = lacks.given.missing

@@ -3,19 +3,19 @@
 
 from __future__ import annotations
 
-from html import escape
-import shlex
 from typing import Any
 
 from bokeh.layouts import column, row
-from bokeh.models import Button, ColumnDataSource, Div
+from bokeh.models import Button, ColumnDataSource
+from markupsafe import Markup
 
 from leo_diffmodel.next_run.motions import TRIED_SECONDS
 from leo_diffmodel.report.canvas import canvas
 from leo_diffmodel.watch.next_run import NextRun
-from leo_diffmodel.watch.page.look import CARD, TEXT
+from leo_diffmodel.watch.page.look import CARD, said, small, wrong
 from leo_diffmodel.watch.page.strips import colour, joined, joints_legend, stepped, UNITS
 from leo_diffmodel.watch.plan import Plan
+from leo_msgs_py.shell_words import leo
 
 HEIGHT = 170
 ON_ROBOT = 'on the robot, recorded'
@@ -32,15 +32,14 @@ class NextRunView:
         self._next = next_run
         self._ask = Button(label='What to record next', width=200, name='next run')
         self._ask.on_click(self._asked)
-        self._words = Div(text='', stylesheets=[TEXT], name='next run says',
-                          sizing_mode='stretch_width')  # fmt: skip
+        self._words = said(name='next run says', sizing_mode='stretch_width')
         empty: dict[str, list] = {'ts': [], 'us': [], 'colour': [], 'joint': []}
         self._inputs = ColumnDataSource(empty, name='next run inputs')
         self._motion = ColumnDataSource(empty, name='next run motion')
         self._shown: Plan | None = None
         self._plots = self._two()
-        self._legend = Div(text='', stylesheets=[TEXT])
-        note = Div(text=f'<small>{NOTE}</small>', stylesheets=[TEXT])
+        self._legend = said()
+        note = said(small(NOTE))
         self._curves = column(*self._plots, self._legend, note, sizing_mode='stretch_width')
         self.root = column(row(self._ask), self._words, self._curves, stylesheets=[CARD],
                            sizing_mode='stretch_width')  # fmt: skip
@@ -50,7 +49,7 @@ class NextRunView:
         """Show how far it is, or what is proposed."""
         plan = self._next.plan
         self._ask.disabled = self._next.busy or bool(self._next.hindrance)
-        self._words.text = ''.join(f'<div>{line}</div>' for line in self._lines())
+        self._words.text = Markup().join(map(Markup('<div>{}</div>').format, self._lines()))
         if plan is not self._shown:
             self._shown = plan
             self._draw(plan)
@@ -64,23 +63,24 @@ class NextRunView:
         """What is said, as HTML."""
         news, plan = self._next.news, self._next.plan
         if self._next.busy:
-            return [f'choosing a run, {news.count}: {escape(news.text)} …']
+            return [f'choosing a run, {news.count}: {news.text} …']
         if plan is None:
             hindrance = self._next.hindrance
             if news.error and not hindrance:
-                return [f'<span class="error">{escape(news.error)}</span>']
-            return [f'<small>{escape(hindrance)}</small>'] if hindrance else []
-        return [*map(escape, plan.words), *self._files()]
+                return [wrong(news.error)]
+            return [small(hindrance)] if hindrance else []
+        return [*plan.words, *self._files()]
 
     def _files(self) -> list[str]:
         """Where the run is, and how it is played."""
-        said = [f'wrote <code>{escape(str(self._next.file))}</code>'] * bool(self._next.file)
+        file = self._next.file
+        lines: list[str] = [Markup('wrote <code>{}</code>').format(file)] if file else []
         if self._next.said:
-            said.append(f'<span class="error">{escape(self._next.said)}</span>')
+            lines.append(wrong(self._next.said))
         if self._next.words:
-            command = escape(shlex.join(['leo', *self._next.recorded]))
-            said.append(f'{ON_ROBOT}: <code>{command}</code>')
-        return said
+            command = leo(*self._next.recorded)
+            lines.append(Markup('{}: <code>{}</code>').format(ON_ROBOT, command))
+        return lines
 
     def _two(self) -> tuple[Any, Any]:
         """Inputs above the motion, on one axis of time."""

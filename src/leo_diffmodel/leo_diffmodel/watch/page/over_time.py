@@ -7,13 +7,13 @@ from typing import Any
 
 from bokeh.events import Tap
 from bokeh.layouts import column
-from bokeh.models import BoxAnnotation, ColumnDataSource, Div, Span
+from bokeh.models import BoxAnnotation, ColumnDataSource, Span
 import numpy as np
 
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.canvas import canvas
 from leo_diffmodel.watch import curves
-from leo_diffmodel.watch.page.look import CARD, GIVEN, REPAIRED, TEXT
+from leo_diffmodel.watch.page.look import CARD, GIVEN, REPAIRED, said, small
 from leo_diffmodel.watch.page.part import renew
 from leo_diffmodel.watch.state import State
 
@@ -36,7 +36,7 @@ class OverTimeView:
         self._cursor = Span(location=0.0, dimension='height', line_color=palette.INK)
         self._film = state.film
         self.plot = self._plot()
-        note = Div(text=f'<small>{NOTE}</small>', stylesheets=[TEXT], sizing_mode='stretch_width')
+        note = said(small(NOTE), sizing_mode='stretch_width')
         self.root = column(self.plot, note, stylesheets=[CARD], sizing_mode='stretch_width')
         self.refresh()
 

@@ -10,17 +10,17 @@ from bokeh.models import (
     Button,
     ColumnDataSource,
     CustomJSTickFormatter,
-    Div,
     Range1d,
     Select,
     Slider,
     Span,
 )
 from bokeh.plotting import figure
+from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.report import palette
-from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, MEASURED, REPAIRED, TEXT
+from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, MEASURED, REPAIRED, said
 from leo_diffmodel.watch.player import SPEEDS
 from leo_diffmodel.watch.stage import Stage, WIDE
 from leo_diffmodel.watch.state import LONGEST, SHORTEST, State
@@ -38,7 +38,7 @@ class RobotView:
         self._stage = Stage(state.scene.model.robot, state.scene.recordings)
         self.plot = self._plot()
         self._sources = self._ghosts()
-        self._clock = Div(text='', stylesheets=[TEXT], width=230, name='clock')
+        self._clock = said(width=230, name='clock')
         self._play = Button(label='Play', width=80, name='play')
         self._speed = Select(options=[f'{s:g}' for s in SPEEDS], value='1', width=80,
                              title='speed', name='speed')  # fmt: skip
@@ -54,7 +54,7 @@ class RobotView:
         self._connect()
         names = ('measured', MEASURED), ('as given', GIVEN), ('with the switches', REPAIRED)
         self.root = column(
-            Div(text=legend(*names), stylesheets=[TEXT]), self.plot, self._clock,
+            said(legend(*names)), self.plot, self._clock,
             row(self._play, self._speed, self._scrub, sizing_mode='stretch_width'),
             self._horizon, stylesheets=[CARD], sizing_mode='stretch_width',
         )  # fmt: skip
@@ -73,7 +73,7 @@ class RobotView:
         now = self._state.player.now
         self._scrub.value = now
         words = self._state.scene.timeline.words(now)
-        self._clock.text = f'<span class="muted">{words}</span>'
+        self._clock.text = Markup('<span class="muted">{}</span>').format(words)
         frame = self._state.film.frame(now)
         for source, q in zip(self._sources, (frame.given, frame.repaired, frame.measured),
                              strict=True):

@@ -3,15 +3,14 @@
 
 from __future__ import annotations
 
-from html import escape
-
 from bokeh.layouts import column, row
-from bokeh.models import Button, Div
+from bokeh.models import Button
+from markupsafe import Markup
 
 from leo_diffmodel.watch.live.beside import Beside, STOPPED
 from leo_diffmodel.watch.live.sending import Sent
 from leo_diffmodel.watch.next_run import NextRun
-from leo_diffmodel.watch.page.look import CARD, TEXT
+from leo_diffmodel.watch.page.look import CARD, said
 from leo_msgs_py.errors import UserError
 
 RECORDED = 'It is recorded into {}.'
@@ -27,8 +26,7 @@ class SendView:
         self._yes = Button(label='Yes, move the robot', button_type='danger', width=200,
                            name='yes, move')  # fmt: skip
         self._no = Button(label='No', width=80, name='no, do not move')
-        self._words = Div(text='', stylesheets=[TEXT], sizing_mode='stretch_width',
-                          name='sending')  # fmt: skip
+        self._words = said(sizing_mode='stretch_width', name='sending')
         self._answers = row(self._yes, self._no)
         self._connect()
         self.root = column(row(self._send, self._answers), self._words, stylesheets=[CARD],
@@ -43,7 +41,7 @@ class SendView:
         self._send.disabled = not sending.on and (sending.question is not None or self._stopped)
         self.root.visible = self._send.visible or bool(sending.words)
         self._answers.visible = sending.question is not None
-        self._words.text = f'<b>{escape(self._asked())}</b>'
+        self._words.text = Markup('<b>{}</b>').format(self._asked())
 
     @property
     def _stopped(self) -> bool:

@@ -4,15 +4,16 @@
 from __future__ import annotations
 
 from bokeh.layouts import column
-from bokeh.models import ColumnDataSource, Div
+from bokeh.models import ColumnDataSource
 from bokeh.plotting import figure
+from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.canvas import canvas
 from leo_diffmodel.report.palette import Stroke
-from leo_diffmodel.watch.page.look import GIVEN, legend, MEASURED, REPAIRED, TEXT
+from leo_diffmodel.watch.page.look import GIVEN, legend, MEASURED, REPAIRED, said
 from leo_diffmodel.watch.state import State
 
 Array = np.ndarray
@@ -33,8 +34,8 @@ class StripsView:
         self._upper = self._states()
         self._lower = self._applied()
         names = ('measured', MEASURED), ('as given', GIVEN), ('with the switches', REPAIRED)
-        words = Div(text=legend(*names), stylesheets=[TEXT])
-        joints = Div(text=joints_legend(state.scene.recordings[-1].actuators), stylesheets=[TEXT])
+        words = said(legend(*names))
+        joints = said(joints_legend(state.scene.recordings[-1].actuators))
         self.root = column(words, self._upper, self._lower, joints, sizing_mode='stretch_width')
 
     def refresh(self) -> None:
@@ -86,7 +87,7 @@ def _with_gaps(windows: Array) -> Array:
     return np.concatenate([windows, gap], axis=1).ravel()
 
 
-def joints_legend(joints: tuple[str, ...]) -> str:
+def joints_legend(joints: tuple[str, ...]) -> Markup:
     """Which line is whose, as HTML."""
     return legend(*((name, Stroke(colour(k), 'solid')) for k, name in enumerate(joints)))
 

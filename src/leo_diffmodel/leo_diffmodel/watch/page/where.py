@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from typing import Any
 
 from bokeh.core.properties import value
 from bokeh.events import Tap
 from bokeh.layouts import column, row
-from bokeh.models import ColumnDataSource, Div, NumeralTickFormatter, Range1d
+from bokeh.models import ColumnDataSource, NumeralTickFormatter, Range1d
+from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.compare.where import against_motion, ranked, stands_out, Where
@@ -21,7 +21,7 @@ from leo_diffmodel.report.sections.origin import numbered
 from leo_diffmodel.report.sections.where import against, in_print
 from leo_diffmodel.report.text import percent
 from leo_diffmodel.watch.lack import Lack
-from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, REPAIRED, TEXT
+from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, REPAIRED, said, small
 from leo_diffmodel.watch.state import State
 
 ROWS, MOST_JOINTS = 6, 3
@@ -49,8 +49,7 @@ class WhereView:
         self._state = state
         self._rankings = (_Ranking(state, 'as given', GIVEN, 'given'),
                           _Ranking(state, 'with the switches', REPAIRED, 'now'))  # fmt: skip
-        self._words = Div(text='', stylesheets=[TEXT], name='where says',
-                          sizing_mode='stretch_width')  # fmt: skip
+        self._words = said(name='where says', sizing_mode='stretch_width')
         self.root = column(
             self._words, row(*(r.root for r in self._rankings), sizing_mode='stretch_width'),
             stylesheets=[CARD], sizing_mode='stretch_width',
@@ -61,7 +60,7 @@ class WhereView:
         """Show the places of now."""
         lacks = self._state.lacks
         note = lacks.trouble or ('computing …' if lacks.behind else NOTE)
-        self._words.text = f'<b>Where it fails</b> <small>{note}</small>'
+        self._words.text = Markup('<b>Where it fails</b> {}').format(small(note))
         for ranking, lack in zip(self._rankings, (lacks.given, lacks.now), strict=True):
             ranking.show(lack)
 
@@ -78,8 +77,7 @@ class _Ranking:
         self._state, self._head = state, legend((name, stroke))
         self._shown: Lack | None = None
         self._source = ColumnDataSource(NO_ROWS, name=f'where {which}')
-        self._words = Div(text=self._head, stylesheets=[TEXT], name=f'where {which} says',
-                          sizing_mode='stretch_width')  # fmt: skip
+        self._words = said(self._head, name=f'where {which} says', sizing_mode='stretch_width')
         self.plot = self._plot(stroke, which)
         self.root = column(self._words, self.plot, sizing_mode='stretch_width')
 
@@ -90,7 +88,7 @@ class _Ranking:
         self._shown = lack
         rows = _rows(self._state, lack.places)
         self._source.data, self.plot.visible = rows, bool(rows['y'])
-        self._words.text = f'{self._head}<br><small>{_said(lack.places)}</small>'
+        self._words.text = self._head + Markup('<br>') + small(_said(lack.places))
 
     def follow_taps(self) -> None:
         """Go to the worst window of the place that is tapped."""
@@ -119,7 +117,7 @@ class _Ranking:
 
 
 def _said(places: Where) -> str:
-    """The joints with most of the error, and what differs with direction, as HTML."""
+    """The joints with most of the error, and what differs with direction."""
     if places.noise_only:
         return NOISE_ONLY
     joints = sorted(places.joints, key=lambda r: -r['share'])[:MOST_JOINTS]
@@ -127,7 +125,7 @@ def _said(places: Where) -> str:
     worst = {r['joint'] for r in joints[:1]}
     moving = [against(*found) for found in against_motion(places.rows) if found[0] in worst]
     lines = [shares if len(places.joints) > 1 else '', *moving]
-    return '; '.join(escape(line) for line in lines if line)
+    return '; '.join(line for line in lines if line)
 
 
 def _rows(state: State, places: Where) -> Rows:

@@ -7,6 +7,7 @@ import shutil
 import tempfile
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_sim.description import urdf
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.description.urdf import Joint, Link
@@ -71,12 +72,13 @@ def make_folder(source: Path, folder: Path, kind: str, servos: bool = False) -> 
 
 def _effects(folder: Path, description: Description) -> list[str]:
     """What is an effect here, and how to add it."""
-    found = {f'dry friction of {joint}': f'coulomb_friction:{joint} c={friction}'
+    found = {f'dry friction of {joint}': [f'coulomb_friction:{joint}', f'c={friction}']
              for joint, friction in description.frictions.items()}
-    found |= {f'the spring of {joint}': f'joint_spring:{joint} k={stiffness:g} rest={rest:g}'
+    found |= {f'the spring of {joint}': [f'joint_spring:{joint}', f'k={stiffness:g}',
+                                         f'rest={rest:g}']
               for joint, (stiffness, rest) in description.springs.items()}
-    return [f'{what} left out of robot.urdf: it is an effect here; leo add {folder} {words} '
-            '-o model.yaml' for what, words in found.items()]
+    return [f'{what} left out of robot.urdf: it is an effect here; '
+            f'{leo("add", folder, *words, "-o", "model.yaml")}' for what, words in found.items()]
 
 
 def _check_free(folder: Path) -> None:

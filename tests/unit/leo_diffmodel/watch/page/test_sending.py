@@ -47,7 +47,7 @@ def test_it_is_sent_only_after_a_question_that_says_whether_it_is_recorded(page)
     assert not page.view._answers.visible and widget(page, 'send').visible
     click(page, 'send')
     asked = widget(page, 'sending').text
-    assert 'will move for 2 s: &quot;steps&quot;. It is not recorded' in asked
+    assert 'will move for 2 s: &#34;steps&#34;. It is not recorded' in asked
     page.beside.recording.on = True
     assert 'recorded into out/run' in widget(page, 'sending').text
     assert page.view._answers.visible and widget(page, 'send').disabled and page.sent == []

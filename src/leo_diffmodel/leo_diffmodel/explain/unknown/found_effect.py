@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A law as an effect at one joint: what it is fitted with."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from leo_diffmodel.explain.unknown.law import Law
+from leo_sim.common.broadcasting import Array, Numbers
+from leo_sim.effects import Effect
+from leo_sim.effects.base import Values
+from leo_sim.effects.motor import Motor
+
+ABOUT = {
+    'torque': 'torque',
+    'friction': 'dry friction',
+    'drive': 'share of the motor torque',
+}
+
+
+class FoundEffect(Effect):
+    """A law of one variable, held as numbers and a function.
+
+    Attributes:
+        joint: where it acts.
+        variable: what it depends on: angle, rate, input, load, time or path.
+        carrier: what it is: 'torque', 'friction' or 'drive' (share of the motor's).
+        per_torque: input that gives 1 N m at the joint [V or N m], for a law of the input.
+        text: the law as an effect file has it.
+    """
+
+    family = 'found'
+
+    def __init__(self, law: Law, joint: str, per_torque: float) -> None:
+        """Take over what the law says."""
+        self.joint, self.per_torque = joint, per_torque
+        variable, carrier = law.curve.variable.name, law.curve.carrier
+        self.variable, self.carrier = variable, carrier
+        self._law, self.text = law.family.law, law.family.text
+        self.name = f'found_{variable}_{carrier}'
+        self.hook = 'command' if (variable, carrier) == ('input', 'torque') else 'torque'
+        self.parameters = law.parameters
+        self.equation, self.looks_like = law.words, _about(law, joint)
+        self.dry, self.motor_side = carrier == 'friction', carrier == 'drive'
+        self.uses_load = variable == 'load'
+        self.remembers, self.timed = variable in ('time', 'path'), variable == 'time'
+
+    def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
+        """What the motor gets, as if the torque came from it."""
+        return u + self._at(p, u) * self.per_torque, memory
+
+    def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None,
+               memory: Any = None) -> Any:
+        """Torque at the joint [N m]."""
+        y = self._at(p, self._argument(q, dq, motor, load, memory))
+        if self.carrier == 'drive':
+            return y * motor.torque
+        return (np.maximum(y, 0.0) if self.dry else y) + 0.0 * q
+
+    def remember(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Any:
+        """The time, or how far friction has built up, -1 to 1."""
+        if self.timed:
+            return memory + dt
+        before, way = (0.0 if memory is None else memory), np.sign(dq)
+        return way + (before - way) * np.exp(-np.abs(dq) * dt / p['reach'])
+
+    def _at(self, p: Values, x: Any) -> Any:
+        return self._law(x, **{parameter.name: p[parameter.name] for parameter in self.parameters})
+
+    def _argument(self, q: Array, dq: Array, motor: Motor, load: Numbers | None, memory: Any
+                  ) -> Any:
+        """The variable's value."""
+        if self.variable == 'time':
+            return (0.0 if memory is None else memory) + 0.0 * q
+        if self.variable == 'path':
+            return 0.0 * q if memory is None else -memory
+        of = {'angle': q, 'rate': dq, 'load': load, 'input': motor.torque}
+        return of[self.variable]
+
+
+def expressible(law: Law, joint: str) -> bool:
+    """Whether one effect at the joint can hold the law: it depends on that joint alone."""
+    return law.curve.variable.of in ('', joint)
+
+
+def _about(law: Law, joint: str) -> str:
+    """One line: what kind of torque, where, of what."""
+    if law.curve.variable.name == 'path':
+        return f'A friction at {joint} that follows the path of motion (hysteresis).'
+    return f'A {ABOUT[law.curve.carrier]} at {joint} that depends on {law.curve.variable.name}.'
