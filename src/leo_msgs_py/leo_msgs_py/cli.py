@@ -17,6 +17,7 @@ import sys
 from threading import current_thread, main_thread
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.process_title import conceal
 from leo_msgs_py.terminal import visible_output
 
 _USAGE = """\
@@ -72,8 +73,10 @@ def executable(run: Callable[[list[str]], int]) -> Callable[..., int]:
 def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
     """The exit status of `run`, whose output can be read and whose processes can be ended.
 
-    SIGTERM interrupts as Ctrl-C does; control codes in what is printed are spelt out.
+    SIGTERM interrupts as Ctrl-C does; control codes in what is printed are spelt out. What is
+    hidden leaves the process list before the second that imports take.
     """
+    conceal()
     # Set by the ROS wheels when they start Python a second time; another environment's Python
     # started from here has a library path of its own to set.
     os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)
