@@ -6,6 +6,7 @@ import re
 import time
 
 import pytest
+from rclpy.node import Node
 from tests.graph.robot_process import PATIENCE, Robot
 from tests.places import RIG
 
@@ -234,6 +235,23 @@ def _in_turns(robot: Rig, rival) -> None:
     for publisher, volts in ((robot.commands, 1.0), (rival, -1.0)):
         publisher.publish(Command([volts]).to_message())
         spin_once(0.02)
+
+
+def test_two_robots_that_obey_the_same_commands_say_so(rig, node):
+    robot = rig('/twin')
+    other = Node('other', namespace='/twin')
+    other.create_publisher(*topics.JOINT_STATES)
+    recorder = Node('recorder', namespace='/twin')
+    for listener in (other, recorder):
+        listener.create_subscription(*topics.COMMANDS['voltage'][:2], lambda _: None, 1)
+    robot.wait(lambda: 'another robot, /twin/other,' in robot.said())
+    diagnosis = robot.diagnosis()
+    assert diagnosis['other robots'] == '/twin/other' in diagnosis['message']
+    other.destroy_node()
+    robot.wait(lambda: robot.diagnosis()['other robots'] == 'none')
+    recorder.destroy_node()
+    (line,) = (line for line in robot.said().splitlines() if 'another robot' in line)
+    assert 'give each a ROS_DOMAIN_ID or a namespace' in line
 
 
 def test_one_commander_after_another_is_no_conflict(rig):

@@ -54,6 +54,7 @@ from leo_sim.nodes.diagnostics import diagnostic_array, Health, robot_status
 from leo_sim.nodes.episode import episode_file, EpisodeNumber
 from leo_sim.nodes.greeting import greeting
 from leo_sim.nodes.measured import MeasuredTopics
+from leo_sim.nodes.neighbours import Neighbours
 from leo_sim.nodes.parameters import read_settings, Settings
 from leo_sim.nodes.services import answered
 from leo_sim.nodes.watchdog import Gate, watchdog
@@ -132,6 +133,7 @@ class RobotNode(Node):
             self, topics.COMMANDS[self._info.interface], self._on_command
         )
         self._commander = Commander(self, self._commands.topic_name, self._stale_after)
+        self._neighbours = Neighbours(self, self._states.topic_name, self._commands.topic_name)
         self.create_service(*topics.RESET, partial(answered, self._reset))
         self.create_service(*topics.E_STOP_RESET, partial(answered, self._e_stop_reset))
         self.create_service(*topics.TORQUE, self._on_torque)
@@ -364,14 +366,15 @@ class RobotNode(Node):
 
     def _publish_diagnostics(self) -> None:
         self._commander.count_them()
+        self._neighbours.look()
         if self._measured is not None:
             self._measured.publish_temperatures()
         status = robot_status(
             self.get_fully_qualified_name(), self._safety, self._health, self._torque,
             self._health.take_missed(), self._faults.take_new(), self._alarm(), self._figures(),
+            self._neighbours.names,
         )
         self._diagnostics.publish(diagnostic_array(status, self.get_clock().now().to_msg()))
-
 
     def _alarm(self) -> str:
         return '' if self._measured is None else self._measured.alarm()
