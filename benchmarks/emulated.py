@@ -14,6 +14,7 @@ import sys
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import yaml
 
 from leo_learner.experiments.processes import free_domain
 from leo_msgs_py.node import graph, spin_until
@@ -129,9 +130,13 @@ class Emulated:
         return float(np.nanmax(np.nan_to_num(found), initial=0.0))
 
     def _node(self, executable: str, *parameters: str) -> None:
-        given = [x for p in (f'robot:={self.robot}', f'start:={self._start}', *parameters)
-                 for x in ('-p', p)]
-        self.start(executable, 'run', 'leo_sim', executable, '--ros-args', *given)
+        words = [f'robot:={self.robot}', f'start:={self._start}', *parameters]
+        pairs = (word.split(':=', 1) for word in words)
+        given = {name: yaml.safe_load(value) for name, value in pairs}
+        file = self.folder / f'{executable}.yaml'  # in a folder that nobody else can read
+        file.write_text(yaml.safe_dump({'/**': {'ros__parameters': given}}))
+        self.start(executable, 'run', 'leo_sim', executable, '--ros-args', '--params-file',
+                   str(file))
 
 
 def real_time(process: int, priority: int = 1) -> None:

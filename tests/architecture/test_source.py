@@ -51,7 +51,7 @@ MAX_FUNCTION_LINES = 60
 DRIVERS = 'leo_sim.drivers'
 HARDWARE = (DRIVERS, 'leo_sim.description.servos', 'dynamixel_sdk', 'scservo_sdk')
 ANY_DRIVER = tuple(f'{DRIVERS}.{name}'
-                   for name in ('base', 'safety', 'goal_safety', 'faults', 'check'))
+                   for name in ('base', 'safety', 'goal_safety', 'faults', 'apart', 'check'))
 """What every driver has; what stands between it and a command; the suite that tries any."""
 ONE_DRIVER = (DRIVERS, 'leo_sim.description', 'leo_sim.verbs.skeleton', 'leo_sim.verbs.robot',
               'leo_sim.nodes.servo_bus')

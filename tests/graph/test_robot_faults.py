@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node does when its hardware fails, hangs, or is commanded by two."""
 
+from itertools import pairwise
 import re
 import time
 
 import pytest
+from rclpy.node import Node
 from tests.graph.robot_process import PATIENCE, Robot
 from tests.places import RIG
 
@@ -13,13 +15,26 @@ from leo_msgs_py.node import spin_once, spin_until
 from leo_msgs_py.values import Command
 
 pytestmark = pytest.mark.graph
+ASK = """
+import rclpy
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import SetParameters
+
+rclpy.init()
+node = rclpy.create_node('stranger')
+client = node.create_client(SetParameters, '/asked/robot/set_parameters')
+names = [Parameter(name=str(i), value=ParameterValue(type=4)) for i in range(100_000)]
+client.wait_for_service()
+rclpy.spin_until_future_complete(
+    node, client.call_async(SetParameters.Request(parameters=names)))
+"""
 
 
 class Rig(Robot):
     """A robot process with the driver in tests/drivers/rig.py."""
 
-    def __init__(self, start, space: str, **parameters) -> None:
-        self.__dict__ = start(space, driver=RIG, **parameters).__dict__
+    def __init__(self, start, space: str, driver=RIG, **parameters) -> None:
+        self.__dict__ = start(space, driver=driver, **parameters).__dict__
 
     def order(self, text: str) -> None:
         made = self.folder / 'orders.new'
@@ -38,6 +53,11 @@ class Rig(Robot):
             return call in self.calls()
 
         self.wait(made, f'no {call}')
+
+    def written(self) -> list[tuple[float, float]]:
+        """When what was written, as of time.monotonic [s]."""
+        lines = map(str.split, (self.folder / 'calls').read_text().splitlines())
+        return [(float(line[0]), float(line[2])) for line in lines if line[1] == 'write']
 
     def during(self, order: str) -> list[str]:
         """What was asked between the begin and the end of an order."""
@@ -167,6 +187,24 @@ def test_an_e_stop_acts_while_a_read_hangs(rig):
     assert set(robot.calls()[calls.index('end block') + 1 :]) == {'write 0.0'}
 
 
+def test_a_request_that_takes_long_to_decode_delays_no_zero(rig, tmp_path, spawn):
+    """Nothing is written for longest while it is decoded, and 0 was written last before."""
+    driver = tmp_path / 'no_halt.py'
+    driver.write_text(RIG.read_text().replace('def halt', 'def brake'))
+    robot = rig('/asked', driver=driver)
+    robot.waits_for('write 1.0', command=1.0)
+    spawn('-c', ASK)
+    robot.wait(lambda: robot.send(1.0) or 'request refused' in robot.said())
+    count = len(robot.written())
+    robot.wait(lambda: len(robot.written()) > count)
+    gaps = [(after - at, volts) for (at, volts), (after, _) in pairwise(robot.written())]
+    longest, volts = max(gaps)
+    assert volts == 0.0
+    assert max(gap for gap, volts in gaps if volts) < 0.5 * longest, 'half of it is for the load'
+    robot.wait(lambda: int(robot.diagnosis()['stopped by the watchdog']) >= 1)
+    assert robot.stop() == 0
+
+
 def test_a_command_that_waited_too_long_does_not_move_the_robot(rig):
     robot = rig('/late')
     robot.order('block 2')
@@ -197,6 +235,23 @@ def _in_turns(robot: Rig, rival) -> None:
     for publisher, volts in ((robot.commands, 1.0), (rival, -1.0)):
         publisher.publish(Command([volts]).to_message())
         spin_once(0.02)
+
+
+def test_two_robots_that_obey_the_same_commands_say_so(rig, node):
+    robot = rig('/twin')
+    other = Node('other', namespace='/twin')
+    other.create_publisher(*topics.JOINT_STATES)
+    recorder = Node('recorder', namespace='/twin')
+    for listener in (other, recorder):
+        listener.create_subscription(*topics.COMMANDS['voltage'][:2], lambda _: None, 1)
+    robot.wait(lambda: 'another robot, /twin/other,' in robot.said())
+    diagnosis = robot.diagnosis()
+    assert diagnosis['other robots'] == '/twin/other' in diagnosis['message']
+    other.destroy_node()
+    robot.wait(lambda: robot.diagnosis()['other robots'] == 'none')
+    recorder.destroy_node()
+    (line,) = (line for line in robot.said().splitlines() if 'another robot' in line)
+    assert 'give each a ROS_DOMAIN_ID or a namespace' in line
 
 
 def test_one_commander_after_another_is_no_conflict(rig):

@@ -11,9 +11,11 @@ import pytest
 from rcl_interfaces.srv import ListParameters
 from rclpy.serialization import deserialize_message, serialize_message
 from std_srvs.srv import SetBool
-from tests.graph.robot_process import CONTROL_PERIOD_NS, PATIENCE, PENDULUM, Robot
+from tests.graph.robot_process import CONTROL_PERIOD_NS, LEO, PATIENCE, PENDULUM, Robot
+from tests.places import ROOT
 
 from leo_diffmodel.bags.writer import BagWriter
+from leo_learner.experiments.processes import Processes
 from leo_msgs_py import topics
 from leo_msgs_py.cli import main
 from leo_msgs_py.node import call, spin_once
@@ -22,6 +24,8 @@ from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
 
 pytestmark = pytest.mark.graph
+SCRIPT = str(ROOT / 'src/leo_sim/scripts/robot')
+SECRET = '7319'
 STATE_PERIOD_NS = round(1e9 / PENDULUM.state_rate)
 
 
@@ -111,8 +115,6 @@ def test_realtime_times_out_and_survives_kill_9(node, robots, capsys):
     client = node.create_client(ListParameters, '/real/robot/list_parameters')
     names = call(client, ListParameters.Request(), PATIENCE).result.names
     assert 'realtime_factor' in names and not any('hidden' in name for name in names)
-    listed = Path(f'/proc/{robot.process.pid}/cmdline').read_text()
-    assert 'hidden_seed:=?' in listed and 'hidden_seed:=5' not in listed
 
     episode = robot.episodes[-1]
     robot.stop(signal.SIGKILL)
@@ -159,3 +161,27 @@ def test_a_replayed_bag_feeds_the_graph_as_the_robot_did(robots, tmp_path):
         for received in (robot.state_bytes, robot.applied_bytes)
     ]
     assert list(zip(*heard, strict=True)) == sent[-count:]
+
+
+@pytest.mark.parametrize('program', [(LEO, 'run', 'leo_sim', 'robot'), (SCRIPT,)])
+def test_a_secret_that_was_typed_leaves_the_process_list_before_the_imports(
+    spawn, program, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    robot = spawn(*program, '--ros-args', '-p', f'hidden_seed:={SECRET}')
+    files = Path(f'/proc/{robot.pid}')
+    while 'rclpy' not in (files / 'maps').read_text():
+        assert robot.poll() is None
+    listed = (files / 'cmdline').read_text()
+    assert 'hidden_seed:=?' in listed and SECRET not in listed
+
+
+def test_a_secret_of_our_own_programs_is_never_listed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with Processes(tmp_path) as processes:
+        processes.node('robot', 'leo_sim', 'robot', hidden_seed=int(SECRET))
+        files = Path(f'/proc/{processes._running["robot"].pid}')
+        while 'driver simulated' not in (tmp_path / 'robot.log').read_text():
+            assert SECRET not in (files / 'cmdline').read_text()
+            assert SECRET.encode() not in (files / 'environ').read_bytes()
+            time.sleep(0.002)

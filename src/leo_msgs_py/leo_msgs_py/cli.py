@@ -18,6 +18,7 @@ import sys
 from threading import current_thread, main_thread
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.process_title import conceal
 from leo_msgs_py.terminal import visible_output
 
 _USAGE = """\
@@ -75,8 +76,10 @@ def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
     """The exit status of `run`, whose output can be read and whose processes can be ended.
 
     SIGTERM interrupts as Ctrl-C does; control codes in what is printed are spelt out; a Python
-    that is started takes no module from the folder one is in.
+    that is started takes no module from the folder one is in; what is hidden leaves the process
+    list before the second that imports take.
     """
+    conceal()
     # Set by the ROS wheels when they start Python a second time; another environment's Python
     # started from here has a library path of its own to set.
     os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)

@@ -1,19 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the process list of the machine shows of a process."""
 
+from itertools import pairwise
 import re
 import shlex
 import sys
 
-from setproctitle import setproctitle
+_GIVEN = re.compile(r'(\bhidden(?:_seed)?:=|^--hidden[a-z-]*=).*', re.DOTALL)
+_OPTION = re.compile(r'--hidden[a-z-]*')
 
 
-def conceal(*names: str) -> None:
-    """Keep what parameters were given on the command line out of the process list from now on.
+def conceal() -> None:
+    """Keep what is hidden in a robot out of the process list from now on.
 
-    For the second or so before, it was there; a parameter file (`--params-file`) never is.
+    Until Python has come this far it is there; a parameter file (`--params-file`) never is.
     """
-    given = re.compile(rf'\b({"|".join(names)}):=.*', re.DOTALL)
-    shown = [given.sub(r'\1:=?', word) for word in sys.orig_argv]
+    shown = [
+        '?' if _OPTION.fullmatch(before) else _GIVEN.sub(r'\1?', word)
+        for before, word in pairwise(['', *sys.orig_argv])
+    ]
     if shown != sys.orig_argv:
+        from setproctitle import setproctitle
+
         setproctitle(shlex.join(shown))

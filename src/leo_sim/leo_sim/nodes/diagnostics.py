@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -52,6 +52,7 @@ def robot_status(
     new_faults: int = 0,
     alarm: str = '',
     figures: Mapping[str, object] | None = None,
+    neighbours: Sequence[str] = (),
 ) -> DiagnosticStatus:
     """The DiagnosticStatus of a robot node.
 
@@ -64,10 +65,12 @@ def robot_status(
         new_faults: packets lost or damaged since the last status.
         alarm: what the hardware says is wrong.
         figures: further names and values.
+        neighbours: names of other robots that obey the same commands.
     """
     count, mean, largest = health.take_loop_times()
     status = DiagnosticStatus(name=name)
-    status.level, status.message = _level(safety, torque, new_missed, new_faults, alarm)
+    status.level, status.message = _level(
+        safety, torque, new_missed, new_faults, alarm, neighbours)
     status.values = [
         KeyValue(key=key, value=str(value))
         for key, value in (
@@ -79,6 +82,7 @@ def robot_status(
             ('rejected commands', safety.rejected),
             ('e-stop', safety.e_stopped),
             ('torque', torque),
+            ('other robots', ', '.join(neighbours) or 'none'),
             *(figures or {}).items(),
         )
     ]
@@ -91,12 +95,15 @@ def diagnostic_array(status: DiagnosticStatus, stamp: Any) -> DiagnosticArray:
 
 
 def _level(
-    safety: Safety, torque: bool, new_missed: int, new_faults: int, alarm: str
+    safety: Safety, torque: bool, new_missed: int, new_faults: int, alarm: str,
+    neighbours: Sequence[str],
 ) -> tuple[Any, str]:
     if alarm:
         return DiagnosticStatus.ERROR, alarm
     if safety.e_stopped:
         return DiagnosticStatus.ERROR, f'e-stop: {safety.at_stop} until /robot/e_stop_reset'
+    if neighbours:
+        return DiagnosticStatus.WARN, f'another robot obeys the same commands: {neighbours[0]}'
     if new_faults:
         return DiagnosticStatus.WARN, f'{new_faults} packets lost or damaged in the last second'
     if safety.timed_out:

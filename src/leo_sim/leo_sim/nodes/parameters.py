@@ -13,7 +13,6 @@ from rclpy.node import Node
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import declared, fixed_parameter, private_parameter
-from leo_msgs_py.process_title import conceal
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.effects.consent import trust_parameter
@@ -102,7 +101,6 @@ def read_noise(values: Sequence[float]) -> tuple[float, float]:
 
 def _private(node: Node, sealed: str) -> dict[str, Any]:
     trust_parameter(private_parameter(node, 'effect', ['']))
-    conceal('hidden', 'hidden_seed')
     return {
         'hidden': private_parameter(node, 'hidden', ''),
         'hidden_seed': private_parameter(node, 'hidden_seed', -1),

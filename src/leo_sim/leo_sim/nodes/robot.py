@@ -37,6 +37,7 @@ from leo_msgs_py.node import (
 )
 from leo_msgs_py.values import Command, JointStates, time_message
 from leo_sim.drivers import load_driver
+from leo_sim.drivers.apart import Apart
 from leo_sim.drivers.base import (
     DriverBug,
     DriverFault,
@@ -53,6 +54,7 @@ from leo_sim.nodes.diagnostics import diagnostic_array, Health, robot_status
 from leo_sim.nodes.episode import episode_file, EpisodeNumber
 from leo_sim.nodes.greeting import greeting
 from leo_sim.nodes.measured import MeasuredTopics
+from leo_sim.nodes.neighbours import Neighbours
 from leo_sim.nodes.parameters import read_settings, Settings
 from leo_sim.nodes.services import answered
 from leo_sim.nodes.watchdog import Gate, watchdog
@@ -62,6 +64,9 @@ REPEAT_PERIOD = 0.2
 
 GIVE_UP_LATE = 1.0
 """A robot later than this [s] does not catch up but goes on from now."""
+
+HOLD = 0.05
+"""A busy machine may hold a loop up so long; motors are not brought to 0 before [s]."""
 
 PATIENCE = 5.0
 """How long a reader that takes nothing can hold the robot up in lockstep [s]."""
@@ -79,10 +84,13 @@ class RobotNode(Node):
         settings = read_settings(self)
         self._lockstep = settings.realtime_factor == 0.0
         self._factor = settings.realtime_factor
-        self._driver = load_driver(settings.driver, settings.options)
-        self._info = self._driver.info
+        driver = load_driver(settings.driver, settings.options)
+        self._info = driver.info
         _check_clock(settings, self._info.own_clock)
         self._period = 1.0 / self._info.state_rate
+        hold = max(HOLD, settings.fault_periods * self._period)
+        self._driver = driver if self._info.own_clock else Apart(
+            driver, settings.driver, settings.options, hold)
         # In lockstep time stands still without commands: none is ever too old.
         timeout = 0.0 if self._lockstep else settings.command_timeout
         self._safety = safety_for(self._info, timeout, settings.slew)
@@ -125,6 +133,7 @@ class RobotNode(Node):
             self, topics.COMMANDS[self._info.interface], self._on_command
         )
         self._commander = Commander(self, self._commands.topic_name, self._stale_after)
+        self._neighbours = Neighbours(self, self._states.topic_name, self._commands.topic_name)
         self.create_service(*topics.RESET, partial(answered, self._reset))
         self.create_service(*topics.E_STOP_RESET, partial(answered, self._e_stop_reset))
         self.create_service(*topics.TORQUE, self._on_torque)
@@ -264,8 +273,7 @@ class RobotNode(Node):
 
     def _apply(self, blind: bool = False) -> None:
         """Write what safety allows now and publish what was applied, where that is known."""
-        applied = self._gate.write(blind)
-        if applied is not None:
+        for applied in self._gate.write(blind):
             self._publish(self._applied, applied.to_message())
 
     def _watch(self) -> None:
@@ -358,14 +366,15 @@ class RobotNode(Node):
 
     def _publish_diagnostics(self) -> None:
         self._commander.count_them()
+        self._neighbours.look()
         if self._measured is not None:
             self._measured.publish_temperatures()
         status = robot_status(
             self.get_fully_qualified_name(), self._safety, self._health, self._torque,
             self._health.take_missed(), self._faults.take_new(), self._alarm(), self._figures(),
+            self._neighbours.names,
         )
         self._diagnostics.publish(diagnostic_array(status, self.get_clock().now().to_msg()))
-
 
     def _alarm(self) -> str:
         return '' if self._measured is None else self._measured.alarm()

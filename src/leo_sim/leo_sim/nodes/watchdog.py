@@ -14,6 +14,7 @@ from rclpy.node import Node
 from leo_msgs_py import topics
 from leo_msgs_py.node import served_apart
 from leo_msgs_py.values import Applied
+from leo_sim.drivers.apart import Apart
 from leo_sim.drivers.base import Driver, DriverFault, Haltable
 from leo_sim.drivers.safety import Safety
 from leo_sim.nodes.services import answered
@@ -33,7 +34,7 @@ class Gate:
             follow goals excepted; 0 disables.
 
     Attributes:
-        halts: how often the watchdog was needed.
+        halts: how often the watchdog, or the driver's own process, was needed.
         failure: why it could not halt the motors when it last tried; '' where it could.
     """
 
@@ -53,8 +54,8 @@ class Gate:
         """Whether the driver can be brought to 0 beside its other calls."""
         return isinstance(self._driver, Haltable)
 
-    def write(self, blind: bool) -> Applied | None:
-        """Send what safety allows now, 0 when blind; returns what was applied."""
+    def write(self, blind: bool) -> list[Applied]:
+        """Send what safety allows now, 0 when blind; returns what was applied since the last."""
         with self._lock:
             values = self._safety.output(self._clock(), blind)
             driven = self._safety.drives(values)
@@ -62,7 +63,7 @@ class Gate:
             applied = self._driver.write(values)
             self._driven = driven
             self._written = time.monotonic()
-        return applied
+        return [one for one in (*self._halted(), applied) if one is not None]
 
     def watch(self) -> Applied | None:
         """Halt a driver that is driven though it must not be; returns what was applied then.
@@ -85,6 +86,14 @@ class Gate:
         self.halts += 1
         self.failure = ''
         return applied
+
+    def _halted(self) -> list[Applied | None]:
+        """What the driver's process has applied by itself, while nobody told it otherwise."""
+        if not isinstance(self._driver, Apart):
+            return []
+        halted, self._driver.halted = self._driver.halted, []
+        self.halts += len(halted)
+        return halted
 
     def _must_stop(self) -> bool:
         silent = 0.0 < self._silence < time.monotonic() - self._written

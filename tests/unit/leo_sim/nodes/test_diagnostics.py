@@ -9,9 +9,10 @@ from leo_sim.drivers.safety import Safety
 from leo_sim.nodes.diagnostics import diagnostic_array, Health, robot_status
 
 
-def status(safety=None, health=None, torque=True, new_missed=0):
+def status(safety=None, health=None, torque=True, new_missed=0, neighbours=()):
     return robot_status(
-        '/robot', safety or Safety([1.0]), health or Health(0.0), torque, new_missed
+        '/robot', safety or Safety([1.0]), health or Health(0.0), torque, new_missed,
+        neighbours=neighbours,
     )
 
 
@@ -34,6 +35,7 @@ def late():
         ({}, DiagnosticStatus.OK, 'running'),
         ({'torque': False}, DiagnosticStatus.OK, 'motors free'),
         ({'new_missed': 3}, DiagnosticStatus.WARN, '3 deadlines missed'),
+        ({'neighbours': ['/other']}, DiagnosticStatus.WARN, 'same commands: /other'),
         ({'safety': late(), 'new_missed': 3}, DiagnosticStatus.WARN, 'timed out'),
         ({'safety': stopped(), 'new_missed': 3}, DiagnosticStatus.ERROR, 'e-stop'),
     ],

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A driver in a process of its own, which brings its motors to 0 whatever holds up the node's.
+
+    python -m leo_sim.drivers.apart CALLS HALTS
+
+Whoever sends a node 10^5 parameters keeps its process busy for seconds: no thread of it runs
+when it should. The driver's process decodes nothing but the calls below.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from itertools import count
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+import subprocess
+import sys
+from threading import Lock, Thread
+from typing import Any
+
+import numpy as np
+
+from leo_msgs_py.values import Applied, JointStates
+from leo_sim.drivers import load_driver
+from leo_sim.drivers.base import Driver, DriverFault, DriverOptions
+from leo_sim.drivers.foreign import EXTRAS, MEANT
+
+OURS = {'leo_sim', 'leo_msgs_py', 'builtins'}
+
+class Apart:
+    """A driver whose calls are made in another process; itself a driver, with the same extras.
+
+    That process writes 0 where it drives the motors and hears nothing for the time `hold`; goals
+    are held. It stops the motors when this process is gone.
+
+    Args:
+        driver: one of the same, built but not connected: what is known before that.
+        name: of the driver, as `load_driver` takes it.
+        options: for it.
+        hold: longest time from one call to the next [s].
+
+    Attributes:
+        halted: what was applied each time this process was silent; None where that is not known.
+    """
+
+    def __init__(
+        self, driver: Driver, name: str, options: DriverOptions, hold: float
+    ) -> None:
+        self.info, self.starts = driver.info, driver.starts
+        self.halted: list[Applied | None] = []
+        self._calls, calls = Pipe()
+        self._halts, halts = Pipe()
+        self._halting, self._numbers = Lock(), count(1)
+        ends = calls.fileno(), halts.fileno()
+        self._process = subprocess.Popen(
+            [sys.executable, '-P', '-m', __name__, *map(str, ends)],
+            pass_fds=ends, stdin=subprocess.DEVNULL, start_new_session=True)
+        calls.close()
+        halts.close()
+        self._calls.send((name, options, hold))
+        for extra in EXTRAS:
+            if callable(getattr(driver, extra, None)):
+                setattr(self, extra, self._halt if extra == 'halt' else self._caller(extra))
+
+    def connect(self) -> None:
+        """See Driver."""
+        self._call('connect')
+
+    def read(self) -> JointStates:
+        """See Driver."""
+        state: JointStates = self._call('read')
+        return state
+
+    def write(self, values: np.ndarray) -> Applied | None:
+        """See Driver."""
+        applied: Applied | None = self._call('write', values)
+        return applied
+
+    def advance(self, seconds: float) -> float:
+        """See Driver."""
+        return float(self._call('advance', seconds))
+
+    def set_torque(self, on: bool) -> None:
+        """See Driver."""
+        self._call('set_torque', on)
+
+    def reset(self) -> None:
+        """See Driver."""
+        self._call('reset')
+
+    def stop(self) -> None:
+        """See Driver; the process ends, unless the driver fails to."""
+        if self._calls.closed:
+            return
+        self._call('stop')
+        self._calls.close()
+        self._process.wait()
+
+    def _caller(self, method: str) -> Any:
+        return lambda *args: self._call(method, *args)
+
+    def _halt(self) -> Applied | None:
+        with self._halting:
+            return self._answer(self._halts, 'halt', ())
+
+    def _call(self, method: str, *args: Any) -> Any:
+        return self._answer(self._calls, method, args)
+
+    def _answer(self, line: Connection, method: str, args: tuple[Any, ...]) -> Any:
+        """The result of a call; an answer to one that a signal interrupted is passed over."""
+        number, answered = next(self._numbers), 0
+        try:
+            line.send((number, method, args))
+            while answered != number:
+                answered, result, error, self.starts, halted = line.recv()
+                self.halted += halted
+        except (EOFError, OSError) as lost:
+            raise DriverFault("the driver's process has ended") from lost
+        if error is not None:
+            raise error
+        return result
+
+
+class Served:
+    """The driver in its own process.
+
+    Args:
+        driver: not connected yet.
+        hold: longest time from one call to the next while the motors are driven [s].
+    """
+
+    def __init__(self, driver: Driver, hold: float) -> None:
+        self._driver = driver
+        self._rest = np.zeros(len(driver.info.actuators))
+        self._hold = hold if driver.info.goals is None else None
+        self._driven = False
+        self._halted: list[Applied | None] = []
+        self._stopped = False
+
+    def serve(self, calls: Connection, halts: Connection) -> None:
+        """Make calls until the other end is gone; those of `halts` beside the others."""
+        Thread(target=self._make_calls, args=(halts,), daemon=True).start()
+        try:
+            self._make_calls(calls, watched=True)
+        finally:
+            if not self._stopped:
+                self._leave()
+
+    def _make_calls(self, line: Connection, watched: bool = False) -> None:
+        with suppress(EOFError, ConnectionError):
+            while True:
+                while watched and not line.poll(self._hold if self._driven else None):
+                    self._bring_to_rest()
+                number, method, args = line.recv()
+                result, error = self._made(method, args)
+                if method == 'write':
+                    self._driven = bool(np.any(args[0]))
+                halted, self._halted = self._halted, []
+                self._stopped = method == 'stop' and error is None
+                line.send((number, result, error, self._driver.starts, halted))
+
+    def _bring_to_rest(self) -> None:
+        with suppress(DriverFault, OSError):  # it stays driven, and is told again
+            self._halted.append(self._driver.write(self._rest))
+            self._driven = False
+
+    def _leave(self) -> None:
+        try:
+            self._driver.stop()
+        except MEANT as error:
+            print(f'the motors could not be told to stop: {error}', file=sys.stderr)
+            self._bring_to_rest()
+
+    def _made(self, method: str, args: tuple[Any, ...]) -> tuple[Any, Exception | None]:
+        try:
+            return getattr(self._driver, method)(*args), None
+        except MEANT as error:
+            return None, _told(error)
+
+
+def _told(error: Exception) -> Exception:
+    """An error as one that the other process knows, though a driver has a class of its own."""
+    if isinstance(error, OSError) and error.errno is not None:
+        return OSError(error.errno, error.strerror, error.filename)
+    kind: type[Exception] = next(
+        k for k in type(error).__mro__ if k.__module__.partition('.')[0] in OURS)
+    return kind(str(error))
+
+
+def main(calls: Connection, halts: Connection) -> None:
+    """Build the driver that the first message names, and serve it."""
+    name, options, hold = calls.recv()
+    Served(load_driver(name, options), hold).serve(calls, halts)
+
+
+if __name__ == '__main__':
+    main(*(Connection(int(end)) for end in sys.argv[1:3]))
