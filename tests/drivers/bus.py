@@ -140,8 +140,8 @@ def robot_with_servo(
 
 def running(robot: Robot, supply: float = 12.0, start: str = 'nominal') -> Emulated:
     """A bus at work on a clock of its own."""
-    bus = robot.driver.bus
-    return Emulated(_plant(robot, supply, start), Line(bus.baud if bus else 1e6, Trouble(), seed=1))
+    line = Line(robot.driver.bus.baud, Trouble(), seed=1)
+    return Emulated(_plant(robot, supply, start), line)
 
 
 @contextmanager

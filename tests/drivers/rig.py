@@ -7,7 +7,6 @@ method M fails with a ValueError from now on), `rubbish` (read returns something
 """
 
 from pathlib import Path
-import time
 
 import numpy as np
 
@@ -21,6 +20,7 @@ class Rig:
     def __init__(self, options):
         self.info = robot_info(options.robot, options.state_rate, own_clock=False)
         self.starts = 0
+        self._computer = options.computer
         self._lose = 0
         self._bug = ''
 
@@ -36,18 +36,18 @@ class Rig:
         if self._bug == 'rubbish':
             return [0.0]
         zeros = np.zeros(len(self.info.joints))
-        return JointStates(time.time_ns(), self.info.joints, zeros, zeros)
+        return JointStates(self._computer.time_ns(), self.info.joints, zeros, zeros)
 
     def write(self, values):
         self._may_fail('write')
         self._note('write', values)
-        return Applied(time.time_ns(), self.info.actuators, values, self.info.interface)
+        return Applied(self._computer.time_ns(), self.info.actuators, values, self.info.interface)
 
     def halt(self):
         self._may_fail('halt')
         values = np.zeros(len(self.info.actuators))
         self._note('halt', values)
-        return Applied(time.time_ns(), self.info.actuators, values, self.info.interface)
+        return Applied(self._computer.time_ns(), self.info.actuators, values, self.info.interface)
 
     def advance(self, seconds):
         return seconds
@@ -75,7 +75,7 @@ class Rig:
         if word == 'lose':
             self._lose = int(number)
         elif word == 'block':
-            time.sleep(float(number))
+            self._computer.sleep(float(number))
         elif word == 'bug':
             self._bug = number
         elif word == 'rubbish':
@@ -86,4 +86,4 @@ class Rig:
 
     def _note(self, what, values=()):
         with CALLS.open('a') as file:
-            file.write(f'{time.monotonic():.6f} {what} {" ".join(map(str, values))}\n')
+            file.write(f'{self._computer.monotonic():.6f} {what} {" ".join(map(str, values))}\n')

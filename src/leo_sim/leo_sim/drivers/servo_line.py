@@ -207,7 +207,8 @@ class ServoLine:
         """All registers from `first` to `last` of all servos, with one instruction.
 
         Returns:
-            When all of it was sent, as of the computer's monotonic time [s], and what each servo answered.
+            When all of it was sent, as of the computer's monotonic time [s], and what each servo
+            answered.
 
         Raises:
             TransientFault: an answer is missing or damaged.
