@@ -2,7 +2,8 @@
 """A rig that stands still and does what a test tells it through a file; it writes down all calls.
 
 The file `orders` in the working directory holds one of: `lose N` (the next N reads lose
-their packet), `block S` (the next read takes S seconds), `break` (the cable is out), `bug M` (the
+their packet), `hold` (the next read waits for the file
+`released`), `break` (the cable is out), `bug M` (the
 method M fails with a ValueError from now on), `rubbish` (read returns something else).
 """
 
@@ -13,7 +14,7 @@ import numpy as np
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers.base import NotPossible, robot_info, TransientFault
 
-ORDERS, CALLS = Path('orders'), Path('calls')
+ORDERS, CALLS, RELEASED = Path('orders'), Path('calls'), Path('released')
 
 
 class Rig:
@@ -74,8 +75,10 @@ class Rig:
         self._note(f'begin {word}')
         if word == 'lose':
             self._lose = int(number)
-        elif word == 'block':
-            self._computer.sleep(float(number))
+        elif word == 'hold':
+            while not RELEASED.exists():
+                self._computer.sleep(0.01)
+            RELEASED.unlink()
         elif word == 'bug':
             self._bug = number
         elif word == 'rubbish':

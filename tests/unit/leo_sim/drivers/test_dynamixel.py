@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 from tests.drivers.bus import at_terminal, driven, options, robot_with_servo, running
+from tests.patience import PATIENCE
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -20,7 +21,6 @@ from leo_sim.drivers.servo_joints import DriveUnits
 
 LEO = load_robot('leo')
 PWM_STEP = 13.8 / 885
-PATIENCE = 300.0
 finite = st.floats(-1e6, 1e6)
 SIX = st.lists(finite, min_size=6, max_size=6)
 
