@@ -21,7 +21,7 @@ from leo_sim.description.servos import PWM_MODE, registers, servo_model
 from leo_sim.drivers.dynamixel import DynamixelDriver
 from leo_sim.drivers.dynamixel_bus import DynamixelBus
 from leo_sim.drivers.servo_bus.line import BITS, Line, Trouble
-from leo_sim.drivers.servo_bus.rig import Rig
+from leo_sim.drivers.servo_bus.terminal import Terminal
 from leo_sim.drivers.servo_bus.servo import Servo
 
 FIRST, LAST = DynamixelDriver.first, DynamixelDriver.last
@@ -63,7 +63,7 @@ def computed(count: int, baud: float) -> float:
 @contextmanager
 def at_work(count: int, baud: float) -> Iterator[DynamixelBus]:
     """A bus on an emulated line."""
-    rig, ended = Rig(Still(count), Line(baud, Trouble())), Event()
+    rig, ended = Terminal(Still(count), Line(baud, Trouble())), Event()
     thread = Thread(target=rig.run, args=(ended,))
     thread.start()
     bus = DynamixelBus(rig.port, int(baud), dict.fromkeys(range(1, count + 1), ''))

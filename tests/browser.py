@@ -13,6 +13,7 @@ from selenium.common.exceptions import JavascriptException, StaleElementReferenc
 from selenium.webdriver import ActionChains, Chrome, ChromeOptions
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.remote.webelement import WebElement
+from tests.patience import PATIENCE
 
 CHROMIUM, DRIVER = shutil.which('chromium'), shutil.which('chromedriver')
 WITHOUT = 'there is no chromium with its chromedriver here; Debian: apt install chromium-driver'
@@ -21,7 +22,6 @@ FLAGS = (
     '--disable-background-networking', '--disable-component-update', '--disable-sync',
     '--window-size=1440,1300',
 )  # fmt: skip
-PATIENCE = 180.0
 MODEL = 'Bokeh.documents[0].get_model_by_name(arguments[0])'
 PART = f"""
 const view = Bokeh.index.find_one({MODEL});

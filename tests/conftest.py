@@ -8,7 +8,7 @@ import subprocess
 import sys
 from typing import Any
 
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 import pytest
 
 from leo_learner.experiments.processes import free_domain
@@ -22,7 +22,8 @@ def pytest_configure() -> None:
     And let no example fail for being slow: the machine may be busy.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    settings.register_profile('patient', deadline=None)
+    settings.register_profile(
+        'patient', deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile('patient')
 
 

@@ -2,25 +2,26 @@
 """A rig that stands still and does what a test tells it through a file; it writes down all calls.
 
 The file `orders` in the working directory holds one of: `lose N` (the next N reads lose
-their packet), `block S` (the next read takes S seconds), `break` (the cable is out), `bug M` (the
+their packet), `hold` (the next read waits for the file
+`released`), `break` (the cable is out), `bug M` (the
 method M fails with a ValueError from now on), `rubbish` (read returns something else).
 """
 
 from pathlib import Path
-import time
 
 import numpy as np
 
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers.base import NotPossible, robot_info, TransientFault
 
-ORDERS, CALLS = Path('orders'), Path('calls')
+ORDERS, CALLS, RELEASED = Path('orders'), Path('calls'), Path('released')
 
 
 class Rig:
     def __init__(self, options):
         self.info = robot_info(options.robot, options.state_rate, own_clock=False)
         self.starts = 0
+        self._computer = options.computer
         self._lose = 0
         self._bug = ''
 
@@ -36,18 +37,18 @@ class Rig:
         if self._bug == 'rubbish':
             return [0.0]
         zeros = np.zeros(len(self.info.joints))
-        return JointStates(time.time_ns(), self.info.joints, zeros, zeros)
+        return JointStates(self._computer.time_ns(), self.info.joints, zeros, zeros)
 
     def write(self, values):
         self._may_fail('write')
         self._note('write', values)
-        return Applied(time.time_ns(), self.info.actuators, values, self.info.interface)
+        return Applied(self._computer.time_ns(), self.info.actuators, values, self.info.interface)
 
     def halt(self):
         self._may_fail('halt')
         values = np.zeros(len(self.info.actuators))
         self._note('halt', values)
-        return Applied(time.time_ns(), self.info.actuators, values, self.info.interface)
+        return Applied(self._computer.time_ns(), self.info.actuators, values, self.info.interface)
 
     def advance(self, seconds):
         return seconds
@@ -74,8 +75,10 @@ class Rig:
         self._note(f'begin {word}')
         if word == 'lose':
             self._lose = int(number)
-        elif word == 'block':
-            time.sleep(float(number))
+        elif word == 'hold':
+            while not RELEASED.exists():
+                self._computer.sleep(0.01)
+            RELEASED.unlink()
         elif word == 'bug':
             self._bug = number
         elif word == 'rubbish':
@@ -86,4 +89,4 @@ class Rig:
 
     def _note(self, what, values=()):
         with CALLS.open('a') as file:
-            file.write(f'{time.monotonic():.6f} {what} {" ".join(map(str, values))}\n')
+            file.write(f'{self._computer.monotonic():.6f} {what} {" ".join(map(str, values))}\n')

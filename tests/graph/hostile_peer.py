@@ -39,7 +39,7 @@ from leo_msgs_py import topics
 MANY = 100_000
 FLOOD = 25_000
 CALLS = 300
-PATIENCE = 10.0
+PATIENCE = 120.0
 MATCHED = 0.2
 """Time for a new writer to be found by its readers [s]."""
 DEEP = QoSProfile(depth=1000)

@@ -9,13 +9,13 @@ import sys
 import time
 
 from rclpy.serialization import deserialize_message
+from tests.patience import PATIENCE
 
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, spin_once
 from leo_msgs_py.values import Applied, Command, JointStates
 from leo_sim.description.robot import load_robot
 
-PATIENCE = 120.0
 PENDULUM = load_robot('pendulum')
 CONTROL_PERIOD_NS = round(PENDULUM.control_period * 1e9)
 LEO = str(Path(sys.executable).with_name('leo'))

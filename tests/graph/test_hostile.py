@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from rclpy.node import Node
 from tests.graph.hostile_peer import KINDS
+from tests.patience import PATIENCE
 
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, graph, join, spin_until
@@ -20,7 +21,6 @@ from leo_msgs_py.values import Command
 from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
-PATIENCE = 120.0
 PENDULUM = load_robot('pendulum')
 LEO = str(Path(sys.executable).with_name('leo'))
 PEER = str(Path(__file__).with_name('hostile_peer.py'))

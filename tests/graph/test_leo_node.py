@@ -7,6 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 from tests import live_bag
+from tests.patience import PATIENCE
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_learner.env import ModelEnv
@@ -24,7 +25,6 @@ ROBOT = 'import sys; from leo_sim.nodes.robot import main; sys.exit(main(sys.arg
 RECORDER = (
     'import sys; from leo_diffmodel.nodes.diffmodel import main; sys.exit(main(sys.argv[1:]))'
 )
-PATIENCE = 120.0
 STATE_PERIOD_NS = round(1e9 / LEO.state_rate)
 VOLTS = np.random.default_rng(0).uniform(-4.0, 4.0, (12, 6))
 

@@ -16,6 +16,7 @@ from bokeh.events import ButtonClick
 import numpy as np
 import pytest
 from rclpy.node import Node
+from tests.patience import PATIENCE
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
@@ -38,7 +39,6 @@ from leo_sim.model import Model
 
 pytestmark = pytest.mark.graph
 
-PATIENCE = 60.0
 SOME = 20_000
 """Bytes of a bag that holds states."""
 APART = 5.0

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from std_msgs.msg import UInt32
 from tests import live_bag
+from tests.patience import PATIENCE
 
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.recorder import header_stamp
@@ -21,7 +22,6 @@ from leo_msgs_py.node import spin_until
 from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
-PATIENCE = 120.0
 PENDULUM = load_robot('pendulum')
 RUN = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
 APPLIED = topics.APPLIED['voltage']

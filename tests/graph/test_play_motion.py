@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from rclpy.node import Node
+from tests.patience import PATIENCE
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py import topics
@@ -12,7 +13,6 @@ from leo_msgs_py.node import graph, join, spin_until
 from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
-PATIENCE = 120.0
 LEO = load_robot('leo')
 RUN = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
 

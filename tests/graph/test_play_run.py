@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from tests.patience import PATIENCE
 
 from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.run_file import read_run, write_run
@@ -14,7 +15,6 @@ from leo_msgs_py.values import Applied
 from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
-PATIENCE = 120.0
 ROBOT = 'import sys; from leo_sim.nodes.robot import main; sys.exit(main(sys.argv[1:]))'
 PLAY = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
 PENDULUM = load_robot('pendulum')

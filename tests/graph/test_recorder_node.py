@@ -14,6 +14,7 @@ import pytest
 from rclpy.node import Node
 from std_msgs.msg import UInt32
 from tests import live_bag
+from tests.patience import PATIENCE
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.contents import load
@@ -32,7 +33,6 @@ NODE = 'import sys; from leo_diffmodel.nodes.diffmodel import main; sys.exit(mai
 LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
 APPLIED = topics.APPLIED['voltage']
 PERIOD = 0.01
-PATIENCE = 120.0
 
 
 class Robot:

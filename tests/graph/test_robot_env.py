@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from tests.patience import PATIENCE
 
 from leo_learner.env import ModelEnv
 from leo_learner.robot_env import RobotEnv
@@ -15,7 +16,6 @@ from leo_sim.model import Model
 
 pytestmark = pytest.mark.graph
 
-PATIENCE = 120.0
 ROBOT = 'import sys; from leo_sim.nodes.robot import main; sys.exit(main(sys.argv[1:]))'
 
 

@@ -41,6 +41,18 @@ class Rig(Robot):
         made.write_text(text)
         made.rename(self.folder / 'orders')
 
+    def release(self) -> None:
+        """End of a `hold`."""
+        (self.folder / 'released').touch()
+
+    def halts_while_held(self, command: float) -> None:
+        """Wait for a halt while a read is held; then let it go on."""
+        self.waits_for('begin hold', command)
+        start = self.calls().index('begin hold')
+        self.wait(lambda: self.send(command) or 'halt 0.0' in self.calls()[start:], 'no halt')
+        self.release()
+        self.waits_for('end hold', command)
+
     def calls(self) -> list[str]:
         """What the driver was asked for, without times: 'write 1.0'."""
         lines = (self.folder / 'calls').read_text().splitlines()
@@ -157,9 +169,9 @@ def test_a_watchdog_that_cannot_halt_says_so(rig):
     robot.order('bug halt')
     robot.waits_for('end bug', command=1.0)
     robot.waits_for('write 1.0', command=1.0)
-    robot.order('block 2')
-    robot.waits_for('end block', command=1.0)
-    assert 'the watchdog cannot halt the motors' in robot.said()
+    robot.order('hold')
+    robot.wait(lambda: robot.send(1.0) or 'the watchdog cannot halt the motors' in robot.said())
+    robot.release()
     assert robot.stop() == 0
 
 
@@ -168,23 +180,21 @@ def test_a_read_that_hangs_delays_no_zero(rig, timeout):
     """Without a time-out too: who is not measured is not driven."""
     robot = rig('/hung', command_timeout=timeout)
     robot.waits_for('write 1.0', command=1.0)
-    robot.order('block 3')
-    robot.waits_for('end block', command=1.0)
-    assert 'halt 0.0' in robot.during('block')
+    robot.order('hold')
+    robot.halts_while_held(command=1.0)
     assert int(robot.diagnosis()['stopped by the watchdog']) >= 1
 
 
 def test_an_e_stop_acts_while_a_read_hangs(rig):
     robot = rig('/stopped', command_timeout=60.0, fault_periods=10000)
     robot.waits_for('write 1.0', command=1.0)
-    robot.order('block 5')
-    robot.waits_for('begin block')
+    robot.order('hold')
+    robot.waits_for('begin hold')
     assert robot.call(topics.E_STOP).success
-    robot.waits_for('end block', command=1.0)
-    assert 'halt 0.0' in robot.during('block')
+    robot.halts_while_held(command=1.0)
     calls = robot.calls()
     robot.wait(lambda: robot.send(1.0) or len(robot.calls()) > len(calls) + 10)
-    assert set(robot.calls()[calls.index('end block') + 1 :]) == {'write 0.0'}
+    assert set(robot.calls()[calls.index('end hold') + 1 :]) == {'write 0.0'}
 
 
 def test_a_request_that_takes_long_to_decode_delays_no_zero(rig, tmp_path, spawn):
@@ -207,9 +217,11 @@ def test_a_request_that_takes_long_to_decode_delays_no_zero(rig, tmp_path, spawn
 
 def test_a_command_that_waited_too_long_does_not_move_the_robot(rig):
     robot = rig('/late')
-    robot.order('block 2')
-    robot.waits_for('begin block')
+    robot.order('hold')
+    robot.waits_for('begin hold')
     robot.send(2.0)
+    time.sleep(1.0)  # five times as long as a command holds
+    robot.release()
     robot.wait(lambda: 'it was sent' in robot.said(), 'a stale command was taken')
     assert 'write 2.0' not in robot.calls()
     assert robot.diagnosis()['stale commands'] == '1'
@@ -222,9 +234,7 @@ def test_two_that_command_in_turns_stop_the_robot(rig):
     )
     robot.wait(lambda: '2 publishers' in robot.said(), 'no warning of a second one')
     assert robot.diagnosis()['commanders'] == '2'
-    for _ in range(4):
-        robot.send(1.0)
-    robot.wait(lambda: robot.obeyed(1.0))
+    robot.wait(lambda: robot.send(1.0) or robot.obeyed(1.0))
     assert not robot.e_stopped[-1], 'a silent second one harms nothing'
     robot.wait(lambda: _in_turns(robot, rival) or robot.e_stopped[-1], 'they are not stopped')
     assert 'two send commands in turns' in robot.said()

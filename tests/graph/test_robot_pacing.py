@@ -7,6 +7,7 @@ import gc
 
 import numpy as np
 import pytest
+from tests.patience import PATIENCE
 
 from leo_msgs_py import topics
 from leo_msgs_py.node import end, graph, join, spin_until
@@ -16,7 +17,6 @@ from leo_sim.nodes import robot as module
 from leo_sim.nodes.robot import GIVE_UP_LATE, RobotNode
 
 pytestmark = pytest.mark.graph
-PATIENCE = 120.0
 PERIOD = 0.01
 JOINTS = ('pivot',)
 ONE_COMMAND = 3 * ['write', 'advance', 'read']

@@ -40,7 +40,8 @@ from leo_sim.model.model_file import load_model
 
 CASES = int(os.environ.get('LEO_DAMAGED', '100'))
 BATCHES = 10
-HANG = 120.0
+HANG, BUSY = 1200.0, 30.0
+"""Time that a case may take on the wall, and of a processor [s]."""
 MAGIC = 8
 FRAME = struct.Struct('<BQ')
 LONE = 2
@@ -195,8 +196,7 @@ KINDS = {'bag': (_bag, 0.5), 'map': (_map, 0.1), 'model': (_model, 0.1), 'robot'
 
 @pytest.fixture
 def watched() -> Iterator[None]:
-    """A hang ends the process and says where it was."""
-    faulthandler.dump_traceback_later(HANG, exit=True)
+    """A case that hangs ends the process and says where it was."""
     yield
     faulthandler.cancel_dump_traceback_later()
 
@@ -210,12 +210,13 @@ def test_damaged_files_never_trip_the_readers(kind, batch, shop, tmp_path):
         folder = tmp_path / str(seed)
         folder.mkdir()
         rng = np.random.default_rng([seed, list(KINDS).index(kind)])
-        began = time.monotonic()
+        faulthandler.dump_traceback_later(HANG, exit=True)
+        began = time.process_time()
         with warnings.catch_warnings():
             warnings.simplefilter('error')
             try:
                 done = spoil(shop, folder, rng)
             except Exception as error:
                 raise AssertionError(f'{kind} {seed} in {folder}: {error!r}') from error
-        assert time.monotonic() - began < HANG / 4, f'{kind} {seed}: {done.what}'
+        assert time.process_time() - began < BUSY, f'{kind} {seed}: {done.what}'
         shutil.rmtree(folder)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 import logging
 from typing import Any, NamedTuple, TypeVar
@@ -88,22 +88,35 @@ def _by_processes(
 def _by_cluster(
     function: Callable[[Item], Result], items: Sequence[Item], address: str
 ) -> Iterator[Result]:
-    """By futures of `distributed`; joblib's backend never ends where one of them is given up."""
-    distributed, given_up = _distributed(), 0
+    """By futures of `distributed`; joblib's backend never ends where one of them is given up.
+
+    A worker that dies takes with it what it was to do next: what is lost is tried again alone.
+    """
+    given_up = 0
     with _client(address) as client:
-        futures = client.map(function, items, pure=False)
         try:
-            for future in distributed.as_completed(futures, loop=client.loop):
-                try:
-                    yield future.result()
-                except distributed.scheduler.KilledWorker:
-                    given_up += 1
-                future.release()
-        except (distributed.client.FutureCancelledError, OSError) as error:
+            for item in (yield from _tried(client, function, items)):
+                given_up += len((yield from _tried(client, function, [item])))
+        except (_distributed().client.FutureCancelledError, OSError) as error:
             raise UserError(f'the scheduler at {address} has left; {GO_ON}') from error
     if given_up:
         raise UserError(f'{given_up} of {len(items)} pieces of work were given up, as their '
                         f'workers died again and again, for memory perhaps; {GO_ON}')
+
+
+def _tried(
+    client: Any, function: Callable[[Item], Result], items: Sequence[Item]
+) -> Generator[Result, None, list[Item]]:
+    """The function of each item, as they come; those that were lost with their workers."""
+    distributed, lost = _distributed(), []
+    asked = dict(zip(client.map(function, items, pure=False), items, strict=True))
+    for future in distributed.as_completed(asked, loop=client.loop):
+        try:
+            yield future.result()
+        except distributed.scheduler.KilledWorker:
+            lost.append(asked[future])
+        future.release()
+    return lost
 
 
 @contextmanager

@@ -17,6 +17,7 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.description.robot import Robot
+from leo_sim.drivers.computer import Computer, THIS
 
 INTERFACES = {'voltage': 'voltage', 'torque': 'effort', 'position': 'position'}
 """Unit of a robot's input -> name of the interface its applied values are published under."""
@@ -195,6 +196,7 @@ class DriverOptions:
         private: the settings that only the driver may know.
         bag: recording to replay.
         port: where the hardware is connected, say /dev/ttyUSB0; '' takes robot.yaml's.
+        computer: where the hardware is connected; its time is the driver's.
     """
 
     robot: Robot
@@ -207,6 +209,7 @@ class DriverOptions:
     private: Mapping[str, Any] | None = None
     bag: str = ''
     port: str = ''
+    computer: Computer = THIS
 
 
 def robot_info(robot: Robot, state_rate: float = 0.0, own_clock: bool = True) -> DriverInfo:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A process that outlives ours by a moment, and brings motors to 0 that would go on.
 
-    python -m leo_sim.drivers.guardian PORT PIPE HEX
+    python guardian.py PORT PIPE HEX
 
 It waits until the other end of PIPE is gone, as it is when a process is killed, and writes bytes
 to PORT, some times over.
@@ -30,7 +30,7 @@ class Guardian:
     def __init__(self, port: int, zeros: bytes) -> None:
         theirs, self._ours = os.pipe()
         self._process = subprocess.Popen(
-            [sys.executable, '-m', __name__, str(port), str(theirs), zeros.hex()],
+            [sys.executable, '-IS', __file__, str(port), str(theirs), zeros.hex()],
             pass_fds=(port, theirs), stdin=subprocess.DEVNULL, start_new_session=True)
         os.close(theirs)
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
-import time
 from typing import ClassVar
 
 import numpy as np
@@ -67,7 +66,8 @@ class ServoDriver(ABC):
         self._models = {s.id: servo_model(s.model, family) for s in bus.servos.values()}
         self._names = {servo.id: joint for joint, servo in bus.servos.items()}
         self._path = options.port or bus.port
-        self._bus = self.line(self._path, bus.baud, self._names)
+        self._computer = options.computer
+        self._bus = self.line(self._path, bus.baud, self._names, self._computer)
         self._actuated = list(robot.actuated)
         self._pose = pose_of(robot, options.start)
         self._angles = np.full(len(self.info.joints), np.nan)
@@ -120,7 +120,7 @@ class ServoDriver(ABC):
                 command did not arrive.
             DriverFault: a servo has let go.
         """
-        began = time.monotonic()
+        began = self._computer.monotonic()
         sent, blocks = self._bus.sync_read(self._joints.ids, self._from, self.last)
         self._check_fresh(sent, blocks)
         angles, rates = self._joints.angles(blocks), self._joints.rates(blocks)
@@ -129,10 +129,10 @@ class ServoDriver(ABC):
         self._note(blocks)
         self._check_alerts(blocks)
         self._check_taken(blocks)
-        now = time.monotonic()
+        now = self._computer.monotonic()
         self._cycle = now - began
         measured = self._measured(sent, now, blocks)
-        stamp_ns = time.time_ns() - round((now - measured) * 1e9)
+        stamp_ns = self._computer.time_ns() - round((now - measured) * 1e9)
         return JointStates(stamp_ns, self.info.joints, angles, rates)
 
     def write(self, values: np.ndarray) -> Applied:
@@ -289,7 +289,7 @@ class ServoDriver(ABC):
     def _applied(self) -> Applied:
         values = self._motors.values(self._sent, self._supply)
         return Applied(
-            stamp_ns=time.time_ns() + round(1e9 * self._on_its_way),
+            stamp_ns=self._computer.time_ns() + round(1e9 * self._on_its_way),
             names=self.info.actuators,
             values=np.where(self._on, values, 0.0),
             interface=self.info.interface,

@@ -6,14 +6,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 import termios
-import time
 from typing import Any, ClassVar
-
-from serial import SerialException
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.servos import Family, Register, registers
 from leo_sim.drivers.base import DriverFault, TransientFault
+from leo_sim.drivers.computer import Computer, THIS
 
 CONFIGURE = 0.1
 """How long an answer may take while nothing moves [s]."""
@@ -40,19 +38,30 @@ class Limits:
     A time limit of ours, a clock that nobody sets, and an end to rubbish.
 
     Attributes:
+        computer: whose port it is.
         slack: time an answer may take on top of that of its bytes [s].
     """
 
     ser: Any
+    port_name: str
+    is_open: bool
     tx_time_per_byte: float
     packet_timeout: float
     setPacketTimeoutMillis: Any
     getTimeSinceStart: Any
+    computer: Computer
     slack: float
+
+    def setupPort(self, baud: int) -> bool:
+        """Open the port."""
+        self.ser = self.computer.serial(self.port_name, baud, POLL)
+        self.tx_time_per_byte = 1e3 * BITS / baud
+        self.is_open = True
+        return True
 
     def getCurrentTime(self) -> float:
         """Time in ms."""
-        return time.monotonic() * 1e3
+        return self.computer.monotonic() * 1e3
 
     def setPacketTimeout(self, packet_length: int) -> None:
         """Wait for an answer of so many bytes."""
@@ -101,6 +110,7 @@ class ServoLine:
         path: of the port.
         baud: bits a second.
         names: of the servos, by id, for what is said of them.
+        computer: whose port it is.
     """
 
     family: ClassVar[Family]
@@ -111,8 +121,10 @@ class ServoLine:
     asks: ClassVar[tuple[bool, ...]] = ()
     """What the SDK wants to be told besides when all are asked."""
 
-    def __init__(self, path: str, baud: int, names: Mapping[int, str]) -> None:
-        self._path, self._baud, self._names = path, baud, names
+    def __init__(
+        self, path: str, baud: int, names: Mapping[int, str], computer: Computer = THIS
+    ) -> None:
+        self._path, self._baud, self._names, self._computer = path, baud, names, computer
         self._registers = registers(self.family)
         self._packets: Any = self.packets()
         self._port: Any = None
@@ -124,13 +136,10 @@ class ServoLine:
             UserError: there is none, it is not ours to open, or not at this baud rate.
         """
         port: Any = self.port(self._path)
+        port.computer, port.slack = self._computer, CONFIGURE
         try:
             opened = port.setBaudRate(self._baud)
-            if opened:
-                port.slack = CONFIGURE
-                port.ser.exclusive = True
-                port.ser.timeout = POLL
-        except (SerialException, OSError) as error:
+        except OSError as error:
             raise UserError(f'cannot open {self._path}: {_reason(self._path, error)}') from error
         if not opened:
             raise UserError(f'the port cannot do {self._baud} baud; give another in robot.yaml, '
@@ -198,7 +207,8 @@ class ServoLine:
         """All registers from `first` to `last` of all servos, with one instruction.
 
         Returns:
-            When all of it was sent, as of time.monotonic [s], and what each servo answered.
+            When all of it was sent, as of the computer's monotonic time [s], and what each servo
+            answered.
 
         Raises:
             TransientFault: an answer is missing or damaged.
@@ -210,7 +220,7 @@ class ServoLine:
         paper = _Paper()
         self._packets.syncReadTx(paper, *asked)
         result = self._packets.syncReadTx(self._port, *asked)
-        sent = time.monotonic() + self.seconds(len(paper.written))
+        sent = self._computer.monotonic() + self.seconds(len(paper.written))
         self._check(result, servos[0])
         found = {}
         for servo in servos:

@@ -25,7 +25,7 @@ from leo_msgs_py.node import declared, fixed_parameter, graph, spare_collector, 
 from leo_sim.description.robot import Robot
 from leo_sim.drivers.servo_bus.line import Line, Trouble
 from leo_sim.drivers.servo_bus.plant import Plant
-from leo_sim.drivers.servo_bus.rig import Rig
+from leo_sim.drivers.servo_bus.terminal import Terminal
 from leo_sim.nodes.parameters import read_options
 
 OVERHEATED, OVERLOADED = 0x04, 0x20
@@ -58,7 +58,7 @@ class ServoBusNode(Node):
         plant = Plant(options, supply, given('supply_resistance', 0.0), given('hand', True))
         trouble = Trouble(**{f.name: declared(self, f.name, f.default) for f in fields(Trouble)})
         line = Line(given('baud', 0) or bus.baud, trouble, options.seed)
-        self.rig = Rig(plant, line, given('link', ''), given('log', ''))
+        self.rig = Terminal(plant, line, given('link', ''), given('log', ''))
         self._acts = self._make_acts(trouble)
         for name in ('silent', *EVENTS):
             declared(self, name, NONE)

@@ -6,9 +6,9 @@ import shlex
 from threading import Event
 import webbrowser
 
-from leo_diffmodel.verbs import common, explain, watch
+from tests.patience import PATIENCE
 
-PATIENCE = 60.0
+from leo_diffmodel.verbs import common, explain, watch
 
 
 def test_a_browser_that_returns_when_it_is_closed_does_not_hold_the_page_up(monkeypatch):

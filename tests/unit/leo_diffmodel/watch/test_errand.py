@@ -5,6 +5,8 @@ from functools import partial
 import os
 import time
 
+from tests.patience import PATIENCE
+
 from leo_diffmodel.watch.errand import Errand
 from leo_msgs_py.errors import UserError
 
@@ -24,7 +26,7 @@ def ask(how, heard):
 def heard_of(how):
     errand, texts = Errand(), []
     errand.begin(partial(ask, how))
-    end = time.monotonic() + 120
+    end = time.monotonic() + PATIENCE
     while not errand.news.over and time.monotonic() < end:
         if errand.hear():
             texts.append(errand.news.text)
@@ -45,7 +47,7 @@ def test_what_it_refuses_and_that_it_died_are_said():
 def test_it_is_stopped_whatever_it_does():
     errand = Errand()
     errand.begin(partial(ask, 'hang'))
-    end = time.monotonic() + 120
+    end = time.monotonic() + PATIENCE
     while errand.news.text != 'second' and time.monotonic() < end:
         errand.hear()
         time.sleep(0.02)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Feetech driver on an emulated bus, which Feetech's own SDK speaks to."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -9,15 +10,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from tests.drivers.bus import driven, robot_with_servo, running, until
+from tests.drivers.bus import driven, robot_with_servo, running
+from tests.places import ROOT
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.description.servos import registers, servo_models
-from leo_sim.drivers import load_driver, servo_line
+from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
+from leo_sim.drivers.guardian import TIMES
+from leo_sim.drivers.servo_bus.bus import SYNC_WRITE
 from leo_sim.drivers.servo_bus.feetech import encoded, FRAMING
-from leo_sim.drivers.servo_bus.packets import Reader
+from leo_sim.drivers.servo_bus.packets import BROADCAST, Packet, Reader
 from leo_sim.drivers.servo_joints import JointUnits
 
 SUPPLY = 7.4
@@ -28,20 +32,16 @@ OVERLOADED, HOT = 0x20, 0x04
 KILLED = """\
 import sys, time
 import numpy as np
+from tests.drivers.bus import driven, running
 from leo_sim.description.robot import load_robot
-from leo_sim.drivers import load_driver
-from leo_sim.drivers.base import DriverOptions
-driver = load_driver('feetech', DriverOptions(load_robot(sys.argv[1]), port=sys.argv[2]))
-driver.connect()
-driver.write(np.array([2.0]))
-print('driven', flush=True)
-time.sleep(1000)
+robot = load_robot(sys.argv[1])
+rig = running(robot, 7.4)
+rig.computer.descriptor = int(sys.argv[2])
+with driven(robot, rig) as driver:
+    driver.write(np.array([2.0]))
+    print('driven', flush=True)
+    time.sleep(1000)
 """
-
-
-@pytest.fixture(autouse=True)
-def busy_machine(monkeypatch):
-    monkeypatch.setattr(servo_line, 'CONFIGURE', 30.0)
 
 
 @pytest.fixture
@@ -52,7 +52,8 @@ def robot(tmp_path):
 
 @pytest.fixture
 def servo(robot):
-    with running(robot, SUPPLY) as rig, driven(robot, rig) as driver:
+    rig = running(robot, SUPPLY)
+    with driven(robot, rig) as driver:
         driver.read()
         yield rig, driver
 
@@ -88,14 +89,14 @@ def test_volts_are_on_the_motor_as_they_are_told(servo):
         applied = driver.write(np.array([volts]))
         limit = driver.info.limits[0]
         assert applied.values[0] == pytest.approx(np.clip(volts, -limit, limit), abs=STEP)
-        until(lambda a=applied: abs(rig.plant.volts[0] - a.values[0]) < 1e-9, 'not driven')
+        rig.until(lambda a=applied: abs(rig.plant.volts[0] - a.values[0]) < 1e-9, 'not driven')
         driver.read()
 
 
 def test_readings(servo):
     rig, driver = servo
     driver.write(np.array([2.0]))
-    until(lambda: rig.plant.servos['pivot'].get('present_current') != 0)
+    rig.until(lambda: rig.plant.servos['pivot'].get('present_current') != 0)
     driver.read()
     found = driver.readings()
     assert found.supply == pytest.approx(SUPPLY)
@@ -125,19 +126,17 @@ def test_a_kept_register_is_unlocked_and_locked_again(servo):
 
 def test_a_lost_packet_passes(servo):
     rig, driver = servo
-    driver._bus.wait_at_most(0.05)
     rig.bus.silent = frozenset({1})
     with pytest.raises(TransientFault, match=r'servo 1 \(pivot\)'):
         driver.read()
     rig.bus.silent = frozenset()
-    driver._bus.wait_at_most(5.0)
     driver.read()
 
 
 def test_a_servo_that_lets_go_ends_the_run(servo):
     rig, driver = servo
     rig.order(lambda: rig.plant.servos['pivot'].fail(OVERLOADED))
-    until(lambda: rig.plant.servos['pivot'].get('hardware_error_status'))
+    rig.until(lambda: rig.plant.servos['pivot'].get('hardware_error_status'))
     with pytest.raises(DriverFault, match='has let go: overloaded'):
         driver.read()
 
@@ -151,14 +150,19 @@ def test_a_command_that_got_lost_is_noticed(servo, monkeypatch):
 
 
 def test_a_killed_process_leaves_the_motor_at_zero(robot):
-    """They have no watchdog: another process writes 0."""
-    with running(robot, SUPPLY) as rig:
-        words = [sys.executable, '-c', KILLED, str(robot.folder), rig.port]
-        with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
-            assert process.stdout.readline() == 'driven\n'
-            until(lambda: rig.plant.volts[0] > 1.0)
-            process.send_signal(signal.SIGKILL)
-        until(lambda: rig.plant.volts[0] == 0.0, 'it is still driven')
+    """They have no watchdog: another process writes 0, which ends when it has."""
+    heard, port = os.pipe()
+    words = [sys.executable, '-c', KILLED, str(robot.folder), str(port)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, pass_fds=[port],
+                          cwd=ROOT) as process:  # fmt: skip
+        os.close(port)
+        assert process.stdout.readline() == 'driven\n'
+        process.send_signal(signal.SIGKILL)
+    with open(heard, 'rb') as said:
+        packets = Reader(FRAMING).feed(said.read())
+    goal = R['goal_pwm']
+    zero = Packet(BROADCAST, SYNC_WRITE, bytes([goal.address, goal.size, 1, *goal.encode(0)]))
+    assert packets == TIMES * [zero]
 
 
 def test_what_does_not_fit_is_one_line(tmp_path):

@@ -3,22 +3,20 @@
 
 from contextlib import suppress
 from dataclasses import replace
-import signal
-import subprocess
-import sys
 from threading import Event, Thread
 
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from tests.drivers.bus import driven, LATE, patient, robot_with_servo, running, until
+from tests.drivers.bus import driven, robot_with_servo, running
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.description.servos import MODES
-from leo_sim.drivers import dynamixel, load_driver, servo_line
+from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
+from leo_sim.drivers.dynamixel import DynamixelDriver
 from leo_sim.drivers.servo_bus.plant import Plant
 from leo_sim.drivers.servo_goals import GoalUnits
 
@@ -27,30 +25,6 @@ COUNT = 2 * np.pi / 4096
 SERVOS = {'dynamixel': 'XL330-M288', 'feetech': 'STS3215'}
 FREE = np.array([np.nan])
 ARM = load_robot('so101')
-
-KILLED = """\
-import sys, time
-import numpy as np
-from leo_sim.description.robot import load_robot
-from leo_sim.drivers import load_driver, servo_line
-from leo_sim.drivers.base import DriverOptions
-servo_line.CONFIGURE = 30.0
-robot = load_robot(sys.argv[1])
-driver = load_driver(robot.driver.family, DriverOptions(robot, port=sys.argv[2]))
-driver.connect()
-driver._bus.wait_at_most(30.0)
-driver.read()
-driver.write(np.array([0.5]))
-print('driven', flush=True)
-time.sleep(1000)
-"""
-
-
-@pytest.fixture(autouse=True)
-def busy_machine(monkeypatch):
-    monkeypatch.setattr(dynamixel, 'LATE', LATE)
-    monkeypatch.setattr(servo_line, 'CONFIGURE', 30.0)
-
 
 @pytest.fixture(params=SERVOS)
 def robot(request, tmp_path):
@@ -61,7 +35,8 @@ def robot(request, tmp_path):
 
 @pytest.fixture
 def servo(robot):
-    with running(robot, SUPPLY) as rig, driven(robot, rig) as driver:
+    rig = running(robot, SUPPLY)
+    with driven(robot, rig) as driver:
         driver.read()
         yield rig, driver
 
@@ -75,11 +50,11 @@ def write(driver, goal):
 
 
 def wait_for_goal(rig, goal):
-    until(lambda: abs(rig.plant.volts[0] - goal) < 1e-9, 'not the goal of the motor')
+    rig.until(lambda: abs(rig.plant.volts[0] - goal) < 1e-9, 'not the goal of the motor')
 
 
 def wait_until_free(rig):
-    until(lambda: np.isnan(rig.plant.volts[0]), 'not free')
+    rig.until(lambda: np.isnan(rig.plant.volts[0]), 'not free')
 
 
 def test_goals_are_in_the_servo_within_half_a_count_and_in_range(servo):
@@ -93,26 +68,26 @@ def test_goals_are_in_the_servo_within_half_a_count_and_in_range(servo):
         assert applied.interface == 'position' and applied.enabled.tolist() == [True]
         wait_for_goal(rig, applied.values[0])
         driver.read()
-    until(lambda: driver.read().position[0] < -0.4, 'it does not go there')
+    rig.until(lambda: driver.read().position[0] < -0.4, 'it does not go there')
 
 
 def test_connecting_leaves_the_motor_free_and_torque_comes_on_where_the_joint_is(
     robot, monkeypatch
 ):
-    with running(robot, SUPPLY) as rig:
-        seen, drive = [], rig.plant.drive
-        monkeypatch.setattr(
-            rig.plant, 'drive', lambda: drive() or seen.append(rig.plant.volts[0]))
-        memory(rig).set('goal_position', 300)  # of before, far away
-        with driven(robot, rig) as driver:
-            here = driver.read().position[0]
-            assert not driver.write(FREE).enabled.any()
-            driver.read()
-            applied = write(driver, 0.05)
-            wait_for_goal(rig, applied.values[0])
-        goals = [value for value in seen if np.isfinite(value)]
-        assert seen and np.isnan(seen[0]) and np.abs(np.array(goals) - here).max() < 0.06
-        assert memory(rig).get('operating_mode') == MODES[robot.driver.family]['goal_position']
+    rig = running(robot, SUPPLY)
+    seen, drive = [], rig.plant.drive
+    monkeypatch.setattr(
+        rig.plant, 'drive', lambda: drive() or seen.append(rig.plant.volts[0]))
+    memory(rig).set('goal_position', 300)  # of before, far away
+    with driven(robot, rig) as driver:
+        here = driver.read().position[0]
+        assert not driver.write(FREE).enabled.any()
+        driver.read()
+        applied = write(driver, 0.05)
+        wait_for_goal(rig, applied.values[0])
+    goals = [value for value in seen if np.isfinite(value)]
+    assert seen and np.isnan(seen[0]) and np.abs(np.array(goals) - here).max() < 0.06
+    assert memory(rig).get('operating_mode') == MODES[robot.driver.family]['goal_position']
 
 
 def test_the_servo_does_not_shape_the_motion_but_for_goal_rate(tmp_path):
@@ -125,15 +100,15 @@ def test_the_servo_does_not_shape_the_motion_but_for_goal_rate(tmp_path):
                     '    resolution:', '    goal_rate: {value: 5.24, unit: rad/s}\n'
                     '    resolution:'))
             robot = load_robot(robot.folder)
-            with running(robot, SUPPLY) as rig:
-                memory(rig).set('profile_acceleration', 50)
-                memory(rig).set('profile_velocity', 7)
-                memory(rig).set('goal_pwm', 0)
-                with driven(robot, rig):
-                    assert memory(rig).get('profile_acceleration') == 0
-                    assert memory(rig).get('profile_velocity') == counts
-                    whole = {'dynamixel': 885, 'feetech': 0}[family]  # its time for a goal
-                    assert memory(rig).get('goal_pwm') == whole
+            rig = running(robot, SUPPLY)
+            memory(rig).set('profile_acceleration', 50)
+            memory(rig).set('profile_velocity', 7)
+            memory(rig).set('goal_pwm', 0)
+            with driven(robot, rig):
+                assert memory(rig).get('profile_acceleration') == 0
+                assert memory(rig).get('profile_velocity') == counts
+                whole = {'dynamixel': 885, 'feetech': 0}[family]  # its time for a goal
+                assert memory(rig).get('goal_pwm') == whole
 
 
 @given(st.lists(st.floats(-10, 10), min_size=6, max_size=6), st.integers(-4000, 4000))
@@ -176,7 +151,7 @@ def test_halt_frees_while_a_read_hangs(servo, monkeypatch):
 
 def test_free_and_on_again_begins_where_the_joint_is_then(servo):
     rig, driver = servo
-    until(lambda: write(driver, 0.9) and driver.read().position[0] > 0.2)
+    rig.until(lambda: write(driver, 0.9) and driver.read().position[0] > 0.2)
     driver.set_torque(False)
     wait_until_free(rig)
     assert not write(driver, 0.9).enabled.any()
@@ -219,39 +194,36 @@ def test_a_servo_that_lets_go_ends_the_run(servo, break_it, said):
     wait_for_goal(rig, write(driver, 0.8).values[0])
     rig.order(lambda: break_it(memory(rig)))
     with pytest.raises(DriverFault, match=said) as raised:
-        until(lambda: not (driver.read() and write(driver, 0.8)))
+        rig.until(lambda: not (driver.read() and write(driver, 0.8)))
     assert not isinstance(raised.value, TransientFault)
 
 
-def test_a_killed_process_leaves_a_servo_that_holds(robot):
+def test_a_driver_that_is_gone_leaves_a_servo_that_holds(servo):
     """Feetech's hold the last goal; Dynamixel's stop where they are when the watchdog expires."""
-    if robot.driver.family == 'dynamixel':
-        robot = patient(robot, 1.0)
-    with running(robot, SUPPLY) as rig:
-        words = [sys.executable, '-c', KILLED, str(robot.folder), rig.port]
-        with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
-            assert process.stdout.readline() == 'driven\n'
-            process.send_signal(signal.SIGKILL)
-        at = memory(rig)
-        if robot.driver.family == 'dynamixel':
-            until(lambda: at.get('bus_watchdog') == -1, 'its watchdog was not armed')
-            rig.order(lambda: None)
-            assert at.write(116, (0).to_bytes(4, 'little')) == 4, 'takes goals'
-        until(lambda: abs(rig.plant._state.dq[0]) < 0.01)
-        assert at.get('torque_enable') == 1 and np.isfinite(rig.plant.volts[0])
+    rig, driver = servo
+    goal = write(driver, 0.5).values[0]
+    wait_for_goal(rig, goal)
+    rig.until(lambda: rig.computer.monotonic() > 5.0)
+    at = memory(rig)
+    stopped = isinstance(driver, DynamixelDriver)
+    assert at.get('torque_enable') == 1 and abs(rig.plant._state.dq[0]) < 0.01
+    assert (abs(rig.plant.volts[0] - goal) > COUNT) == stopped
+    if stopped:
+        assert at.get('bus_watchdog') == -1, 'its watchdog was not armed'
+        assert at.write(116, (0).to_bytes(4, 'little')) == 4, 'takes goals'
 
 
 def test_gains_and_supply_that_are_not_the_models_are_a_line_each(robot, capsys):
     rated = robot.constants['actuators.pivot.position_gain'].value
-    with running(robot, SUPPLY) as rig:
-        with driven(robot, rig):
-            assert capsys.readouterr().out == ''
-        memory(rig).set('position_p_gain', 2 * memory(rig).get('position_p_gain'))
-        memory(rig).set('position_i_gain', 3)
-        memory(rig).set('pwm_limit', 500)
-        rig.plant.open_circuit = rig.plant.supply = 6.0
-        with driven(robot, rig):
-            said = capsys.readouterr().out.splitlines()
+    rig = running(robot, SUPPLY)
+    with driven(robot, rig):
+        assert capsys.readouterr().out == ''
+    memory(rig).set('position_p_gain', 2 * memory(rig).get('position_p_gain'))
+    memory(rig).set('position_i_gain', 3)
+    memory(rig).set('pwm_limit', 500)
+    rig.plant.open_circuit = rig.plant.supply = 6.0
+    with driven(robot, rig):
+        said = capsys.readouterr().out.splitlines()
     assert len(said) == 4 and all(line.startswith('servo 1 (pivot)') for line in said)
     assert f'robot.yaml says {rated:.4g}' in said[0] and 'I gain is 3' in said[1]
     assert 'duty is limited to 5' in said[2] and 'supply of 6.0 V, robot.yaml says 7.4' in said[3]
@@ -259,7 +231,7 @@ def test_gains_and_supply_that_are_not_the_models_are_a_line_each(robot, capsys)
 
 def test_a_range_that_the_servo_does_not_take_is_cut_and_said(tmp_path, capsys):
     robot = robot_with_servo(tmp_path, 'xl330_pendulum', 'STS3215', 'feetech', zero=4000)
-    with running(robot, SUPPLY) as rig, driven(robot, rig) as driver:
+    with driven(robot, running(robot, SUPPLY)) as driver:
         assert 'the servo takes 0 to 4095' in capsys.readouterr().out
         driver.read()
         assert write(driver, 1.0).values[0] == pytest.approx(95 * COUNT)
@@ -297,11 +269,12 @@ def test_so101_follows_goals_through_its_bus():
     arm = replace(ARM, state_rate=10.0, control_period=0.1)
     assert [arm.driver.feetech.servos[j].id for j in arm.joint_names] == [*range(1, 7)]
     goals = np.array([0.3, -0.4, 0.5, 0.2, -0.6, 0.4])
-    with running(arm, SUPPLY) as rig, driven(arm, rig) as driver:
+    rig = running(arm, SUPPLY)
+    with driven(arm, rig) as driver:
         driver.read()
         applied = driver.write(goals)
         assert applied.values == pytest.approx(goals, abs=COUNT)
-        until(lambda: driver.write(goals) and np.abs(
+        rig.until(lambda: driver.write(goals) and np.abs(
             driver.read().position - goals).max() < 0.15, 'not there')
         q, _ = rig.plant._model.sense(rig.plant._state)
         assert driver.read().position == pytest.approx(q, abs=0.05)

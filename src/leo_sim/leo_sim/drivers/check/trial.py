@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-import time
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy as np
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.description.robot import Robot
 from leo_sim.drivers.base import Driver, TransientFault
+from leo_sim.drivers.computer import Computer, THIS
 
 LOST_MOST = 5
 """Periods in a row in which a packet may get lost."""
@@ -52,6 +52,7 @@ class Trial:
         robot: the model of what it drives.
         moving: what it may do; None where nothing may move.
         ask: asks a person to do something and waits for it; None where nobody is there.
+        computer: the one that the driver was given.
 
     Attributes:
         lost: packets that were lost so far.
@@ -65,9 +66,10 @@ class Trial:
         robot: Robot,
         moving: Moving | None = None,
         ask: Callable[[str], None] | None = None,
+        computer: Computer = THIS,
     ) -> None:
         self.driver, self.robot, self.moving, self.ask = driver, robot, moving, ask
-        self.info = driver.info
+        self.info, self.computer = driver.info, computer
         self.lost = 0
         self.loops: list[float] = []
         self.waits: list[float] = []
@@ -101,15 +103,15 @@ class Trial:
 
     def tick(self, values: np.ndarray | None = None) -> tuple[JointStates, Applied | None]:
         """One period: read, write, advance, and wait where the driver's time is the wall's."""
-        began = time.monotonic()
+        began = self.computer.monotonic()
         state = self.read()
         applied = self.write(self.nothing() if values is None else values)
-        written = time.monotonic()
+        written = self.computer.monotonic()
         gap = self.driver.advance(self.period)
         self.loops.append(written - began)
-        self.waits.append(time.monotonic() - written)
+        self.waits.append(self.computer.monotonic() - written)
         if not self.info.own_clock:
-            time.sleep(max(0.0, gap - (time.monotonic() - began)))
+            self.computer.sleep(max(0.0, gap - (self.computer.monotonic() - began)))
         return state, applied
 
     def _patiently(self, act: Callable[[], Any]) -> Any:
@@ -118,5 +120,5 @@ class Trial:
                 return act()
             except TransientFault:
                 self.lost += 1
-                time.sleep(self.period)
+                self.computer.sleep(self.period)
         return act()

@@ -5,6 +5,7 @@ from pathlib import Path
 import time
 
 import pytest
+from tests.patience import PATIENCE
 from tests.unit.leo_diffmodel.watch.live.test_tape import say
 
 from leo_diffmodel.watch.live.finder import LiveFinder
@@ -25,7 +26,7 @@ def tape():
 
 def answer(finder):
     finder.start()
-    end = time.monotonic() + 120.0
+    end = time.monotonic() + PATIENCE
     while not finder.news.over and time.monotonic() < end:
         finder.hear()
         time.sleep(0.02)

@@ -4,6 +4,7 @@
 import time
 
 import pytest
+from tests.patience import PATIENCE
 from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel.bags.contents import BagContents, load
@@ -13,7 +14,6 @@ from leo_diffmodel.watch.state import State
 from leo_sim.effects import place
 from leo_sim.model import Model
 
-PATIENCE = 60.0
 FRICTION = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
 
 

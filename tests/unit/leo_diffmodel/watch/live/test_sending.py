@@ -5,6 +5,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
+from tests.patience import PATIENCE
 
 from leo_diffmodel.watch.live.beside import Beside, SILENT, STOPPED
 from leo_diffmodel.watch.live.sending import OPEN, Sending, Sent, TOO_LATE
@@ -42,7 +43,7 @@ def test_a_question_that_expired_or_was_denied_moves_nothing(sending, clock):
 def test_a_run_that_cannot_be_played_says_why(sending):
     sending.yes()
     assert sending.on and sending.question is None and 'playing "steps"' in sending.words
-    end = time.monotonic() + 120.0
+    end = time.monotonic() + PATIENCE
     while sending.on and time.monotonic() < end:
         time.sleep(0.05)
     assert '"steps" was not played to its end: ' in sending.words

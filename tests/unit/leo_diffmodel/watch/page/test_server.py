@@ -20,6 +20,7 @@ import numpy as np
 from PIL import Image
 import pytest
 from tests.page import Links
+from tests.patience import PATIENCE
 from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel.bags.contents import load
@@ -32,7 +33,6 @@ from leo_sim.effects import place
 LEO = Path(sys.executable).with_name('leo')
 EFFECT = 'coulomb_friction:pivot'
 MODEL = ['--model', 'torque_pendulum', '--no-browser', '--json']
-PATIENCE = 120.0
 
 
 @pytest.fixture(scope='module')

@@ -4,38 +4,35 @@
 from dataclasses import replace
 import json
 from pathlib import Path
-import time
+from threading import Event
 
 import numpy as np
 import pytest
-from tests.drivers.bus import LATE, patient, robot_with_servo, running
+from tests.drivers.bus import options, robot_with_servo, running
+from tests.drivers.clock import Clock
 from tests.drivers.rig import Rig
 from tests.places import RIG, ROOT
 
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
-from leo_sim.drivers import dynamixel, load_driver, servo_line
+from leo_sim.drivers import computer, load_driver
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
+from leo_sim.drivers.check import contract
 from leo_sim.drivers.check.suite import CHECKS, examine, FAILED, PASSED
 from leo_sim.drivers.check.trial import Moving, Trial
-from leo_sim.drivers.dynamixel import DynamixelDriver
-from leo_sim.drivers.feetech import FeetechDriver
 from leo_sim.drivers.simulated import SimulatedDriver
 
 PENDULUM = load_robot('servo_pendulum')
 FULL = Moving(range=0.2, share=1.0)
 
 
-@pytest.fixture(autouse=True)
-def busy_machine(monkeypatch):
-    monkeypatch.setattr(dynamixel, 'LATE', LATE)
-    monkeypatch.setattr(servo_line, 'CONFIGURE', 30.0)
+CLOCK = Clock()
 
 
-def failures(driver, robot=PENDULUM, moving=None, ask=None):
+def failures(driver, robot=PENDULUM, moving=None, ask=None, clock=CLOCK):
     """The checks that fail, and what is said of them."""
-    results = examine(Trial(driver, robot, moving, ask))
+    results = examine(Trial(driver, robot, moving, ask, clock))
     return {r.name: f'{r.what} / {r.mend}' for r in results if r.verdict == FAILED}
 
 
@@ -160,7 +157,7 @@ class Careless(SimulatedDriver):
 
 class Slow(SimulatedDriver):
     def read(self):
-        time.sleep(0.012)
+        CLOCK.sleep(0.012)
         return super().read()
 
 
@@ -197,7 +194,7 @@ def test_each_way_to_be_wrong_fails_its_own_check(kind, check, said):
 @pytest.fixture
 def rig(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    return lambda kind=Rig: kind(DriverOptions(PENDULUM))
+    return lambda kind=Rig: kind(DriverOptions(PENDULUM, computer=CLOCK))
 
 
 def test_hardware_that_keeps_to_the_contract_passes(rig):
@@ -210,7 +207,7 @@ class WithoutHalt(Rig):
 
 class HaltWaits(Rig):
     def halt(self):
-        time.sleep(3.0)
+        Event().wait()
 
 
 class OldStamps(Rig):
@@ -221,7 +218,7 @@ class OldStamps(Rig):
 
 class Waits(Rig):
     def advance(self, seconds):
-        time.sleep(seconds)
+        CLOCK.sleep(seconds)
         return 2 * seconds
 
 
@@ -246,6 +243,7 @@ class Lossy(Rig):
     count = 0
 
     def read(self):
+        CLOCK.sleep(1e-3)  # a reading takes time
         self.count += 1
         if self.count % 3 == 0:
             raise TransientFault('no answer')
@@ -264,18 +262,20 @@ class Lossy(Rig):
         (Gone, 'shapes', 'the servo is gone'),
     ],
 )
-def test_each_way_of_hardware_to_be_wrong(rig, kind, check, said):
+def test_each_way_of_hardware_to_be_wrong(rig, kind, check, said, monkeypatch):
+    if kind is HaltWaits:
+        monkeypatch.setattr(contract, 'HALT', 0.1)
     assert said in failures(rig(kind)).get(check, '')
 
 
 def test_lost_packets_are_counted_not_held_against_it(rig):
-    trial = Trial(rig(Lossy), PENDULUM)
+    trial = Trial(rig(Lossy), PENDULUM, computer=CLOCK)
     assert FAILED not in {result.verdict for result in examine(trial)} and trial.lost > 10
 
 
 def test_the_driver_is_stopped_whatever_happens(rig):
     driver = rig(Gone)
-    examine(Trial(driver, PENDULUM))
+    examine(Trial(driver, PENDULUM, computer=CLOCK))
     assert Path('calls').read_text().split()[-1] == 'stop'
 
 
@@ -305,49 +305,32 @@ def test_a_person_turns_joints_and_pulls_the_cable(rig):
     assert 'its cable is out' in said['unplugged']
 
 
-class _Patience:
-    """Waits for an answer as a busy machine needs it."""
-
-    def connect(self):
-        super().connect()
-        self._bus.wait_at_most(30.0)
-
-
-class Patient(_Patience, DynamixelDriver):
-    pass
-
-
-class PatientFeetech(_Patience, FeetechDriver):
-    pass
+def on_bus(name, robot, bus=None):
+    """The checks that a driver fails on an emulated bus."""
+    bus = bus or running(robot, 7.4)
+    driver = load_driver(name, options(robot, bus))
+    return failures(driver, robot, FULL, clock=bus.computer)
 
 
 def test_the_dynamixel_driver_passes_on_the_emulated_bus(tmp_path):
     robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XM430-W210', direction=-1)
-    with running(patient(robot), 7.4) as bus:
-        driver = Patient(DriverOptions(robot, port=bus.port))
-        found = failures(driver, robot, FULL)
-    found.pop('pace', None)  # a busy machine
-    assert found == {}
+    assert on_bus('dynamixel', robot) == {}
 
 
-@pytest.mark.parametrize(('kind', 'family', 'model'), [
-    (Patient, 'dynamixel', 'XL330-M288'), (PatientFeetech, 'feetech', 'STS3215')])
-def test_drivers_that_send_goals_pass_on_the_emulated_bus(tmp_path, kind, family, model):
+@pytest.mark.parametrize(('family', 'model'), [('dynamixel', 'XL330-M288'),
+                                               ('feetech', 'STS3215')])
+def test_drivers_that_send_goals_pass_on_the_emulated_bus(tmp_path, family, model):
     robot = robot_with_servo(tmp_path, 'xl330_pendulum', model, family, direction=-1)
-    with running(robot, 7.4) as bus:
-        found = failures(kind(DriverOptions(robot, port=bus.port)), robot, FULL)
-    found.pop('pace', None)  # a busy machine
-    assert found == {}
+    assert on_bus(family, robot) == {}
 
 
 def test_a_servo_that_is_turned_around_is_found_out(tmp_path):
     """Its direction in robot.yaml is not that of the rig."""
     one = robot_with_servo(tmp_path / '1', 'servo_pendulum', 'XM430-W210', direction=-1)
     other = robot_with_servo(tmp_path / '2', 'servo_pendulum', 'XM430-W210', direction=1)
-    with running(patient(one), 7.4) as bus:
-        bus.plant._model = _Reversed(bus.plant._model)
-        driver = Patient(DriverOptions(other, port=bus.port))
-        assert 'signs and units' in failures(driver, other, FULL)
+    bus = running(one, 7.4)
+    bus.plant._model = _Reversed(bus.plant._model)
+    assert 'signs and units' in on_bus('dynamixel', other, bus)
 
 
 class _Reversed:
@@ -364,6 +347,7 @@ class _Reversed:
 
 
 def test_the_verb(rig, capsys, monkeypatch):
+    monkeypatch.setattr(computer, 'time', CLOCK)
     words = ['check-driver', str(RIG), '--robot',
              'servo_pendulum']  # fmt: skip
     assert main(words) == 0
@@ -390,15 +374,9 @@ def test_a_replayed_bag_that_cannot_be_switched_is_no_failure():
 
 
 def test_the_driver_that_the_docs_show_passes(tmp_path):
-    """docs/your_driver.md, with the patience that a busy machine needs."""
+    """docs/your_driver.md, to the letter."""
     page = (ROOT / 'docs/your_driver.md').read_text()
-    text = page.split('```python\n')[1].split('```')[0]
-    assert text.count('wait_at_most(0.005)') == 1
     file = tmp_path / 'my_driver.py'
-    file.write_text(text.replace('wait_at_most(0.005)', 'wait_at_most(30.0)'))
+    file.write_text(page.split('```python\n')[1].split('```')[0])
     robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XL330-M288')
-    with running(robot, 7.4) as bus:
-        driver = load_driver(str(file), DriverOptions(robot, port=bus.port))
-        found = failures(driver, robot, FULL)
-    found.pop('pace', None)  # a busy machine
-    assert found == {}
+    assert on_bus(str(file), robot) == {}

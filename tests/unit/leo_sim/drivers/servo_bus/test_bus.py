@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The emulated bus against the packet handler of ROBOTIS' own SDK, over a pseudo-terminal."""
+"""The emulated bus against the packet handler of ROBOTIS' own SDK."""
 
 from importlib.resources import files
 import os
-from threading import Event, Thread
-import time
 
 from dynamixel_sdk import (
     COMM_RX_TIMEOUT,
@@ -19,7 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from tests.drivers.bus import until
+from tests.drivers.bus import running
+from tests.drivers.clock import Clock
 
 from leo_sim.description.robot import load_robot
 from leo_sim.description.servos import (
@@ -30,14 +29,15 @@ from leo_sim.description.servos import (
     servo_models,
 )
 from leo_sim.drivers.base import DriverOptions
-from leo_sim.drivers.servo_bus.bus import SYNC_READ
+from leo_sim.drivers.servo_bus.bus import PING, SYNC_READ
 from leo_sim.drivers.servo_bus.feetech import FeetechServo
-from leo_sim.drivers.servo_bus.line import Line, Trouble
+from leo_sim.drivers.servo_bus.line import BITS, Line, Trouble
 from leo_sim.drivers.servo_bus.packets import (
     BROADCAST,
     crc16,
     encoded,
     FRAMING,
+    HEADER,
     Packet,
     Reader,
     status,
@@ -45,8 +45,9 @@ from leo_sim.drivers.servo_bus.packets import (
     unstuffed,
 )
 from leo_sim.drivers.servo_bus.plant import Plant
-from leo_sim.drivers.servo_bus.rig import Rig
 from leo_sim.drivers.servo_bus.servo import Servo
+from leo_sim.drivers.servo_bus.terminal import Terminal
+from leo_sim.drivers.servo_line import CONFIGURE, Limits
 
 SDK = Protocol2PacketHandler()
 R = registers()
@@ -56,35 +57,22 @@ ACCESS, RANGE, LIMIT, ALERT = 7, 4, 6, 0x80
 
 @pytest.fixture
 def rig():
-    """A running rig with LEO hanging; the bus has no baud rate to wait for."""
-    robot = load_robot('leo')
-    made = Rig(Plant(DriverOptions(robot, start='hanging'), 13.8, 0.0), Line(1e9, Trouble()))
-    ended = Event()
-    thread = Thread(target=made.run, args=(ended,))
-    thread.start()
-    yield made
-    ended.set()
-    thread.join()
+    """LEO hanging on a bus with a clock of its own."""
+    return running(load_robot('leo'), 13.8, 'hanging')
 
 
-class PatientPort(PortHandler):
-    """Waits for an answer as a busy machine needs it; `patience` ms."""
+class Port(Limits, PortHandler):
+    """The SDK's port, on the same clock."""
 
-    def __init__(self, path, patience=30_000):
-        super().__init__(path)
-        self.patience = patience
+    def __init__(self, rig):
+        super().__init__(rig.port)
+        self.computer, self.slack = rig.computer, CONFIGURE
         self.setBaudRate(1_000_000)
-        self.ser.timeout = 0.005
-
-    def setPacketTimeout(self, packet_length):
-        self.setPacketTimeoutMillis(self.patience)
 
 
 @pytest.fixture
 def port(rig):
-    handler = PatientPort(rig.port)
-    yield handler
-    handler.closePort()
+    return Port(rig)
 
 
 def write(port, servo, name, value):
@@ -108,12 +96,6 @@ def in_pwm_mode(port, servo):
     assert write(port, servo, 'operating_mode', PWM_MODE) == 0
     assert write(port, servo, 'goal_pwm', 0) == 0
     assert write(port, servo, 'torque_enable', 1) == 0
-
-
-def _ping_for_long(port):
-    for _ in range(10000):
-        SDK.ping(port, 1)
-        port.is_using = False
 
 
 @given(st.binary(max_size=60))
@@ -161,7 +143,6 @@ def test_ping_and_broadcast_ping(port):
     found, result = SDK.broadcastPing(port)
     assert result == COMM_SUCCESS
     assert {n: model for n, (model, _) in found.items()} == dict.fromkeys(range(1, 10), 1030)
-    port.patience = 100
     assert SDK.ping(port, 77)[1] == COMM_RX_TIMEOUT
 
 
@@ -196,7 +177,7 @@ def test_sync_write_and_both_sync_reads(rig, port):
         assert [reader.getData(n, 146, 1) for n in LEGS] == 6 * [30]
     signs = [1, -1, 1, -1, 1, -1]
     expected = [sign * 10 * n / 885 * 13.8 for sign, n in zip(signs, LEGS, strict=True)]
-    until(lambda: np.allclose(rig.plant.volts, expected), 'not what was written')
+    rig.until(lambda: np.allclose(rig.plant.volts, expected), 'not what was written')
 
 
 def test_bulk_read(port):
@@ -219,9 +200,7 @@ def test_the_robot_moves_as_its_motor_is_told_and_is_measured_in_counts(rig, por
     in_pwm_mode(port, 5)
     before = read(port, 5, 'present_position')
     write(port, 5, 'goal_pwm', 100)
-    deadline = time.monotonic() + 60
-    while read(port, 5, 'present_position') < before + 100:
-        assert time.monotonic() < deadline
+    rig.until(lambda: read(port, 5, 'present_position') >= before + 100)
     angle = rig.plant._state.q[rig.plant.info.joints.index('left_ankle')]
     count = read(port, 5, 'present_position')
     assert (count - 2048) * 2 * np.pi / 4096 == pytest.approx(angle, abs=0.2)
@@ -237,10 +216,7 @@ def test_the_bus_watchdog_stops_and_keeps_goals_from_being_written(rig, port):
     in_pwm_mode(port, 1)
     assert write(port, 1, 'bus_watchdog', 5) == 0
     write(port, 1, 'goal_pwm', 200)
-    deadline = time.monotonic() + 60
-    while rig.plant.servos['left_hip'].get('bus_watchdog') == 5:
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    rig.until(lambda: rig.plant.servos['left_hip'].get('bus_watchdog') != 5)
     assert read(port, 1, 'bus_watchdog') == -1
     assert (read(port, 1, 'goal_pwm'), read(port, 1, 'torque_enable')) == (0, 1)
     assert write(port, 1, 'goal_pwm', 10) == RANGE
@@ -300,9 +276,7 @@ def test_behind_a_silent_servo_all_are_silent(rig, port):
     reader = GroupSyncRead(port, SDK, 132, 4)
     for servo in (1, 2, 3):
         reader.addParam(servo)
-    port.patience = 200
     assert reader.txRxPacket() == COMM_RX_TIMEOUT
-    port.patience = 30_000
     assert SDK.ping(port, 3)[1] == COMM_SUCCESS
 
 
@@ -317,7 +291,7 @@ def test_troubles_are_as_frequent_as_asked(trouble):
 @pytest.mark.parametrize('trouble', ['lose', 'cut', 'wrong_crc', 'rubbish'])
 def test_no_damaged_packet_is_taken_for_another(rig, port, trouble):
     setattr(rig._line.trouble, trouble, 0.3)
-    good, port.patience = 0, 50
+    good = 0
     for _ in range(30):
         port.clearPort()
         data, result, _ = SDK.readTxRx(port, 1, 144, 2)
@@ -326,38 +300,74 @@ def test_no_damaged_packet_is_taken_for_another(rig, port, trouble):
     assert good > 3
 
 
-def test_a_cable_out_of_the_bus_is_silence_and_one_out_of_the_computer_no_port(rig, port):
-    rig.bus_cable, port.patience = False, 100
+def test_a_cable_out_of_the_bus_is_silence(rig, port):
+    rig.bus_cable = False
     assert SDK.ping(port, 1)[1] == COMM_RX_TIMEOUT
-    rig.bus_cable, port.patience = True, 30_000
+    rig.bus_cable = True
     assert SDK.ping(port, 1)[1] == COMM_SUCCESS
-    rig.order(rig.unplug)
-    with pytest.raises(OSError):
-        _ping_for_long(port)
-    rig.order(rig.plug)
-    deadline = time.monotonic() + 60
-    while not rig.port:
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-    again = PatientPort(rig.port)
-    assert SDK.ping(again, 1)[1] == COMM_SUCCESS
-    again.closePort()
 
 
-def test_servos_answer_one_after_another_as_their_bytes_take(monkeypatch):
-    """At 9600 baud a status of 13 bytes takes 13.5 ms, and none is there before its bytes."""
+@pytest.fixture
+def terminal():
+    """A rig on a pseudo-terminal, with a clock that the test moves, and the port's other end."""
     plant = Plant(DriverOptions(load_robot('leo'), start='hanging'), 13.8, 0.0)
-    rig, written = Rig(plant, Line(9600.0, Trouble())), []
-    monkeypatch.setattr(os, 'write', lambda _, data: written.append((time.monotonic(), data)))
-    read = Packet(BROADCAST, SYNC_READ, bytes([R['present_pwm'].address, 0, 2, 0, *LEGS]))
-    rig._go_on(0.01)  # compiles
-    rig._began = time.monotonic() - 0.01
-    asked = time.monotonic()
-    rig._hear(encoded(read), 0.01)
-    passed = np.array([at for at, _ in written]) - asked
+    made = Terminal(plant, Line(9600.0, Trouble()), computer=Clock())
+    theirs = os.open(made.port, os.O_RDWR)
+    yield made, theirs
+    os.close(theirs)
+    made.unplug()
+
+
+def ask(terminal, theirs, packet):
+    """Send an instruction and have it heard."""
+    before = terminal.packets
+    os.write(theirs, encoded(packet))
+    while terminal.packets == before:
+        terminal.step()
+
+
+def test_a_cable_out_of_the_computer_is_no_port(terminal):
+    terminal, theirs = terminal
+    ask(terminal, theirs, Packet(1, PING))
+    terminal.order(terminal.unplug)
+    terminal.step()
+    assert terminal.port == ''
+    with pytest.raises(OSError):
+        os.write(theirs, b'1')
+    terminal.step()
+    terminal.order(terminal.plug)
+    terminal.step()
+    again = os.open(terminal.port, os.O_RDWR)
+    ask(terminal, again, Packet(1, PING))
+    assert os.read(again, 100)[:4] == HEADER
+    os.close(again)
+
+
+def test_servos_answer_one_after_another_as_their_bytes_take(terminal, monkeypatch):
+    """At 9600 baud a status of 13 bytes takes 13.5 ms, and none is there before its bytes."""
+    terminal, theirs = terminal
+    written, clock = [], terminal._computer
+    packet = Packet(BROADCAST, SYNC_READ, bytes([R['present_pwm'].address, 0, 2, 0, *LEGS]))
+    os.write(theirs, encoded(packet))
+    monkeypatch.setattr(os, 'write', lambda _, data: written.append((clock.monotonic(), data)))
+    while not written:
+        terminal.step()
     assert [data[4] for _, data in written] == [*LEGS]
-    assert (passed > 0.9 * np.arange(1, len(LEGS) + 1) * 13 * 10 / 9600).all()
-    rig.unplug()
+    sent, answer = (len(encoded(packet)), 13)
+    due = (sent + answer * np.arange(1, len(LEGS) + 1)) * BITS / 9600
+    delays = 250 * 2e-6 * np.arange(1, len(LEGS) + 1)
+    assert [at for at, _ in written] == pytest.approx(due + delays)
+
+
+@pytest.mark.parametrize(('step', 'left'), [(3.0, 127), (0.04, -1)])
+def test_a_process_that_was_stopped_does_not_let_the_watchdogs_expire(terminal, step, left):
+    terminal, _ = terminal
+    for name, value in (('torque_enable', 1), ('bus_watchdog', 127)):
+        terminal.bus.servos[1].set(name, value)
+    for _ in range(round(3.0 / step)):
+        terminal._computer.sleep(step)
+        terminal.step()
+    assert terminal.bus.servos[1].get('bus_watchdog') == left
 
 
 def test_a_hand_holds_the_robot_until_a_motor_is_driven():
@@ -374,10 +384,3 @@ def test_a_hand_holds_the_robot_until_a_motor_is_driven():
     knee.set('torque_enable', 0)
     plant.run_to(4.0)
     assert plant._state.q.tolist() == start.tolist()
-
-
-def test_a_process_that_was_stopped_does_not_let_the_watchdogs_expire(rig, port):
-    in_pwm_mode(port, 1)
-    assert write(port, 1, 'bus_watchdog', 127) == 0
-    rig.order(lambda: time.sleep(3.0))
-    assert read(port, 1, 'bus_watchdog') == 127
