@@ -33,6 +33,14 @@ def in_volts(robot: Robot, joint: str, torque: float) -> float | None:
     return torque / _torque_per_input(actuator)
 
 
+def free_speed(robot: Robot, joint: str) -> float | None:
+    """Of a voltage-driven motor without load [rad/s]; None where there is none."""
+    actuator = _actuator(robot, joint)
+    if actuator is None or not actuator.torque_constant:
+        return None
+    return actuator.strongest / actuator.torque_constant
+
+
 def is_slide(robot: Robot, joint: str) -> bool:
     """Whether a joint slides (m, N) rather than turns (rad, N m)."""
     return next(j.kind for j in robot.joints if j.name == joint) == 'prismatic'
