@@ -10,7 +10,7 @@ import yaml
 from leo_msgs_py.errors import UserError
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=1e12)]
 
 
 class Schema(BaseModel):
