@@ -3,9 +3,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from leo_sim.description.constants import BODY_UNITS, COM
 from leo_sim.description.robot import Actuator, Robot
+
+EARTH = 9.81
+"""m/s2."""
+SMALLEST = 1e-3
+"""m: no link is smaller."""
 
 
 def stall_torque(robot: Robot, joint: str) -> float | None:
@@ -23,6 +31,14 @@ def in_volts(robot: Robot, joint: str, torque: float) -> float | None:
     if actuator is None or actuator.torque_constant is None:
         return None
     return torque / _torque_per_input(actuator)
+
+
+def free_speed(robot: Robot, joint: str) -> float | None:
+    """Of a voltage-driven motor without load [rad/s]; None where there is none."""
+    actuator = _actuator(robot, joint)
+    if actuator is None or not actuator.torque_constant:
+        return None
+    return actuator.strongest / actuator.torque_constant
 
 
 def is_slide(robot: Robot, joint: str) -> bool:
@@ -48,15 +64,15 @@ def torque_scale(robot: Robot) -> float:
 
 def push_scale(robot: Robot) -> np.ndarray:
     """What counts as a large torque or force at each joint, (J,) [N m, N]: slides carry all."""
-    weight = robot.constants['gravity'].value * sum(link.body.mass for link in robot.links)
+    weight = _gravity(robot) * sum(link.body.mass for link in robot.links)
     turn = torque_scale(robot)
     return np.array([weight if is_slide(robot, j) else turn for j in robot.joint_names])
 
 
 def gravity_scale(robot: Robot) -> float:
-    """The largest weight of a link times the distance of its CoM from its joint [N m]."""
-    g = robot.constants['gravity'].value
-    return max(link.body.mass * g * float(np.linalg.norm(link.body.com)) for link in robot.links)
+    """The largest weight of a moving link times its extent [N m]; never 0."""
+    mass = {link: robot.constants[f'links.{link}.mass'].value for link in robot.moving_links}
+    return _gravity(robot) * max(mass[link] * _extent(robot, link) for link in mass)
 
 
 def inertia_scale(robot: Robot) -> float:
@@ -66,11 +82,11 @@ def inertia_scale(robot: Robot) -> float:
 
 
 def reach(robot: Robot) -> float:
-    """Longest way from the base through the links' frames to a link's centre of mass [m]."""
+    """Longest way from the base through the links' frames to the end of a link's extent [m]."""
     far = {robot.joints[0].parent: 0.0}
     for joint in robot.joints:
         far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.translation))
-    return max(far[link.name] + float(np.linalg.norm(link.body.com)) for link in robot.links)
+    return max(far[joint.child] + _extent(robot, joint.child) for joint in robot.joints)
 
 
 def mass_scale(robot: Robot) -> float:
@@ -78,8 +94,23 @@ def mass_scale(robot: Robot) -> float:
     return max(robot.constants[f'links.{link}.mass'].value for link in robot.moving_links)
 
 
+def _gravity(robot: Robot) -> float:
+    """What weights are told by [m/s2]: Earth's for a robot that lies flat."""
+    return robot.constants['gravity'].value or EARTH
+
+
+def _extent(robot: Robot, link: str) -> float:
+    """How far the mass of a link is from its joint [m].
+
+    The distance of its centre of mass, or its radius of gyration: of a wheel the first is 0.
+    """
+    values = {key: robot.constants[f'links.{link}.{key}'].value for key in BODY_UNITS}
+    gyration = math.sqrt(values['inertia'] / values['mass']) if values['mass'] else 0.0
+    return max(math.hypot(*(values[key] for key in COM)), gyration, SMALLEST)
+
+
 def _inertia(values: dict[str, float], path: str) -> float:
-    com = np.array([values[path + c] for c in ('com_x', 'com_y', 'com_z')])
+    com = np.array([values[path + key] for key in COM])
     return float(values[path + 'inertia'] + values[path + 'mass'] * com @ com)
 
 

@@ -11,7 +11,7 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import is_name
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=1e12)]
 
 
 def _name(text: str) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import Quantity
+from leo_sim.description.ranges import outside
 from leo_sim.description.robot_file import RobotFile
 from leo_sim.description.urdf import Body, Joint, Link
 
@@ -23,9 +24,9 @@ ZERO = {'voltage': ('rotor_inertia',), 'torque': ('rotor_inertia',),
         'position': ('rotor_inertia', 'rate_gain', 'resolution')}
 """Figures of an actuator that are 0 where robot.yaml does not say them."""
 GROUND_UNITS = {'stiffness': 'N/m', 'damping': 'N s/m', 'friction': '', 'slope': 'rad'}
+BUS_UNITS = {'current_limit': 'A', 'torque_constant': 'N m/A', 'watchdog': 's'}
 UNITS = {**BODY_UNITS, **MOTOR_UNITS, **SERVO_UNITS, 'efficiency': '', 'rotor_inertia': 'kg m2',
          'gravity': 'm/s2', 'offset': 'rad', 'force_x': 'N', 'force_z': 'N'}
-ABOVE_ZERO = {'resistance', 'torque_constant'}
 COM = ('com_x', 'com_y', 'com_z')
 
 
@@ -97,7 +98,8 @@ def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
         unit: That it must have.
 
     Raises:
-        UserError: Another unit, a value outside its uncertain range, or one that divides by 0.
+        UserError: Another unit, a value outside its uncertain range, or one of these outside what
+            any robot has.
     """
     if quantity.unit != unit:
         raise UserError(f'{where}: {path}: the unit is {unit!r}, found {quantity.unit!r}')
@@ -105,8 +107,8 @@ def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
     if not low <= quantity.value <= high:
         raise UserError(f'{where}: {path}: {quantity.value:g} is outside its uncertain range '
                         f'{low:g} to {high:g} {unit}')
-    if path.rsplit('.', 1)[-1] in ABOVE_ZERO and not low > 0:
-        raise UserError(f'{where}: {path}: it must be above 0 {unit}, found {low:g}')
+    if wrong := outside(path.rsplit('.', 1)[-1], unit, low, high):
+        raise UserError(f'{where}: {path}: {wrong}')
     return Constant(path, quantity.value, unit, quantity.uncertain)
 
 

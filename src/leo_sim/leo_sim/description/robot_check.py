@@ -5,7 +5,8 @@ from pathlib import Path
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
-from leo_sim.description.constants import SERVO_UNITS
+from leo_sim.common.yaml_file import Quantity, Schema
+from leo_sim.description.constants import BUS_UNITS, checked, SERVO_UNITS
 from leo_sim.description.robot_file import BusFile, RobotFile
 from leo_sim.description.urdf import Joint, Link
 
@@ -124,6 +125,7 @@ def _check_ground(path: Path, file: RobotFile) -> None:
 def _check_servos(path: Path, file: RobotFile, bus: BusFile, moving: list[str]) -> None:
     """Every joint has a servo of its own that suits it."""
     where = f'{path}: driver.{file.driver.family}.servos'
+    _check_figures(f'{path}: driver.{file.driver.family}', bus)
     for joint in moving:
         if joint not in bus.servos:
             raise UserError(f'{where}: {joint} has none; every joint needs one, or an encoder of '
@@ -132,8 +134,15 @@ def _check_servos(path: Path, file: RobotFile, bus: BusFile, moving: list[str]) 
     for joint, servo in bus.servos.items():
         if ids.count(servo.id) > 1:
             raise UserError(f'{where}.{joint}: id {servo.id} is given twice')
+        _check_figures(f'{where}.{joint}', servo)
         if servo.low >= servo.high:
             raise UserError(f'{where}.{joint}: low is not below high')
         if file.input == 'torque' and joint in file.actuators and servo.torque_constant is None:
             raise UserError(f'{where}.{joint}: torque_constant is missing; torque is asked for as '
                             'current')
+
+
+def _check_figures(where: str, part: Schema) -> None:
+    for key, figure in part:
+        if isinstance(figure, Quantity):
+            checked(where, key, figure, BUS_UNITS[key])

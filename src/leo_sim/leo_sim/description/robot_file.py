@@ -5,16 +5,14 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from leo_sim.common.yaml_file import Finite, Name, Positive, Quantity, Schema
+from leo_sim.description.ranges import LENGTH
 from leo_sim.description.servos import Family
 
-Drawn = Finite | tuple[Finite, Finite]
+Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
+"""rad, m, or either per s."""
+Length = Annotated[float, Field(ge=LENGTH[0], le=LENGTH[1])]
+Drawn = Coordinate | tuple[Coordinate, Coordinate]
 Seconds = Annotated[float, Field(ge=1e-6, le=1e3)]
-
-
-class AboveZero(Quantity):
-    """A number above 0 with its unit."""
-
-    value: Positive
 
 
 class ActuatorFile(Schema):
@@ -24,14 +22,14 @@ class ActuatorFile(Schema):
     it tells angles apart by, and how fast it lets its goal move.
     """
 
-    limit: AboveZero
+    limit: Quantity
     torque_constant: Quantity | None = None
     resistance: Quantity | None = None
     supply: Quantity | None = None
     position_gain: Quantity | None = None
     rate_gain: Quantity | None = None
     resolution: Quantity | None = None
-    goal_rate: AboveZero | None = None
+    goal_rate: Quantity | None = None
     efficiency: Quantity | None = None
     rotor_inertia: Quantity | None = None
 
@@ -71,9 +69,9 @@ class ContactFile(Schema):
     """
 
     link: str
-    x: Finite
-    z: Finite
-    radius: Annotated[Finite, Field(ge=0)]
+    x: Length
+    z: Length
+    radius: Annotated[Length, Field(ge=0)]
     stiffness: Positive | None = None
     damping: Positive | None = None
 
@@ -157,8 +155,8 @@ class ServoFile(Schema):
     gear: Positive = 1.0
     low: float = float('-inf')
     high: float = float('inf')
-    current_limit: AboveZero | None = None
-    torque_constant: AboveZero | None = None
+    current_limit: Quantity | None = None
+    torque_constant: Quantity | None = None
 
 
 class BusFile(Schema):
@@ -172,7 +170,7 @@ class BusFile(Schema):
 class DynamixelFile(BusFile):
     """A bus of Dynamixel servos; without a packet for as long as `watchdog` says they stop."""
 
-    watchdog: AboveZero = AboveZero(value=0.2, unit='s')
+    watchdog: Quantity = Quantity(value=0.2, unit='s')
 
 
 class FeetechFile(BusFile):
@@ -209,8 +207,8 @@ class RobotFile(Schema):
     geometry_every: Annotated[int, Field(ge=1)] = 1
     training: SchemeFile | None = None
     search: SchemeFile | None = None
-    state_rate: Positive
-    episode_seconds: Positive
+    state_rate: Annotated[float, Field(ge=1e-3, le=1e6)]
+    episode_seconds: Annotated[float, Field(gt=0, le=1e6)]
     gravity: Quantity = Quantity(value=9.81, unit='m/s2')
     actuators: dict[str, ActuatorFile]
     links: dict[str, LinkFile] = Field(default_factory=dict)

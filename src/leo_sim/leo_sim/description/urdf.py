@@ -10,6 +10,7 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import is_name
+from leo_sim.description.ranges import outside
 
 KINDS = ('revolute', 'continuous', 'prismatic', 'fixed')
 AXIS = '1 0 0'
@@ -157,6 +158,11 @@ def _number(text: str | None) -> float:
     return value
 
 
+def _within(figure: str, unit: str, *values: float) -> None:
+    if wrong := outside(figure, unit, *values):
+        raise ValueError(f'{figure}: {wrong}')
+
+
 def _rotation(rpy: Vector) -> np.ndarray:
     """Rotation matrix of fixed-axis roll, pitch, yaw."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
@@ -190,11 +196,13 @@ def _body(link: ElementTree.Element) -> Body:
     com, rotation = origin(inertial)
     mass, tensor = inertial.find('mass'), inertial.find('inertia')
     m = _number(mass.get('value')) if mass is not None else 0.0
-    if m < 0:
-        raise ValueError(f'the mass is {m:g} kg, below 0')
+    if m:  # a link without one is a frame
+        _within('mass', 'kg', m)
+    _within('origin', 'm', *com)
     figures = tensor.attrib if tensor is not None else {}
     xx, yy, zz, xy, xz, yz = (_number(figures.get(k))
                               for k in ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz'))
+    _within('inertia', 'kg m2', xx, yy, zz)
     full = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
     return Body(m, com, (float(full[0, 0]), float(full[1, 1]), float(full[2, 2]),
                          float(full[0, 1]), float(full[0, 2]), float(full[1, 2])))
@@ -210,6 +218,7 @@ def _joint(element: ElementTree.Element) -> Joint:
     ends = [element.find(tag) for tag in ('parent', 'child')]
     parent, child = (e.get('link', '') if e is not None else '' for e in ends)
     translation, rotation = origin(element)
+    _within('origin', 'm', *translation)
     axis = np.array(_vector(_attribute(element, 'axis', 'xyz'), AXIS))
     if kind != 'fixed':
         if not 1e-6 < np.linalg.norm(axis) < 1e6:
@@ -219,9 +228,10 @@ def _joint(element: ElementTree.Element) -> Joint:
         raise ValueError('it has dry friction; remove it there and add the effect '
                          'coulomb_friction to the model')
     x, y, z = axis.tolist()
+    damping = _number(_attribute(element, 'dynamics', 'damping'))
+    _within('damping', 'N m s/rad', damping)
     return Joint(element.get('name', ''), kind, parent, child, tuple(rotation.ravel().tolist()),
-                 translation, (x, y, z), _limits(element, kind),
-                 _number(_attribute(element, 'dynamics', 'damping')))
+                 translation, (x, y, z), _limits(element, kind), damping)
 
 
 def _attribute(element: ElementTree.Element, tag: str, key: str) -> str | None:

@@ -156,7 +156,7 @@ def test_one_robot_is_given(argv, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(('changed', 'said'), [
-    ({'value': 0.0}, 'must be above 0 ohm'), ({'unit': 'V'}, "the unit is 'ohm', found 'V'"),
+    ({'value': 0.0}, '0 ohm is not within'), ({'unit': 'V'}, "the unit is 'ohm', found 'V'"),
 ])  # fmt: skip
 def test_a_constant_that_cannot_be_is_refused(changed, said, tmp_path):
     constants = {CONSTANT: EXPLANATION['constants'][CONSTANT] | changed}

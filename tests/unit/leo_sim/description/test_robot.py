@@ -128,7 +128,7 @@ def test_angles_are_wrapped_upwards(angle, expected):
      ['actuators.pivot.resistance', "'ohm'", "'kohm'"]),
     ('    resistance: {value: 9.5, unit: ohm}\n', '', ['actuators.pivot.resistance', 'missing']),
     ('resistance: {value: 9.5, unit: ohm}', 'resistance: {value: 0, unit: ohm}',
-     ['actuators.pivot.resistance', 'above 0 ohm', 'found 0']),
+     ['actuators.pivot.resistance', '0 ohm is not within 1e-06 to 1e+06 ohm']),
     ('links:\n  bob:', 'links:\n  bop:', ["'bop'", 'bob?']),
     ('actuators:\n  pivot:', 'actuators:\n  pivto:', ["'pivto'", 'pivot?']),
     ('  nominal:', '  hanging:', ['nominal']),
@@ -149,6 +149,10 @@ def test_what_is_wrong_in_a_robot_is_said_in_one_line(tmp_path, old, new, said):
     ('<child link="bob"/>', '<child link="bab"/>', 'bab'),
     ('</robot>', '', 'XML'),
     ('<dynamics damping="3e-6"/>', '<dynamics damping="0" friction="1"/>', 'coulomb_friction'),
+    ('<dynamics damping="3e-6"/>', '<dynamics damping="-1"/>', r"'pivot': damping: -1 N m s/rad"),
+    ('<mass value="0.055"/>', '<mass value="-0.055"/>', r"'bob': mass: -0.055 kg is not within"),
+    ('<mass value="0.055"/>', '<mass value="1e-300"/>', r"'bob': mass: 1e-300 kg is not within"),
+    ('iyy="', 'iyy="-', r"'bob': inertia: -.* kg m2 is not within 0 to"),
 ])
 def test_what_is_wrong_in_a_urdf_is_said_in_one_line(tmp_path, old, new, said):
     with pytest.raises(UserError, match=said) as error:

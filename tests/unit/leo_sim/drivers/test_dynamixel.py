@@ -345,6 +345,12 @@ def test_servos_that_do_not_fit_are_one_line(tmp_path):
     robot = robot_with_servo(tmp_path / 'c', 'servo_pendulum', 'XM430-W211')
     with pytest.raises(UserError, match='did you mean XM430-W210'):
         load_driver('dynamixel', DriverOptions(robot))
+    with pytest.raises(UserError, match=r'current_limit: the unit is .A., found .mA.'):
+        robot_with_servo(tmp_path / 'e', 'servo_pendulum', 'XM430-W210',
+                         current_limit='{value: 500, unit: mA}')
+    with pytest.raises(UserError, match='torque_constant: -1 N m/A is not within'):
+        robot_with_servo(tmp_path / 'f', 'torque_pendulum', 'XM430-W210',
+                         torque_constant='{value: -1, unit: N m/A}')
     with pytest.raises(UserError, match='low is not below high'):
         robot_with_servo(tmp_path / 'd', 'servo_pendulum', 'XM430-W210', low=1, high=1)
 

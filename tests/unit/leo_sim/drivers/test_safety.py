@@ -109,7 +109,7 @@ def test_a_negative_limit_in_robot_yaml_is_one_line(tmp_path):
     text, count = re.subn(r'limit: \{value: 3', 'limit: {value: -3', path.read_text())
     assert count == 1
     path.write_text(text)
-    with pytest.raises(UserError, match=r'actuators\.pivot\.limit\.value.*greater than 0'):
+    with pytest.raises(UserError, match=r'actuators\.pivot\.limit: -3 V is not within'):
         load_robot(folder)
 
 

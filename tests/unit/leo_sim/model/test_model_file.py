@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Model files: round trip, and one clear line for whatever is wrong in one."""
+from pathlib import Path
+import re
 import shutil
 
 import numpy as np
@@ -226,23 +228,38 @@ def test_with_constants_keeps_the_range(tmp_path):
     assert np.isclose(model.laws.gravity, 9.8)
 
 
-@pytest.mark.parametrize('key', ['resistance', 'torque_constant'])
-@pytest.mark.parametrize('changed', [
-    {'value': 0.0}, {'value': -1.0}, {'value': 1.0, 'uncertain': [0.0, 2.0]},
+@pytest.mark.parametrize(('path', 'value'), [
+    ('actuators.pivot.resistance', 0.0), ('actuators.pivot.resistance', 1e-300),
+    ('actuators.pivot.torque_constant', -1.0), ('actuators.pivot.limit', 1e308),
+    ('actuators.pivot.limit', -3.0), ('actuators.pivot.supply', 0.0),
+    ('actuators.pivot.rotor_inertia', -1e-6), ('links.bob.mass', 0.0), ('links.bob.mass', -1.0),
+    ('links.bob.inertia', -1e-4), ('joints.pivot.damping', -1.0), ('gravity', 1e300),
 ])  # fmt: skip
-def test_what_is_divided_by_is_above_zero(key, changed, tmp_path):
-    path = f'actuators.pivot.{key}'
-    quantity = {'unit': ROBOT.constants[path].unit, **changed}
-    with pytest.raises(UserError, match=rf'model\.yaml: constants: {path}: it must be above 0'):
-        load_model(write(tmp_path, constants={path: quantity}))
-    folder = tmp_path / 'mine'
-    folder.mkdir()
+def test_what_no_robot_has_is_refused_in_robots_models_and_ranges(path, value, tmp_path):
+    unit = ROBOT.constants[path].unit
+    said = re.escape(f'{path}: {value:g} {unit} is not within')
+    usual = ROBOT.constants[path].value
+    around = [min(value, usual), max(value, usual)]
+    for quantity in ({'value': value}, {'value': usual, 'uncertain': around}):
+        quantity['unit'] = unit
+        with pytest.raises(UserError, match=rf'model\.yaml: constants: {said}'):
+            load_model(write(tmp_path, constants={path: quantity}))
+        with pytest.raises(UserError, match=rf'robot\.yaml: {said}'):
+            load_robot(with_figure(tmp_path / 'mine', path, quantity))
+
+
+def with_figure(folder: Path, path: str, quantity: dict) -> Path:
+    """A copy of the pendulum whose robot.yaml says otherwise."""
+    folder.mkdir(exist_ok=True)
     (folder / 'robot.urdf').write_text(ROBOT.urdf)
     content = yaml.safe_load((ROBOT.folder / 'robot.yaml').read_text())
-    content['actuators']['pivot'][key] = quantity
+    *groups, key = path.split('.')
+    part = content
+    for group in groups:
+        part = part.setdefault(group, {})
+    part[key] = quantity
     (folder / 'robot.yaml').write_text(yaml.safe_dump(content))
-    with pytest.raises(UserError, match=rf'robot\.yaml: {path}: it must be above 0'):
-        load_robot(folder)
+    return folder
 
 
 @pytest.mark.parametrize('name', ['x' * 300, 'a\0b', 'x' * 300 + '/y'])

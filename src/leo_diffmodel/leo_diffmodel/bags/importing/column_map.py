@@ -69,6 +69,11 @@ class ColumnSpec(BaseModel):
             raise ValueError('give either column or expression')
         return self
 
+    @property
+    def says_unit(self) -> bool:
+        """Whether the map says what its numbers are, and does not leave it to be SI."""
+        return self.column is None or self.unit is not None or self.scale != 1.0
+
     def values(
         self, columns: Mapping[str, Column], quantity: str, log: str, unit: str | None = None,
     ) -> Column:

@@ -46,7 +46,9 @@ def import_logs(
     runs = [_run(log, table, mapping) for log, table in tables]
     if not runs:
         raise UserError('no logs to import; name at least one file')
-    metadata = {'imported_from': ', '.join(log.name for log in paths), 'column_map': where}
+    said = [joint for joint, columns in mapping.joints.items() if columns.position.says_unit]
+    metadata = {'imported_from': ', '.join(log.name for log in paths), 'column_map': where,
+                'angle_units_said': ', '.join(said)}
     if mapping.inputs:
         metadata['inputs_from'] = ', '.join(_sources(mapping))
     if mapping.robot:
@@ -110,7 +112,7 @@ def _say_their_unit(log: Path, mapping: ColumnMap) -> None:
              for spec in (columns.position, columns.velocity)]
     specs += [columns.get('position') for columns in mapping.inputs.values()]
     for spec in specs:
-        if spec and spec.column and spec.unit is None and spec.scale == 1.0:
+        if spec and not spec.says_unit:
             raise UserError(
                 f'{log}: say the unit of {spec.column}: a LeRobot data set may hold degrees '
                 '(unit: deg), radians (unit: rad) or per cent of the calibrated range (scale: '

@@ -78,7 +78,7 @@ def _enough(problem: Problem, best: _Point, late: bool) -> float:
 
 def read_at(problem: Problem, fitted: Fit) -> Fit:
     """A fit as it is in another weighting of the residuals, its values and their errors kept."""
-    errors = conditional_errors(fitted.columns[problem.train])
+    errors = conditional_errors(fitted.columns)
     begin = _evaluate if problem.linearisation else _settled
     point = begin(problem, fitted.hypothesis, fitted.theta, fitted.start, errors)
     return replace(_read_off(problem, point), theta=fitted.theta, covariance=fitted.covariance)

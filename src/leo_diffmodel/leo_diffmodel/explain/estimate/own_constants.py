@@ -38,11 +38,14 @@ def completed(problem: Problem, fitted: Fit, own: Sequence[Constant]) -> Fit:
         return fitted
     rest, theta = _apart(fitted, own)
     found, starts = _found(problem, rest, Hypothesis(constants=own), theta)
+    columns = np.zeros((*rest.residual.shape, len(own)))
+    columns[~problem.train] = found.columns
     constants = (*rest.hypothesis.constants, *own)
     return read_at(problem, replace(
         rest, hypothesis=replace(rest.hypothesis, constants=constants), start=starts,
         theta=np.concatenate([rest.theta, found.theta]),
         covariance=block_diag(rest.covariance, found.covariance),
+        columns=np.concatenate([rest.columns, columns], axis=-1),
     ))  # fmt: skip
 
 
@@ -69,5 +72,6 @@ def _apart(fitted: Fit, own: Sequence[Constant]) -> tuple[Fit, Array | None]:
         return fitted, None
     kept = slice(None, hypothesis.size - count)
     alone = replace(fitted, theta=fitted.theta[kept], covariance=fitted.covariance[kept, kept],
+                    columns=fitted.columns[..., kept],
                     hypothesis=replace(hypothesis, constants=rest))  # fmt: skip
     return alone, fitted.theta[-count:]

@@ -234,8 +234,8 @@ def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[in
     for number in np.unique(fold):
         other, move = fold != number, np.zeros(len(fitted.theta))
         gram = grams[other].sum(axis=0)
-        alone = free & fitted.hypothesis.own & (np.diagonal(gram) == 0)
-        told = free & ~alone
+        told = free & (np.diagonal(gram) > 0)
+        alone = free & fitted.hypothesis.own & ~told
         if told.any() and other.any():
             move[told] = _within(_step(gram, slopes, other, told), bound[told])
         if alone.any():

@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import read_text
+from leo_sim.description.ranges import outside
 
 CONTROL = ('gazebo', 'transmission', 'ros2_control')
 SHAPES = ('visual', 'collision')
@@ -59,7 +60,8 @@ def read_description(path: Path) -> Description:
     if _is_xacro(root):
         raise UserError(f'{path} is xacro, not yet a URDF; expand it first: '
                         f'xacro {path} > robot.urdf')
-    efforts, speeds = _limits(root, 'effort'), _limits(root, 'velocity')
+    efforts = _limits(root, 'effort', ('limit', 'N m'))
+    speeds = _limits(root, 'velocity', ('goal_rate', 'rad/s'))
     frictions = _without_friction(root)
     notes = [*_without_control(root), *_without_meshes(root)]
     if notes or frictions:
@@ -74,8 +76,8 @@ def _is_xacro(root: ElementTree.Element) -> bool:
                for element in root.iter())
 
 
-def _limits(root: ElementTree.Element, key: str) -> dict[str, float]:
-    """Positive limits of joints by name."""
+def _limits(root: ElementTree.Element, key: str, figure: tuple[str, str]) -> dict[str, float]:
+    """Limits of joints by name; 0, and what no motor has, means that nobody knows."""
     found = {}
     for joint in root.findall('joint'):
         limit = joint.find('limit')
@@ -83,7 +85,7 @@ def _limits(root: ElementTree.Element, key: str) -> dict[str, float]:
             value = float(limit.get(key, '0')) if limit is not None else 0.0
         except ValueError as error:
             raise UserError(f'joint {joint.get("name")!r}: limit {key}: {error}') from error
-        if 0 < value < float('inf'):
+        if not outside(*figure, value):
             found[joint.get('name', '')] = value
     return found
 

@@ -60,6 +60,13 @@ def test_units_signs_offsets_and_computed_columns(tmp_path):
     np.testing.assert_allclose(episode.inputs[:, 0], [0.0, 7.4, 0.0])
     assert episode.enabled[:, 0].tolist() == [True, True, False]
     assert recording.metadata['imported_from'] == 'log.csv'
+    assert recording.metadata['angle_units_said'] == 'pivot'  # unit: deg
+
+
+def test_an_angle_without_a_unit_is_taken_for_radians_and_noted_as_unsaid(tmp_path):
+    column_map = write(tmp_path, 'map.yaml', MAP.replace(', unit: deg', '', 1))
+    bag = import_logs([write(tmp_path, 'log.csv', CSV)], column_map, tmp_path / 'bag')
+    assert read_bag(bag, PENDULUM).metadata['angle_units_said'] == ''
 
 
 def test_each_log_is_an_episode_and_none_ends_in_the_next(tmp_path):

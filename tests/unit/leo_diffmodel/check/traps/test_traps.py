@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.flywheel import flywheel
 from tests.lerobot_data import write_lerobot
 
 from leo_diffmodel.bags.importing import import_logs
@@ -139,6 +140,26 @@ def test_radians_are_radians(robot):
     assert (angle_units(turning, robot) == []) == (robot is PENDULUM)
     foreign = replace(recorded(99 * np.sin(t), t, t), metadata={})
     assert angle_units(foreign, robot) == []
+
+
+def test_a_wheel_turns_as_often_and_as_fast_as_its_log_and_its_motor_say(tmp_path):
+    t = FRAMES / 100
+    wheel = flywheel(tmp_path)  # 300 rad/s without load
+    assert angle_units(turned(134 * t, t), wheel) == []
+    found = only(angle_units(turned(400 * t, t), wheel))
+    assert found.severity == 'error' and 'unit: rad' in found.todo
+    assert angle_units(turned(400 * t, t, angle_units_said='shaft'), wheel) == []
+
+
+def turned(q: np.ndarray, t: np.ndarray, **metadata: str) -> Recording:
+    """Angles of the wheel, as an imported bag reads."""
+    return replace(recorded(q, t, t, **metadata), joints=('shaft',), actuators=('shaft',))
+
+
+def test_the_limits_of_a_joint_contradict_what_a_map_says():
+    t = FRAMES / 100
+    log = recorded(60 * np.sin(t), t, t, angle_units_said='pivot')
+    assert only(angle_units(log, LIMITED)).severity == 'error'
 
 
 def test_differences_of_a_coarse_encoder_are_told():

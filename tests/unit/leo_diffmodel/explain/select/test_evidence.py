@@ -14,7 +14,7 @@ from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.estimate.smooth import leftover
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.pose import pose
-from leo_diffmodel.explain.select.evidence import score, weigh, Weight
+from leo_diffmodel.explain.select.evidence import _moves, score, weigh, Weight
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -35,6 +35,17 @@ def test_the_left_out_loss_is_that_of_a_refit_where_all_is_straight():
         left = data[out] - sum(t * columns[n][out] for t, n in zip(theta, names, strict=True))
         assert found.left[out].sum() == pytest.approx(0.5 * (left**2).sum(), rel=1e-6)
     assert found.left.sum() > found.fit.loss.sum()
+
+
+@pytest.mark.filterwarnings('error')
+def test_a_parameter_that_one_fold_alone_tells_stays_where_it_is_without_it():
+    names = ['armature', 'bias_torque']
+    columns = {n: np.random.default_rng(0).standard_normal((40, 20)) for n in names}
+    columns['bias_torque'] = np.where(FOLD[:, None] == 0, 1.0 + columns['armature'] ** 2, 0.0)
+    data = sum(columns.values()) + np.random.default_rng(1).standard_normal((40, 20))
+    found = solved(posed(FOLD), free(names), data, columns).fit
+    moves = _moves(found, found.residual, found.columns, FOLD)
+    assert moves[0][1] == 0.0 != moves[0][0] and np.isfinite(list(moves.values())).all()
 
 
 @pytest.fixture(scope='module')
