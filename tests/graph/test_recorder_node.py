@@ -92,8 +92,8 @@ def on_disk(bag: Path) -> tuple[int, int]:
     return found.get('/joint_states', 0), found.get('/robot/applied_voltage', 0)
 
 
-def start_recorder(spawn, bag: Path) -> subprocess.Popen:
-    return spawn('-c', NODE, '--ros-args', '-p', f'bag:={bag}')
+def start_recorder(spawn, bag: Path, **options) -> subprocess.Popen:
+    return spawn('-c', NODE, '--ros-args', '-p', f'bag:={bag}', **options)
 
 
 def stop(process: subprocess.Popen) -> None:

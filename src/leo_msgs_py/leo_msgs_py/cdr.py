@@ -23,8 +23,6 @@ _CONTROL_MSGS = {
     ),
 }
 """What `rosbags` lacks, from ros-controls/control_msgs (jazzy), comments dropped."""
-_BODY = 4
-"""Where a message begins, behind its encapsulation; alignment counts from there."""
 _HEADER_STRINGS = 12
 """Where the header's frame_id is: behind 4 bytes of encapsulation and the stamp."""
 SPARE = 16
@@ -74,27 +72,6 @@ def joints_text(data: bytes) -> bytes:
     except (struct.error, IndexError):
         return b''
     return data[_HEADER_STRINGS : at + 4]
-
-
-def joint_values(data: bytes, names: bytes) -> np.ndarray:
-    """Positions, velocities and efforts of a JointState in one, fewer where it is cut.
-
-    Args:
-        data: encapsulation header first.
-        names: what `joints_text` says of it.
-    """
-    order, found = '<' if data[1] else '>', [np.empty(0)]
-    at = _aligned(_HEADER_STRINGS + len(names))
-    for _ in range(3 if names else 0):
-        if at + 4 > len(data):
-            break
-        count = struct.unpack_from(f'{order}I', data, at)[0]
-        start = _BODY + (at + 4 - _BODY + 7) // 8 * 8 if count else at + 4
-        if start + 8 * count > len(data):
-            break
-        found.append(np.frombuffer(data, f'{order}f8', count, start if count else 0))
-        at = start + 8 * count
-    return np.concatenate(found)
 
 
 def _aligned(at: int) -> int:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 import hashlib
 from io import BytesIO
 import os
@@ -32,6 +32,8 @@ DAMAGE = (
 """What readers of MCAP raise where bytes are not what was written."""
 LARGEST_CHUNK = 1 << 28
 """A chunk that unpacks to more [bytes] is taken for damaged; writers make them of some MB."""
+MOST_TOPICS = 4096
+"""A bag with more is none of a robot's; each takes milliseconds wherever it is listed."""
 PIECE = 1 << 20
 """So much is unpacked at a time [bytes]."""
 _FRAME = struct.Struct('<BQ')
@@ -63,8 +65,16 @@ class McapFile:
         costs itself, a chunk whose checksum fails all its messages, a cut what comes behind it.
 
         Raises:
-            UserError: not an MCAP file.
+            UserError: not an MCAP file, or one of too many topics.
         """
+        topics: set[str] = set()
+        for record in self._all():
+            if isinstance(record, Channel):
+                topics.add(record.topic)
+                refuse_many(self.path, topics)
+            yield record
+
+    def _all(self) -> Iterator[McapRecord]:
         with self.path.open('rb') as stream:
             if not MCAP0_MAGIC.startswith(stream.read(len(MCAP0_MAGIC))):
                 raise UserError(
@@ -112,6 +122,17 @@ class McapFile:
         self.damaged += 1
         records = McapFile(self.path)._framed(BytesIO(data))
         yield from (record for record in records if isinstance(record, Schema | Channel))
+
+
+def refuse_many(path: Path, topics: Collection[object]) -> None:
+    """Refuse a file with more topics than robots have.
+
+    Raises:
+        UserError: it has.
+    """
+    if len(topics) > MOST_TOPICS:
+        raise UserError(f'{path} has more than {MOST_TOPICS} topics, as no robot has; make a bag '
+                        'of those that are needed (ros2 bag convert, topics: [...])')
 
 
 def _definitions(stream: IO[bytes]) -> Iterator[McapRecord]:

@@ -17,6 +17,7 @@ from typing import NamedTuple
 from urllib.parse import quote
 
 from leo_msgs_py.errors import one_line, UserError
+from leo_msgs_py.mcap_file import refuse_many
 
 SUFFIX = '.db3'
 _HEADER = 100
@@ -69,11 +70,13 @@ class Db3File:
         """Yield the topics, then the messages.
 
         Raises:
-            UserError: not a rosbag2 SQLite file.
+            UserError: not a rosbag2 SQLite file, or one of too many topics.
         """
         try:
             with closing(self._opened()) as database:
-                for row in database.execute(_TOPICS):
+                topics = database.execute(_TOPICS).fetchall()
+                refuse_many(self.path, topics)
+                for row in topics:
                     yield StoredTopic(int(row[0]), *map(str, row[1:]))
                 yield from self._messages(database)
         except (sqlite3.Error, ValueError, TypeError) as error:

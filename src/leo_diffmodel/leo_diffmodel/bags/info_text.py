@@ -10,6 +10,7 @@ from leo_msgs_py.console import Table
 from .info import BagInfo, EpisodeInfo
 
 _MANY = 12
+_MOST_FACTS = 50
 
 
 def show(info: BagInfo, console: Console) -> None:
@@ -21,8 +22,10 @@ def show(info: BagInfo, console: Console) -> None:
     )
     if info.damaged:
         console.print(f'{info.damaged} damaged places left out', highlight=False)
-    for key, value in info.metadata.items():
+    for key, value in list(info.metadata.items())[:_MOST_FACTS]:
         console.print(f'{key}: {value}', highlight=False)
+    if len(info.metadata) > _MOST_FACTS:
+        console.print(f'and {len(info.metadata) - _MOST_FACTS} more facts', highlight=False)
     console.print(_topics(info))
     if info.episodes:
         console.print(

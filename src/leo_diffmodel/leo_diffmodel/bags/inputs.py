@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 import math
 from typing import Any, TYPE_CHECKING
@@ -15,6 +15,7 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import field_of
 
 from .contents import BagContents, TopicLog
+from .impossible import impossible, input_channels
 from .states import deserialize, Floats, stamp_of, Stamps, StateLog
 from .topic_map import COMMANDS, find_topic, INTERFACES, TopicMap
 from .types import APPLIED, FLOAT64_ARRAY
@@ -36,6 +37,7 @@ class InputLog:
         log_ns, stamp_ns: shape (N,).
         values, enabled: shape (N, A) in actuator order; enabled 1 or 0.
         dropped: messages left out for a NaN or a wrong length.
+        told: which values no robot has, one line each; their messages are left out.
     """
 
     kind: str
@@ -45,6 +47,7 @@ class InputLog:
     values: Floats
     enabled: Floats
     dropped: int
+    told: tuple[str, ...] = ()
 
 
 def read_inputs(
@@ -120,7 +123,7 @@ def _stated(
     if not states.stamped or not stamp.any():
         stamp = _to_robot_time(log, states)
     values = _ours(values, robot, topic_map)
-    return _finite(InputLog(robot.input, topic.name, log, stamp, values, enabled, 0))
+    return _usable(InputLog(robot.input, topic.name, log, stamp, values, enabled, 0), robot)
 
 
 def _applied_row(field: str, message: Any, wanted: Sequence[str]) -> Row | None:
@@ -174,10 +177,10 @@ def _commanded(
         )
     log = np.array([row[0] for row in fitting], dtype=np.int64)
     values = _ours(np.array([row[1] for row in fitting]), robot, topic_map)
-    return _finite(InputLog(
+    return _usable(InputLog(
         robot.input, topic.name, log, _to_robot_time(log, states), values,
         np.ones_like(values), len(rows) - len(fitting),
-    ))
+    ), robot)
 
 
 def _effort(
@@ -190,9 +193,9 @@ def _effort(
     if not np.isfinite(values).any():
         return None
     ones = np.ones_like(values)
-    return _finite(InputLog(
+    return _usable(InputLog(
         'torque', 'effort', states.log_ns, states.stamp_ns, values, ones, 0,
-    ))
+    ), robot)
 
 
 def _ours(values: Floats, robot: Robot, topic_map: TopicMap) -> Floats:
@@ -210,12 +213,15 @@ def _to_robot_time(log: Stamps, states: StateLog) -> Stamps:
     return np.asarray(log - delays[len(delays) // 2])
 
 
-def _finite(inputs: InputLog) -> InputLog | None:
-    """Drop messages with NaN; None where nothing is left."""
-    keep = np.isfinite(inputs.values).all(axis=1)
+def _usable(inputs: InputLog, robot: Robot) -> InputLog | None:
+    """Drop messages with NaN or what no robot has; None where nothing is left."""
+    finite = np.isfinite(inputs.values).all(axis=1)
+    beyond, told = impossible(inputs.values, input_channels(robot, inputs.kind))
+    keep = finite & ~beyond.any(axis=1)
     if not keep.any():
         return None
-    return InputLog(
-        inputs.kind, inputs.source, inputs.log_ns[keep], inputs.stamp_ns[keep],
-        inputs.values[keep], inputs.enabled[keep], inputs.dropped + int(np.sum(~keep)),
+    return replace(
+        inputs, log_ns=inputs.log_ns[keep], stamp_ns=inputs.stamp_ns[keep],
+        values=inputs.values[keep], enabled=inputs.enabled[keep],
+        dropped=inputs.dropped + int(np.sum(~finite)), told=tuple(told),
     )

@@ -12,7 +12,7 @@ from mcap.records import Statistics
 from mcap.summary import Summary
 import yaml
 
-from leo_msgs_py.mcap_file import find_files
+from leo_msgs_py.mcap_file import find_files, refuse_many
 from leo_msgs_py.whole_file import write_whole
 
 from .qos_text import profiles
@@ -23,6 +23,7 @@ def write_metadata(folder: Path) -> Path:
 
     Raises:
         McapError, ...: a summary does not read (`mcap_file.DAMAGE`).
+        UserError: one has too many topics.
     """
     files = find_files(folder)
     summaries = [_summary(file) for file in files]
@@ -35,6 +36,7 @@ def _summary(file: Path) -> tuple[Summary, Statistics]:
         summary = make_reader(stream).get_summary()
     if summary is None or summary.statistics is None:
         raise McapError(f'{file} has no summary')
+    refuse_many(file, summary.channels)
     return summary, summary.statistics
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from .contents import BagContents, TopicLog
@@ -21,7 +22,7 @@ _MANY_UNUSED = 0.02
 
 def reading_notes(
     contents: BagContents, states: StateLog, segments: Segments, turns: int, used: int,
-    made: str = '',
+    made: str = '', impossible: Sequence[str] = (),
 ) -> list[str]:
     """Return what was left out, mended or split.
 
@@ -32,6 +33,7 @@ def reading_notes(
         turns: wraps by whole turns that were undone.
         used: states that are in an episode.
         made: which differences of the positions the velocities were; '' for none.
+        impossible: which values no robot has.
     """
     unused = len(states.q) - used
     broken = sum(topic.broken for topic in contents.topics.values())
@@ -43,6 +45,7 @@ def reading_notes(
         (lost, f'{lost} messages were lost while it was recorded, as the disk was full'),
         (broken, f'{broken} messages could not be decoded; left out'),
         (states.dropped, f'{states.dropped} samples with NaN left out'),
+        *((True, text) for text in impossible),
         (not states.stamped, 'joint states carry no stamps; log times taken instead'),
         (made, f'the velocities are {made} differences of the positions; differentiated anew'),
         (states.dq is None and not made, 'no velocities; differentiated from the positions'),
@@ -66,6 +69,8 @@ def input_notes(
                      f'{", ".join(robot.joint_names)}')
     if inputs is not None and inputs.dropped:
         notes.append(f'{inputs.dropped} inputs with NaN or of a wrong length left out')
+    if inputs is not None:
+        notes += inputs.told
     if topic_map.input == 'auto':
         notes += _passed_over(contents, robot, topic_map, inputs)
     return [f'{contents.path}: {note}' for note in notes]

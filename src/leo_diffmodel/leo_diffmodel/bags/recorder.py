@@ -3,15 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from itertools import count
 from pathlib import Path
 import struct
 import time
 
-from leo_msgs_py.cdr import joint_values, joints_text
+from leo_msgs_py.cdr import joints_text
 from leo_msgs_py.errors import UserError
 
 from .finish import BagState, finish_bag
@@ -55,6 +56,7 @@ class Recorder:
         lost: how many there was no room for, or were in a bag that was removed.
         foreign: how many of a second robot were left out.
         full: why nothing can be written now; '' where all is well.
+        publishers: what the graph knows of a topic's publishers, their GIDs.
     """
 
     def __init__(self, base: Path) -> None:
@@ -63,6 +65,7 @@ class Recorder:
         self._writer: BagWriter | None = None
         self._channels: dict[str, int] = {}
         self._sources: dict[tuple[str, bytes], Sources] = {}
+        self._leads: dict[str, Sources] = {}
         self._last_stamp: dict[str, int] = {}
         self._old_stamp: dict[str, int] = {}
         self._turned, self._turned_by = 0.0, ''
@@ -73,10 +76,11 @@ class Recorder:
         self.folder: Path | None = None
         self.messages = self.lost = self.foreign = 0
         self.full = ''
+        self.publishers: Callable[[str], Collection[bytes]] = lambda _: ()
 
     def record(
         self, topic: RecordedTopic, data: bytes, published_ns: int = 0, logged_ns: int = 0,
-        number: int | None = None,
+        number: int = 0, publisher: bytes = b'',
     ) -> None:
         """Write one CDR message; not one of a second robot or sent before a restart.
 
@@ -86,15 +90,16 @@ class Recorder:
             published_ns: by the publisher's clock, which orders what one node published on
                 several topics; 0 where unknown.
             logged_ns: when it arrived; 0 for now.
-            number: how many its publisher has sent on the topic; None where unknown.
+            number: how many its publisher has sent on the topic; 0 where unknown.
+            publisher: its GID.
 
         Raises:
             UserError: the first bag cannot be made.
         """
         logged_ns = logged_ns or time.time_ns()
-        if not self._is_ours(topic, data, number, logged_ns) or self._is_left_over(topic, data):
+        if not self._is_ours(topic, data, publisher, logged_ns) or self._is_left_over(topic, data):
             return
-        if self._jumps_back(topic, data) or not (self._writer or self.full):
+        if self._jumps_back(topic, data, logged_ns) or not (self._writer or self.full):
             self._next_bag(logged_ns, topic)
         if topic.latched:
             self._latched[topic.name] = (topic, data, published_ns)
@@ -102,7 +107,7 @@ class Recorder:
             self.lost += 1
         else:
             self.messages += 1
-            self._write(self._writer, topic, data, published_ns, logged_ns, number or 0)
+            self._write(self._writer, topic, data, published_ns, logged_ns, number)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Set the `leo` record of this bag and those that follow."""
@@ -146,26 +151,27 @@ class Recorder:
                 writer.close()
             self._lose(writer.unsaved)
 
+    @property
+    def strangers(self) -> int:
+        """How many other publishers were refused."""
+        return len(set().union(*(sources.refused for sources in self._sources.values())))
+
     def _is_ours(
-        self, topic: RecordedTopic, data: bytes, number: int | None, logged_ns: int,
+        self, topic: RecordedTopic, data: bytes, publisher: bytes, logged_ns: int,
     ) -> bool:
         """Say whether to record a message; begin a bag for the robot that is recorded again."""
         if topic.type not in _STAMPED or len(data) < _STAMP_ENDS:
             return True
-        now, joints = time.monotonic(), joints_text(data)
-        key = topic.name, joints
-        if key not in self._sources:
-            self._sources[key] = Sources()
-        are_two = now - self._troubles.get(TWO, float('-inf')) < RECENT
-        origin = self._sources[key].origin(
-            header_stamp(data), number, now, are_two, joint_values(data, joints))
-        if origin in (Origin.OTHER, Origin.OURS_AGAIN):
+        sources = self._sources.setdefault((topic.name, joints_text(data)), Sources())
+        present = partial(self.publishers, topic.name)
+        origin = sources.origin(publisher, logged_ns * 1e-9, present)
+        if origin is not Origin.OURS:
             self.foreign += origin is Origin.OTHER
-            self._troubles[TWO] = now
+            self._troubles[TWO] = time.monotonic()
         if origin is Origin.OURS_AGAIN and topic.name == self._turned_by:
             self._next_bag(logged_ns)
             self._old_stamp.clear()
-        return origin in (Origin.OURS, Origin.OURS_AGAIN)
+        return origin is not Origin.OTHER
 
     def _next_bag(self, logged_ns: int, topic: RecordedTopic | None = None) -> None:
         """Begin a bag; `topic` is the one whose message asks for it."""
@@ -256,8 +262,12 @@ class Recorder:
         self._old_stamp[topic.name] = old
         return True
 
-    def _jumps_back(self, topic: RecordedTopic, data: bytes) -> bool:
+    def _jumps_back(self, topic: RecordedTopic, data: bytes, logged_ns: int) -> bool:
+        """Whether the stamps of a topic do; of several groups of joints those of the first."""
         if topic.type not in _STAMPED or len(data) < _STAMP_ENDS:
+            return False
+        lead = self._leads.setdefault(topic.name, Sources())
+        if lead.origin(joints_text(data), logged_ns * 1e-9, tuple) is Origin.OTHER:
             return False
         stamp = header_stamp(data)
         back = stamp < self._last_stamp.get(topic.name, stamp) - BACK_NS

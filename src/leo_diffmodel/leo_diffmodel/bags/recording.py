@@ -17,6 +17,7 @@ from leo_msgs_py.mcap_file import sha256
 from leo_sim.common.yaml_file import shown
 
 from .contents import BagContents, load
+from .impossible import without_impossible
 from .inputs import InputLog, read_inputs
 from .made_rates import without_made_rates
 from .notes import input_notes, reading_notes
@@ -142,7 +143,9 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
             'Name the one to use in a topic map (topics: {joint_states: ...})'
         )
     try:
-        states, made = without_made_rates(read_states(topic, robot.joint_names, mapping))
+        states, told = without_impossible(
+            read_states(topic, robot.joint_names, mapping), robot)
+        states, made = without_made_rates(states)
         states, turns = unwrapped(states)
     except UserError as error:
         raise UserError(f'{path}: {error}') from error
@@ -159,7 +162,7 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
         command_period=command_period(contents, robot, mapping, states, inputs),
         episodes=episodes, metadata=_metadata(contents, mapping),
         warnings=(
-            *reading_notes(contents, states, segments, turns, used, made),
+            *reading_notes(contents, states, segments, turns, used, made, told),
             *input_notes(contents, robot, mapping, inputs),
         ),
         rates='made' if made else 'measured' if states.dq is not None else 'absent',

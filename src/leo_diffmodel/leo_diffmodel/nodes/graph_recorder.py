@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.util import find_spec
 from typing import Any, TYPE_CHECKING
 
@@ -15,11 +15,12 @@ from rclpy.subscription import Subscription
 
 from leo_diffmodel.bags.arrival import ArrivalTimes
 from leo_diffmodel.bags.qos_text import to_yaml
-from leo_diffmodel.bags.recorder import RecordedTopic, Recorder
+from leo_diffmodel.bags.recorder import RecordedTopic, Recorder, TWO
 from leo_diffmodel.bags.types import definition
 from leo_diffmodel.nodes.robot_facts import RobotFacts
 from leo_msgs_py import topics
 from leo_msgs_py.interfaces import load
+from leo_msgs_py.serialized import Taken, taken
 from leo_msgs_py.topics import Topic
 
 if TYPE_CHECKING:
@@ -65,6 +66,8 @@ class GraphRecorder:
         self._times = ArrivalTimes()
         self._said: Any = None
         self._troubles: list[str] = []
+        self._strangers, self._warned = 0, False
+        recorder.publishers = self._publishers
         self._ears = Node(
             f'{node.get_name()}_recorder', namespace=node.get_namespace(), enable_rosout=False,
             use_global_arguments=False, start_parameter_services=False,
@@ -147,32 +150,43 @@ class GraphRecorder:
     def _take(self) -> None:
         """Record what has arrived on all topics, in the order of its arrival."""
         self._times.begin()
-        taken = [
-            (topic, data, info)
-            for topic, subscription in self._subscriptions
-            for data, info in _messages(subscription)
+        found = [
+            (topic, message)
+            for topic, subscription in self._subscriptions for message in taken(subscription)
         ]
         self._times.end()
-        arrived = [(self._logged(info), topic, data, info) for topic, data, info in taken]
+        arrived = [(self._logged(message), topic, message) for topic, message in found]
         arrived.sort(key=lambda entry: entry[0])
-        for logged_ns, topic, data, info in arrived:
-            number = info['publication_sequence_number']
-            self._recorder.record(topic, data, info['source_timestamp'], logged_ns, number)
+        for logged_ns, topic, message in arrived:
+            self._recorder.record(topic, message.data, message.published_ns, logged_ns,
+                                  message.number, message.publisher)
 
-    def _logged(self, info: dict[str, Any]) -> int:
-        return self._times.logged(info['received_timestamp'] or info['source_timestamp'])
+    def _logged(self, message: Taken) -> int:
+        return self._times.logged(message.received_ns or message.published_ns)
+
+    def _publishers(self, topic: str) -> set[bytes]:
+        """Return the GIDs of those that the graph knows."""
+        return {bytes(p.endpoint_gid) for p in self._ears.get_publishers_info_by_topic(topic)}
 
     def _flush(self) -> None:
         self._recorder.flush()
         if self._recorder.folder != self._said:
             self._said = self._recorder.folder
             self._node.get_logger().info(f'recording {self._said}')
-        troubles = self._recorder.troubles
-        for text in (text for text in troubles if text not in self._troubles):
+        self._tell(self._recorder.troubles)
+
+    def _tell(self, troubles: Sequence[str]) -> None:
+        """Log a trouble when it begins, that of a second publisher once for each."""
+        strangers = self._recorder.strangers
+        known = [*self._troubles, *([TWO] if strangers == self._strangers else [])]
+        fresh = [text for text in troubles if text not in known]
+        for text in fresh:
             self._node.get_logger().warning(text)
-        if self._troubles and not troubles:
+        self._warned = self._warned or bool(fresh)
+        if self._warned and not troubles:
             self._node.get_logger().info(f'recording {self._said} again, {self._left_out()}')
-        self._troubles = [*troubles]
+            self._warned = False
+        self._troubles, self._strangers = [*troubles], strangers
 
     def _left_out(self) -> str:
         recorder = self._recorder
@@ -182,16 +196,6 @@ class GraphRecorder:
         facts = self._facts.poll()
         if facts:
             self._recorder.describe(facts)
-
-
-def _messages(subscription: Subscription) -> list[tuple[bytes, dict[str, Any]]]:
-    """Take the serialized messages that wait, with rmw's information on each."""
-    taken = []
-    with subscription.handle:
-        take = subscription.handle.take_message
-        while (message := take(subscription.msg_type, True)) is not None:
-            taken.append(message)
-    return taken
 
 
 def keeping_all(qos: QoSProfile) -> QoSProfile:

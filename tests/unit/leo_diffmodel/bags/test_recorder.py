@@ -210,7 +210,7 @@ def test_recording_for_long_costs_no_memory_and_every_chunk_is_in_the_index(tmp_
 
 def test_a_bag_keeps_the_numbers_of_its_messages(tmp_path):
     recorder = Recorder(tmp_path / 'bag')
-    for number in (5, 6, 8, None, 2**32 + 9):
+    for number in (5, 6, 8, 0, 2**32 + 9):
         recorder.record(STATES, state(0), number=number)
     recorder.close()
     (file,) = find_files(tmp_path / 'bag')

@@ -2,7 +2,6 @@
 """What goes wrong around a recorder: full disks, removed folders, second robots, set clocks."""
 
 import errno
-import math
 import os
 from pathlib import Path
 import shutil
@@ -19,7 +18,7 @@ from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recorder import finish_left_over, RecordedTopic, Recorder, TWO
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.writer import BagWriter
-from leo_msgs_py.cdr import decode, joint_state, joint_values, joints_text, uint32
+from leo_msgs_py.cdr import decode, joint_state, uint32
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import find_files
 from leo_sim.description.robot import load_robot
@@ -197,20 +196,34 @@ def test_a_folder_moved_away_keeps_what_it_has_and_the_next_bag_begins(tmp_path)
     assert found == [*range(90)] and recorder.lost == 0
 
 
-class Speaker:
-    """A robot in a test: its stamps begin at `start`, its messages are numbered or not."""
+class Graph:
+    """A recorder and its robots; the graph knows those that are not killed or ended."""
 
-    def __init__(self, recorder: Recorder, start: int, q: float, numbered: bool) -> None:
-        self.recorder, self.q, self.sent = recorder, q, 0
-        self.start, self.numbered = start, numbered
+    def __init__(self, folder: Path) -> None:
+        self.recorder, self.known, self.now = Recorder(folder), set(), 1000.0
+        self.recorder.publishers = lambda _: self.known
+
+    def robot(self, q: float, start: int = 10**10) -> 'Speaker':
+        return Speaker(self, q, start)
+
+
+class Speaker:
+    """A robot in a test, at q all the time: its stamps begin at `start`."""
+
+    def __init__(self, graph: Graph, q: float, start: int) -> None:
+        self.graph, self.q, self.sent, self.start = graph, q, 0, start
+        self.gid = os.urandom(16)
+        graph.known.add(self.gid)
 
     def speak(self) -> None:
         self.sent += 1
-        number = self.sent if self.numbered else None
-        stamp = self.start + self.sent * PERIOD
-        self.recorder.record(STATES, state(stamp, self.q), number=number)
+        stamp, now = self.start + self.sent * PERIOD, round(self.graph.now * 1e9)
         applied = joint_state(stamp, ['pivot'], effort=[self.q])
-        self.recorder.record(APPLIED, applied, number=number)
+        for topic, data in ((STATES, state(stamp, self.q)), (APPLIED, applied)):
+            self.graph.recorder.record(topic, data, 0, now, self.sent, self.gid)
+
+    def end(self) -> None:
+        self.graph.known.remove(self.gid)
 
 
 def heard(tmp_path: Path, topic: str = '/joint_states') -> list[tuple[int, int]]:
@@ -224,51 +237,79 @@ def heard(tmp_path: Path, topic: str = '/joint_states') -> list[tuple[int, int]]
     return found
 
 
-@pytest.mark.parametrize(('start', 'numbered'), [
-    (0, True), (0, False), (3_600 * 10**9, True), (10**10 + 5 * PERIOD, True),
-])  # fmt: skip
-def test_of_two_robots_the_first_goes_on_and_the_other_is_told(start, numbered, tmp_path, clock):
-    recorder = Recorder(tmp_path / 'bag')
-    first = Speaker(recorder, 10**10, 1.0, numbered)
-    second = Speaker(recorder, start, 2.0, numbered)
-    for _ in range(100):
-        first.speak()
-        clock[0] += 0.01
-    assert recorder.troubles == []
-    for _ in range(200):
-        second.speak()
-        first.speak()
-        clock[0] += 0.01
-    assert recorder.troubles == [TWO] and recorder.foreign > 390
-    second_gone = clock[0]
-    while clock[0] < second_gone + 10.0:
-        first.speak()
-        clock[0] += 0.01
-    assert recorder.troubles == []
-    recorder.close()
-    for topic in (STATES.name, APPLIED.name):
-        counts = heard(tmp_path, topic)
-        assert len(counts) <= 3
-        assert sum(one for one, _ in counts) >= first.sent - 3
-        assert sum(two for _, two in counts) <= 3
-        assert max(one for one, _ in counts) >= first.sent - 103
+def run(graph: Graph, seconds: float, *robots: Speaker) -> None:
+    """Have robots speak at 100 Hz, each time in this order."""
+    for _ in range(round(100 * seconds)):
+        for robot in robots:
+            robot.speak()
+        graph.now += 0.01
 
 
-@pytest.mark.parametrize('numbered', [True, False])
-@pytest.mark.parametrize('seed', range(3))
-def test_two_robots_with_equal_stamps_are_told_and_one_is_kept(numbered, seed, tmp_path, clock):
-    """As two simulations started at once: stamps and numbers are equal, whoever comes first."""
-    recorder, order = Recorder(tmp_path / 'bag'), np.random.default_rng(seed)
-    two = [Speaker(recorder, 10**10, q, numbered) for q in (1.0, 2.0)]
-    for _ in range(300):
-        for robot in order.permutation(2):
-            two[robot].speak()
-        clock[0] += 0.01
-    assert recorder.troubles == [TWO]
-    recorder.close()
+@pytest.mark.parametrize('start', [0, 10**10, 3_600 * 10**9])
+@pytest.mark.parametrize('order', [1, -1])
+def test_of_two_robots_the_first_goes_on_and_the_other_is_told(start, order, tmp_path, clock):
+    """Their stamps may be equal, as those of two simulations started at once."""
+    graph = Graph(tmp_path / 'bag')
+    first, second = graph.robot(1.0), graph.robot(2.0, start)
+    run(graph, 1.0, first)
+    assert graph.recorder.troubles == []
+    run(graph, 2.0, *[first, second][::order])
+    assert graph.recorder.troubles == [TWO] and graph.recorder.foreign == 400
+    clock[0] += 10.0
+    run(graph, 1.0, first)
+    assert graph.recorder.troubles == [] and graph.recorder.strangers == 1
+    graph.recorder.close()
     for topic in (STATES.name, APPLIED.name):
-        kept = [sum(counts) for counts in zip(*heard(tmp_path, topic), strict=True)]
-        assert max(kept) >= 297 and min(kept) <= 3
+        assert heard(tmp_path, topic) == [(first.sent, 0)]
+
+
+@pytest.mark.parametrize('one_publisher', [True, False])
+def test_forged_states_cut_no_bag_and_cost_no_state(one_publisher, tmp_path, clock):
+    """One every six seconds, each with a stamp of another time."""
+    graph, dice = Graph(tmp_path / 'bag'), np.random.default_rng(0)
+    robot, forger = graph.robot(1.0), graph.robot(2.0)
+    for _ in range(10):
+        run(graph, 0.1, robot)
+        forger = forger if one_publisher else graph.robot(2.0)
+        forger.start = int(dice.integers(2 * 10**10))
+        forger.speak()
+        clock[0] += 6.0
+    run(graph, 0.1, robot)
+    graph.recorder.close()
+    assert heard(tmp_path) == heard(tmp_path, APPLIED.name) == [(robot.sent, 0)]
+    assert graph.recorder.strangers == (1 if one_publisher else 10)
+
+
+def test_one_that_spoke_beside_a_robot_is_refused_while_that_waits_for_a_command(tmp_path):
+    graph = Graph(tmp_path / 'bag')
+    robot, forger = graph.robot(1.0), graph.robot(2.0, 0)
+    run(graph, 0.1, robot, forger)
+    run(graph, 5.0, forger)
+    run(graph, 0.1, robot)
+    graph.recorder.close()
+    assert heard(tmp_path) == [(20, 0)]
+
+
+def test_a_silent_robot_that_goes_on_beside_a_newcomer_is_recorded_again(tmp_path):
+    graph = Graph(tmp_path / 'bag')
+    robot, newcomer = graph.robot(1.0), graph.robot(2.0, 0)
+    run(graph, 0.1, robot)
+    graph.now += 2.0
+    run(graph, 0.1, newcomer)
+    run(graph, 0.1, robot, newcomer)
+    graph.recorder.close()
+    assert heard(tmp_path) == [(10, 0), (0, 10), (10, 0)]
+
+
+def test_a_stranger_with_other_joints_cuts_no_bag(tmp_path):
+    graph = Graph(tmp_path / 'bag')
+    robot = graph.robot(1.0)
+    for k in range(10):
+        run(graph, 0.1, robot)
+        graph.recorder.record(STATES, state((10 - k) * 10**9, joint='x'), 0,
+                              round(graph.now * 1e9), k, b'stranger')
+    graph.recorder.close()
+    assert heard(tmp_path, APPLIED.name) == [(100, 0)]
 
 
 @pytest.mark.parametrize('order', [
@@ -277,7 +318,7 @@ def test_two_robots_with_equal_stamps_are_told_and_one_is_kept(numbered, seed, t
 def test_states_that_arrive_in_another_order_are_all_recorded(order, tmp_path):
     recorder = Recorder(tmp_path / 'bag')
     for k in order:
-        recorder.record(STATES, state(10**10 + k * PERIOD, 0.1 * k), number=k)
+        recorder.record(STATES, state(10**10 + k * PERIOD, 0.1 * k), number=k, publisher=b'robot')
     recorder.close()
     assert recorder.foreign == 0 and recorder.troubles == []
     assert sorted(stamps(tmp_path / 'bag')) == [1000 + k for k in sorted(order)]
@@ -291,48 +332,40 @@ def test_a_state_that_is_repeated_is_no_second_robot(tmp_path):
     assert recorder.foreign == 0 and len(stamps(tmp_path / 'bag')) == 100
 
 
-@pytest.mark.parametrize('effort', [[], [0.5, -0.5]])
-def test_values_of_joints_are_read_from_the_bytes(effort):
-    data = joint_state(5, ['left', 'r'], [1.0, 2.0], [3.0, math.nan], effort)
-    for cut in range(12, len(data)):
-        joint_values(data[:cut], joints_text(data))
-    np.testing.assert_equal(
-        joint_values(data, joints_text(data)), [1.0, 2.0, 3.0, math.nan, *effort]
-    )
+@pytest.mark.parametrize('has_left', [True, False])
+def test_after_the_first_of_two_robots_has_ended_the_other_is_recorded(has_left, tmp_path):
+    """At once where the graph says so, else when it would have forgotten a killed one."""
+    graph = Graph(tmp_path / 'bag')
+    first, second = graph.robot(1.0), graph.robot(2.0, 0)
+    run(graph, 1.0, first, second)
+    if has_left:
+        first.end()
+    run(graph, 22.0, second)
+    graph.recorder.close()
+    kept = sum(two for _, two in heard(tmp_path))
+    assert 2090 <= kept <= 2110 if has_left else 190 <= kept <= 210
 
 
-def test_after_the_first_of_two_robots_has_ended_the_other_is_recorded(tmp_path, clock):
-    recorder = Recorder(tmp_path / 'bag')
-    first, second = (Speaker(recorder, s, q, True) for s, q in ((10**10, 1.0), (0, 2.0)))
-    for _ in range(100):
-        first.speak()
-        second.speak()
-        clock[0] += 0.01
-    for _ in range(300):
-        second.speak()
-        clock[0] += 0.01
-    recorder.close()
-    assert 190 <= sum(two for _, two in heard(tmp_path)) <= 210
-
-
-def test_a_robot_killed_and_started_again_is_one_robot(tmp_path, clock):
-    recorder = Recorder(tmp_path / 'bag')
+@pytest.mark.parametrize(('pause', 'is_killed'), [(0.0, False), (0.3, False), (1.3, True)])
+def test_a_robot_started_again_is_one_robot(pause, is_killed, tmp_path):
+    """One that was killed stays in the graph for a while; it takes a second to start another."""
+    graph = Graph(tmp_path / 'bag')
     for _ in range(5):
-        robot = Speaker(recorder, 0, 1.0, True)
-        for _ in range(100):
-            robot.speak()
-            clock[0] += 0.01
-        clock[0] += 0.3
-    recorder.close()
-    assert recorder.troubles == [] and recorder.foreign == 0
+        robot = graph.robot(1.0, 0)
+        run(graph, 1.0, robot)
+        graph.now += pause
+        if not is_killed:
+            robot.end()
+    graph.recorder.close()
+    assert graph.recorder.troubles == [] and graph.recorder.foreign == 0
     assert heard(tmp_path) == [(100, 0)] * 5
 
 
 def test_two_nodes_that_publish_other_joints_are_both_recorded(tmp_path):
     recorder = Recorder(tmp_path / 'bag')
     for k in range(100):
-        recorder.record(STATES, state(k * PERIOD, joint='pivot'), number=k + 1)
-        recorder.record(STATES, state(k * PERIOD, joint='gripper'), number=5 * k + 1)
+        recorder.record(STATES, state(k * PERIOD, joint='pivot'), publisher=b'arm')
+        recorder.record(STATES, state(k * PERIOD, joint='gripper'), publisher=b'gripper')
     recorder.close()
     assert recorder.foreign == 0 and len(stamps(tmp_path / 'bag')) == 200
 

@@ -308,13 +308,13 @@ def test_recordings_are_told_apart_by_name():
 
 @pytest.mark.parametrize(('robot', 'path', 'given', 'said'), [
     ('torque_pendulum', BOB, {'per_recording': True}, 'uncertain: [low, high]'),
-    ('torque_pendulum', 'links.bop.mass', {'per_recording': True, 'uncertain': [0, 1]},
+    ('torque_pendulum', 'links.bop.mass', {'per_recording': True, 'uncertain': [0.1, 1]},
      "no 'links.bop.mass'"),
-    ('torque_pendulum', BOB, {'per_recording': True, 'uncertain': [0, 1],
+    ('torque_pendulum', BOB, {'per_recording': True, 'uncertain': [0.1, 1],
                               'recordings': {'run_1': 2.0}}, 'outside its uncertain range'),
     ('torque_pendulum', BOB, {'recordings': {'run_1': 'heavy'}}, 'recordings.run_1'),
     ('torque_pendulum', BOB, {'recording': {'run_1': 1.0}}, 'unknown key'),
-    ('leo', 'links.torso.mass', {'per_recording': True, 'uncertain': [0, 5]},
+    ('leo', 'links.torso.mass', {'per_recording': True, 'uncertain': [0.5, 5]},
      'leo stands on a ground'),
     ('leo', 'links.torso.mass', {'recordings': {'run_1': 1.0}}, 'leo stands on a ground'),
 ])

@@ -4,17 +4,18 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
+from functools import partial
 from pathlib import Path
 from threading import Lock
 import time
 
 from leo_diffmodel.bags.contents import BagContents, Logged, TopicLog
-from leo_diffmodel.bags.recorder import header_stamp, RecordedTopic
+from leo_diffmodel.bags.recorder import RecordedTopic
 from leo_diffmodel.bags.sources import Origin, Sources
 from leo_diffmodel.bags.types import JOINT_STATE, STATES
 from leo_diffmodel.bags.writer import BagWriter
-from leo_msgs_py.cdr import joint_values, joints_text
+from leo_msgs_py.cdr import joints_text
 
 NAME = 'the running robot'
 MOST = 60_000
@@ -35,11 +36,14 @@ class Tape:
         seconds: how much is kept [s].
         heard: monotonic time of the last joint state [s]; None before the first.
         foreign: messages of a second robot, left out.
+        publishers: what the graph knows of a topic's publishers, their GIDs.
     """
 
     folder = None
     """No bag is written."""
     troubles: tuple[str, ...] = ()
+    strangers = 0
+    """They are told on the page."""
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds
@@ -51,6 +55,7 @@ class Tape:
         self._topics: dict[str, tuple[RecordedTopic, deque[Logged]]] = {}
         self._sources: dict[tuple[str, bytes], Sources] = {}
         self._facts: dict[str, str] = {}
+        self.publishers: Callable[[str], Collection[bytes]] = lambda _: ()
 
     @property
     def two(self) -> bool:
@@ -59,12 +64,12 @@ class Tape:
 
     def record(
         self, topic: RecordedTopic, data: bytes, published_ns: int = 0, logged_ns: int = 0,
-        number: int | None = None,
+        number: int = 0, publisher: bytes = b'',
     ) -> None:
         """Keep one CDR message; the arguments are those of `Recorder.record`."""
         logged_ns = logged_ns or time.time_ns()
         with self._lock:
-            if not self._is_ours(topic, data, number):
+            if not self._is_ours(topic, data, publisher, logged_ns):
                 return
             _, kept = self._topics.setdefault(topic.name, (topic, deque(maxlen=MOST)))
             kept.append(Logged(logged_ns, data, published_ns or logged_ns))
@@ -111,16 +116,17 @@ class Tape:
         while len(kept) > 1 and kept[0].log_ns < oldest:
             kept.popleft()
 
-    def _is_ours(self, topic: RecordedTopic, data: bytes, number: int | None) -> bool:
+    def _is_ours(
+        self, topic: RecordedTopic, data: bytes, publisher: bytes, logged_ns: int,
+    ) -> bool:
         """Whether a message is not of a second robot; begin anew where the first comes back."""
         if topic.type != JOINT_STATE or len(data) < HEADER:
             return True
-        joints, now = joints_text(data), time.monotonic()
-        source = self._sources.setdefault((topic.name, joints), Sources())
-        values = joint_values(data, joints)
-        origin = source.origin(header_stamp(data), number, now, self.two, values)
-        if origin in (Origin.OTHER, Origin.OURS_AGAIN):
-            self.foreign, self._two = self.foreign + 1, now
+        sources = self._sources.setdefault((topic.name, joints_text(data)), Sources())
+        present = partial(self.publishers, topic.name)
+        origin = sources.origin(publisher, logged_ns * 1e-9, present)
+        if origin is not Origin.OURS:
+            self.foreign, self._two = self.foreign + 1, time.monotonic()
         if origin is Origin.OURS_AGAIN:
             self._topics.clear()
-        return origin in (Origin.OURS, Origin.OURS_AGAIN)
+        return origin is not Origin.OTHER

@@ -19,7 +19,7 @@ from leo_diffmodel.bags.importing.expression import evaluate
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.verbs.import_logs import main
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import load_robot
+from leo_sim.description.robot import Actuator, load_robot
 
 PENDULUM = load_robot('pendulum')
 TORQUE = load_robot('torque_pendulum')
@@ -221,7 +221,8 @@ def test_the_verb_writes_one_bag_or_one_each(tmp_path, capsys):
 def robot(joints: tuple[str, ...], drive: str) -> SimpleNamespace:
     """As much of a robot as reading needs."""
     return SimpleNamespace(
-        joint_names=joints, actuators=[SimpleNamespace(joint=joint) for joint in joints],
+        joint_names=joints, joints=[SimpleNamespace(name=j, kind='revolute') for j in joints],
+        actuators=[Actuator(j, None, None, 10.0, None, 0.0) for j in joints],
         input=drive, control_period=0.01,
     )
 

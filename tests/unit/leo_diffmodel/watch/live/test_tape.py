@@ -18,15 +18,15 @@ TOPICS = {t.name: RecordedTopic(t.name, t.type, t.qos)
           for t in (STATES, APPLIED['effort'], EPISODE)}  # fmt: skip
 
 
-def say(tape, k, q=None, number=None, base=0):
+def say(tape, k, q=None, publisher=b'robot', base=0):
     """Sample k of a robot at 100 Hz, with the input that follows it."""
     stamp = base + k * 10_000_000
     value = np.sin(0.01 * k) if q is None else q
     state = cdr.joint_state(stamp, JOINTS, [value], [np.cos(0.01 * k)])
     logged = 10**18 + k * 10_000_000
-    tape.record(TOPICS[STATES.name], state, 0, logged, number)
+    tape.record(TOPICS[STATES.name], state, 0, logged, k, publisher)
     applied = cdr.joint_state(stamp, JOINTS, effort=[0.1])
-    tape.record(TOPICS[APPLIED['effort'].name], applied, 0, logged + 1, number)
+    tape.record(TOPICS[APPLIED['effort'].name], applied, 0, logged + 1, k, publisher)
 
 
 @pytest.fixture
@@ -55,9 +55,9 @@ def test_its_states_are_those_that_a_bag_of_it_would_give(tape, tmp_path):
 
 def test_of_two_robots_one_is_kept_and_it_is_said(tape):
     for k in range(50):
-        say(tape, k, number=k + 1)
+        say(tape, k)
         if k > 10:
-            say(tape, k, q=3.0, number=500 + k, base=10**15)
+            say(tape, k, q=3.0, publisher=b'other', base=10**15)
     assert tape.two and tape.foreign
     episodes = assembled(tape.contents(), TORQUE, TopicMap()).episodes
     assert max(e.q.max() for e in episodes) < 3.0
