@@ -35,6 +35,7 @@ ROS = {
 NEED_ROS = (
     'leo_msgs_py.hostile',
     'leo_msgs_py.node',
+    'leo_msgs_py.serialized',
     'leo_msgs_py.topics',
     'leo_sim.nodes',
     'leo_diffmodel.bags.play',
