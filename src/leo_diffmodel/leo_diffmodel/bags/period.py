@@ -29,10 +29,10 @@ def command_period(
     if 'robot' in metadata and 'imported_from' not in metadata:
         return float(robot.control_period)
     topic = find_topic(contents, 'commands', topic_map, COMMANDS[robot.input])
-    state_period = _median_step(states.stamp_ns)
+    state_period = median_step(states.stamp_ns)
     if topic is not None and len(topic.messages) > 2:
         return max(round(_commanded(topic, states) / state_period), 1) * state_period
-    return state_period if inputs is None else _median_step(inputs.stamp_ns) or state_period
+    return state_period if inputs is None else median_step(inputs.stamp_ns) or state_period
 
 
 def _commanded(topic: TopicLog, states: StateLog) -> float:
@@ -45,7 +45,7 @@ def _commanded(topic: TopicLog, states: StateLog) -> float:
     return float(np.median(np.diff(inside))) * 1e-9 if len(inside) > 1 else 0.0
 
 
-def _median_step(stamps: Stamps) -> float:
+def median_step(stamps: Stamps) -> float:
     """Return the median of the forward steps [s], 0 without any."""
     steps = np.diff(stamps)
     forward = steps[steps > 0]

@@ -21,7 +21,7 @@ from .impossible import without_impossible
 from .inputs import InputLog, read_inputs
 from .made_rates import without_made_rates
 from .notes import input_notes, reading_notes
-from .period import command_period
+from .period import command_period, median_step
 from .runs import Held, split_runs
 from .split import Segments, split, unwrapped, velocity
 from .states import Floats, read_states, Stamps, StateLog
@@ -30,6 +30,10 @@ from .zoh import average
 
 if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
+
+
+SELDOM = 10.0
+"""s from state to state: no motion of a robot shows in fewer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +153,9 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
         states, turns = unwrapped(states)
     except UserError as error:
         raise UserError(f'{path}: {error}') from error
+    if (step := median_step(states.stamp_ns)) > SELDOM:
+        raise UserError(f'{path}: states come {step:.4g} s apart, and beyond {SELDOM:g} s no '
+                        'motion of a robot shows; which unit is its time in?')
     segments = split(states, find_topic(contents, 'episode', mapping))
     inputs = read_inputs(contents, states, robot, mapping)
     episodes = _episodes(states, segments, _held(states, inputs, mapping), len(robot.actuators))

@@ -20,6 +20,7 @@ Array = np.ndarray
 ROUNDS = 12
 HUBER = 1.5
 MOST_HERTZ, COARSE = 6.0, 0.25
+BINS_PER_CYCLE, MOST_BINS = 4, 2**20
 ANY = np.inf
 TAKES, TURNS = 'takes energy', 'turns a mass'
 WEAKER, STRONGER = -0.4, 1.0
@@ -82,13 +83,24 @@ def strongest_wave(time: Array, rest: Array, fitted: Array) -> list[Law]:
     """A sine and a cosine of the frequency that is strongest in the rest (N,)."""
     t, y = time[fitted], rest[fitted]
     span = max(float(np.ptp(t)), 1e-9)
-    cycles = np.arange(1.0, 2.0 + MOST_HERTZ * span, COARSE)
-    for width in (COARSE, 0.1 * COARSE):
-        waves = np.exp(2j * np.pi / span * cycles[:, None] * t)
-        best = float(cycles[int(np.argmax(np.abs(waves @ (y - y.mean()))))])
-        cycles = best + width * np.linspace(-1, 1, 21)
+    cycles = _coarsest((t - t.min()) / span, y - y.mean(), 2.0 + MOST_HERTZ * span)
+    cycles = cycles + COARSE * np.linspace(-1, 1, 21)
+    waves = np.exp(2j * np.pi / span * cycles[:, None] * t)
+    best = float(cycles[int(np.argmax(np.abs(waves @ (y - y.mean()))))])
     phase = 2 * np.pi * best / span * time
     return [Law(np.sin(phase), -ANY, ANY), Law(np.cos(phase), -ANY, ANY)]
+
+
+def _coarsest(t: Array, y: Array, most: float) -> float:
+    """The cycles from t = 0 to 1, to `COARSE`, that are strongest in y (N,); 1 to `most`.
+
+    In bins of time, so that a pause of years costs no more: then the fastest are left out.
+    """
+    bins = int(min(BINS_PER_CYCLE * most, MOST_BINS))
+    binned = np.bincount(np.minimum((bins * t).astype(int), bins - 1), y, bins)
+    strength = np.abs(np.fft.rfft(binned, round(bins / COARSE)))
+    first, last = round(1 / COARSE), round(min(most, bins / BINS_PER_CYCLE) / COARSE)
+    return COARSE * (first + int(np.argmax(strength[first : last + 1])))
 
 
 def _robust(columns: Array, y: Array, bounds: Array) -> Array:

@@ -33,6 +33,8 @@ from leo_sim.description.robot import Robot
 
 FIRST = '# leo run file'
 TORQUE = {'on': True, 'off': False}
+MOST_PERIODS = 1e6
+"""Of one run: 2.8 hours at 100 Hz."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,8 @@ class RunFile:
         """The run in control periods of a robot, inputs within its limits, actuators in order.
 
         Raises:
-            UserError: made for other actuators, another unit or another robot's start pose.
+            UserError: made for other actuators, another unit or another robot's start pose, or too
+                long to be one.
         """
         wanted = tuple(a.joint for a in robot.actuators)
         if set(wanted) != set(self.actuators) or self.unit != robot.input_unit:
@@ -74,12 +77,21 @@ class RunFile:
         if self.start and self.start not in robot.start_poses:
             raise UserError(f'the run begins in {self.start!r}, a start pose that {robot.name} '
                             f'does not have{nearest(self.start, robot.start_poses)}')
-        count = max(1, round(self.time[-1] / robot.control_period))
+        count = _periods(float(self.time[-1]), robot)
         at = np.arange(count) * robot.control_period + 1e-6
         row = np.searchsorted(self.time, at, side='right') - 1
         order = [self.actuators.index(joint) for joint in wanted]
         inputs = np.clip(self.inputs[row][:, order], *robot.bounds)
         return Run(self.name, self.name, inputs, self.enabled[row], self.start)
+
+
+def _periods(seconds: float, robot: Robot) -> int:
+    """How many control periods of a robot a run takes."""
+    count = seconds / robot.control_period
+    if count > MOST_PERIODS:
+        raise UserError(f'the run ends at {seconds:g} s, after {count:.3g} control periods of '
+                        f'{robot.name}, and may have {MOST_PERIODS:g}; is its time in s?')
+    return max(1, round(count))
 
 
 def write_run(path: Path, run: Run, robot: Robot) -> Path:

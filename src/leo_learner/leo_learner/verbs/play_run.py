@@ -25,7 +25,10 @@ def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
     if not (options.model or file.robot):
         raise UserError(f'{options.policy} names no robot; add a line "# robot: NAME"')
     model = load_model(options.model or file.robot)
-    run = file.run_for(model.robot)
+    try:
+        run = file.run_for(model.robot)
+    except UserError as error:
+        raise UserError(f'{options.policy}: {error}') from error
     told = {
         'run': str(options.policy), 'name': run.name, 'on': options.model or 'the robot',
         'seconds': run.count * model.robot.control_period,

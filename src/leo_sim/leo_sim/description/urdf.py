@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """URDF to links and joints as plain numbers, and back with other inertial figures."""
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from heapq import heappop, heappush
 import math
 from typing import Any, NamedTuple, TypeVar
 from xml.etree import ElementTree
@@ -88,7 +90,7 @@ def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
     links = tuple(Link(e.get('name', ''), _told(e, source, _body)) for e in root.findall('link'))
     joints = [_told(e, source, _joint) for e in root.findall('joint')]
     for kind, names in (('links', [x.name for x in links]), ('joints', [x.name for x in joints])):
-        if twice := sorted({name for name in names if names.count(name) > 1}):
+        if twice := _twice(names):
             raise UserError(f'{source}: two {kind} are named {twice[0]!r}; names must differ')
     return links, _sorted(joints, {link.name for link in links}, source)
 
@@ -252,19 +254,28 @@ def _sorted(joints: list[Joint], links: set[str], source: str) -> tuple[Joint, .
             if link not in links:
                 raise UserError(f'{source}: joint {joint.name!r} names no link: {link!r}')
     children = [joint.child for joint in joints]
-    if loops := sorted({link for link in children if children.count(link) > 1}):
+    if loops := _twice(children):
         raise UserError(f'{source}: link {loops[0]!r} has two parents; a robot is a tree')
     reached = links - set(children)
     if len(reached) != 1:
         raise UserError(f'{source}: {len(reached)} root links, a robot has one: {sorted(reached)}')
+    below: dict[str, list[int]] = {}
+    for number, joint in enumerate(joints):
+        below.setdefault(joint.parent, []).append(number)
     ordered: list[Joint] = []
-    while len(ordered) < len(joints):
-        following = [j for j in joints if j.parent in reached and j not in ordered]
-        if not following:
-            raise UserError(f'{source}: the joints form a loop')
-        ordered.append(following[0])
-        reached.add(following[0].child)
+    following = below.get(reached.pop(), [])  # numbers in the file, a heap
+    while following:
+        joint = joints[heappop(following)]
+        ordered.append(joint)
+        for number in below.get(joint.child, []):
+            heappush(following, number)
+    if len(ordered) < len(joints):
+        raise UserError(f'{source}: the joints form a loop')
     return tuple(ordered)
+
+
+def _twice(names: Iterable[str]) -> list[str]:
+    return sorted(name for name, count in Counter(names).items() if count > 1)
 
 
 def _inertial(name: str, body: Body) -> ElementTree.Element:

@@ -222,6 +222,12 @@ def test_repeated_states_are_dropped_and_a_gap_splits(tmp_path):
     assert [w.split(': ')[1] for w in recording.warnings] == ['1 gaps; split there']
 
 
+def test_states_that_come_too_seldom_for_a_motion_are_one_line(tmp_path):
+    bag = write_runs(tmp_path / 'bag', [swing(period=1e6)], {})
+    with pytest.raises(UserError, match=r'bag: states come 1e\+06 s apart'):
+        read_bag(bag, PENDULUM)
+
+
 def test_stamps_jumping_back_split_and_keep_their_inputs(tmp_path):
     log = []
     for run, volts in enumerate((1.0, 2.0)):

@@ -159,3 +159,11 @@ def test_a_run_file_by_hand_is_held_from_row_to_row(tmp_path):
         read_run(path).run_for(load_robot('torque_pendulum'))
     with pytest.raises(UserError, match='folder is not there'):
         write_run(tmp_path / 'no' / 'run.csv', run, PENDULUM)
+
+
+@pytest.mark.parametrize('last', ['2e8', '1e300'])
+def test_a_run_of_years_is_one_line(last, tmp_path):
+    path = tmp_path / 'mine.csv'
+    path.write_text(GOOD.replace('0.4,', f'{last},'))
+    with pytest.raises(UserError, match=r'control periods of pendulum, and may have 1e\+06'):
+        read_run(path).run_for(PENDULUM)

@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 from tests.places import DATA
 
+from leo_msgs_py import progress
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.model import Model
+from leo_sim.model.batch import rollout
 from leo_sim.model.model_file import load_model
 from leo_sim.verbs.robot import main as robot_verb
+from leo_sim.verbs.skeleton import implied_figures
 from leo_sim.verbs.skeleton.folder import make_folder
 from leo_sim.verbs.skeleton.implied_figures import EXACT, integration_step
 
@@ -62,6 +65,32 @@ def test_the_urdf_gives_limits_and_motor_figures(tmp_path):
     for a in volts.actuators:
         assert a.torque_constant * a.limit / a.resistance == pytest.approx(1.0, rel=0.01)
         assert a.limit / a.torque_constant == pytest.approx(4.8, rel=0.01)
+
+
+def test_a_long_chain_is_measured_in_fewer_states_and_said(tmp_path, capsys, monkeypatch):
+    seen = []
+
+    def rolled(model, q, *rest):
+        seen.append(q.shape)
+        return rollout(model, q, *rest)
+
+    monkeypatch.setattr(progress, 'EVERY', 0.0)
+    monkeypatch.setattr(implied_figures, 'rollout', rolled)
+    path = tmp_path / 'chain.urdf'
+    path.write_text(chain(40))
+    make_folder(path, tmp_path / 'chain', 'torque')
+    assert {*seen} == {(30, 40)}
+    assert 'measuring the integration step: 0.01 s' in capsys.readouterr().err
+
+
+def chain(count: int) -> str:
+    """A URDF of so many heavy links that swing behind each other."""
+    links = ''.join(f"""
+<link name="l{i}"><inertial><origin xyz="0 0 -0.05"/><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="j{i}" type="continuous"><origin xyz="0 0 -0.1"/><parent link="l{i - 1}"/>
+<child link="l{i}"/><axis xyz="0 1 0"/></joint>""" for i in range(1, count + 1))
+    return f'<robot name="chain"><link name="l0"/>{links}</robot>'
 
 
 def test_without_an_effort_gravity_says_what_the_motor_must_hold(tmp_path):

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 import sys
 import time
+from typing import Protocol
 
 from rich.progress import (
     BarColumn,
@@ -46,9 +47,9 @@ class Clock:
     def __post_init__(self) -> None:
         self.began = self.last = self.now()
 
-    def step(self) -> None:
-        """One step more is done."""
-        self.done, self.last = self.done + 1, self.now()
+    def step(self, steps: int = 1) -> None:
+        """One step more is done, or several."""
+        self.done, self.last = self.done + steps, self.now()
 
     @property
     def elapsed(self) -> float:
@@ -89,8 +90,15 @@ class _Left(ProgressColumn):
         return Text('' if left is None else f'about {in_words(left)} left')
 
 
+class Told(Protocol):
+    """Hears what has been done, and how many steps that were."""
+
+    def __call__(self, text: str, steps: int = 1) -> None:
+        """One step is done, or several."""
+
+
 @contextmanager
-def progress(title: str, steps: int | None = None) -> Iterator[Callable[[str], None]]:
+def progress(title: str, steps: int | None = None) -> Iterator[Told]:
     """Tell on stderr what is being done and, where `steps` says how much, the time left."""
     console, clock = Terminal(stderr=True), Clock(steps)
     if not console.is_terminal:
@@ -101,20 +109,20 @@ def progress(title: str, steps: int | None = None) -> Iterator[Callable[[str], N
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(title, total=steps)
 
-        def told(text: str) -> None:
-            clock.step()
-            bar.update(task, advance=1, description=f'{title}: {text}')
+        def told(text: str, steps: int = 1) -> None:
+            clock.step(steps)
+            bar.update(task, advance=steps, description=f'{title}: {text}')
 
         yield told
 
 
-def _lines(title: str, clock: Clock) -> Callable[[str], None]:
+def _lines(title: str, clock: Clock) -> Told:
     """Print a line every `EVERY` seconds."""
     printed = clock.began
 
-    def told(text: str) -> None:
+    def told(text: str, steps: int = 1) -> None:
         nonlocal printed
-        clock.step()
+        clock.step(steps)
         if clock.last - printed >= EVERY:
             printed = clock.last
             print(f'{title}: {text} ({clock})', file=sys.stderr, flush=True)

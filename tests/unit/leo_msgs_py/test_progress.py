@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The time left is never less than the step takes that is being done; piped, lines come."""
 
-from leo_diffmodel.verbs import progress
-from leo_diffmodel.verbs.progress import Clock
+from leo_msgs_py import progress
+from leo_msgs_py.progress import Clock
 
 
 class Time:
@@ -40,6 +40,14 @@ def test_more_steps_than_expected_and_few_say_nothing():
     assert clock_after(10, 1.0, 12)[1].left is None
     assert clock_after(10, 1.0, 1)[1].left is None
     assert clock_after(None, 1.0, 5)[1].left is None
+
+
+def test_a_step_that_is_as_long_as_several_counts_as_them():
+    time, clock = clock_after(100, 2.0, 0)
+    for steps in (1, 2, 7):
+        time.at += 2.0 * steps
+        clock.step(steps)
+    assert clock.left == 180.0
 
 
 def test_piped_a_line_comes_now_and_then(capsys, monkeypatch):
