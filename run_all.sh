@@ -117,6 +117,21 @@ link_packages() { # NAME…: what ros2 run and ros2 launch look for, which edita
   return 0
 }
 
+compile_kernels() { # once, by their first use; they are kept, and no command or test waits for them
+  "$VENV/bin/python" - << 'PYTHON'
+import numpy as np
+
+from leo_sim.model import Model
+from leo_sim.model.batch import rollout
+
+for robot in ('leo', 'pendulum'):
+    model, inputs = Model(robot), np.zeros((1, 1, 6 if robot == 'leo' else 1))
+    state = model.start()
+    model.step(state, inputs[0, 0], 0.03)
+    rollout(model, state.q[None], state.dq[None], inputs, 0.03)
+PYTHON
+}
+
 setup() { # REQUIREMENTS…: install them and the four packages, unless that is done already
   local stamp=$VENV/.ready-${*: -1} packages=(leo_msgs_py leo_sim leo_diffmodel leo_learner)
   if ! usable "$VENV/bin/python" || other_python_wanted ||
@@ -131,8 +146,7 @@ setup() { # REQUIREMENTS…: install them and the four packages, unless that is 
   pip_install --constraint constraints.txt "${@/#/--requirement=}"
   pip_install --no-build-isolation --no-deps "${packages[@]/#/--editable=src/}"
   link_packages "${packages[@]}"
-  # LEO's kernels compile at their first use and are kept.
-  "$VENV/bin/python" -c 'from leo_sim.model import Model; m = Model("leo"); m.step(m.start(), [0] * 6, 0.03)'
+  compile_kernels
   fingerprint "$@" > "$stamp"
 }
 

@@ -3,6 +3,7 @@
 
 from collections.abc import Callable, Iterator
 import os
+import secrets
 import signal
 import subprocess
 import sys
@@ -10,21 +11,44 @@ from typing import Any
 
 from hypothesis import HealthCheck, settings
 import pytest
+from tests.machine import described
 
 from leo_learner.experiments.processes import free_domain
 
 Spawn = Callable[..., subprocess.Popen]
 
 
-def pytest_configure() -> None:
+@pytest.hookimpl(tryfirst=True)
+def pytest_configure(config: pytest.Config) -> None:
     """Let SIGINT interrupt again, which a shell that starts the tests behind it has ignored.
 
-    And let no example fail for being slow: the machine may be busy.
+    Draw one seed of hypothesis for all processes, and let no example fail for being slow: the
+    machine may be busy.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    settings.register_profile(
-        'patient', deadline=None, suppress_health_check=[HealthCheck.too_slow])
+    given = getattr(config, 'workerinput', {}).get('seed') or config.option.hypothesis_seed
+    config.option.hypothesis_seed = given or str(secrets.randbits(32))
+    settings.register_profile('patient', deadline=None, derandomize=False,
+                              suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile('patient')
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """Hand the seed to a process of xdist."""
+    node.workerinput['seed'] = node.config.option.hypothesis_seed
+
+
+def pytest_report_header(config: pytest.Config) -> list[str]:
+    """What a failure elsewhere is repeated with."""
+    return described(config.option.hypothesis_seed)
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """The processor time of all processes of the run."""
+    used = os.times()
+    seconds = used.user + used.system + used.children_user + used.children_system
+    terminalreporter.write_line(f'CPU: {seconds / 60:.1f} minutes')
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -8,8 +8,9 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from numba import njit
+from numba import njit, types
 from numba.core.errors import NumbaError
+from numba.extending import typeof_impl
 
 from leo_sim.common import compiled_cache
 
@@ -30,6 +31,18 @@ def compiled_as(signature: Any) -> Callable[..., Any]:
     """For functions that are handed over as values: all of one signature, compiled at once."""
     decorator: Callable[..., Any] = njit(signature, cache=True, error_model='numpy')
     return decorator
+
+
+class Functions(tuple[Callable[..., float], ...]):
+    """Functions from `compiled_as`, all of one signature, handed over as values.
+
+    numba would work out the type of a plain tuple of them anew at each call, and warn.
+    """
+
+
+@typeof_impl.register(Functions)
+def _type_of(functions: Functions, _: Any) -> Any:
+    return types.UniTuple(types.FunctionType(functions[0].nopython_signatures[0]), len(functions))
 
 
 @cache

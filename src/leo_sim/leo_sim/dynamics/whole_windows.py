@@ -11,14 +11,12 @@ there this is several times as fast (benchmarks/whole_windows.py).
 from collections.abc import Callable
 import math
 from typing import Any
-import warnings
 
 import numba
-from numba.core.errors import NumbaExperimentalFeatureWarning
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers, rows
-from leo_sim.common.compiled import compiled_law
+from leo_sim.common.compiled import compiled_law, Functions
 from leo_sim.dynamics.spatial import Spatial
 from leo_sim.dynamics.substep import DRIVE, PROBE, rested
 from leo_sim.dynamics.window_input import every_row, Held, Pieces, pieces
@@ -62,11 +60,9 @@ def run(laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: flo
     driving = _driving(laws, cut, held.memory, level, (lead, size))
     angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
     angles[0], rates[0] = rows(q, lead, size, True), rows(dq, lead, size, True)
-    with warnings.catch_warnings():  # functions as values
-        warnings.simplefilter('ignore', NumbaExperimentalFeatureWarning)
-        run_states(tree.tree, *tree.world, tree.each(lead), driving,
-                   Play(*(rows(v, lead, size) for v in play)), *_bent(laws, lead, size),
-                   *looped(laws, cut, held.memory, (lead, size)), angles, rates)
+    run_states(tree.tree, *tree.world, tree.each(lead), driving,
+               Play(*(rows(v, lead, size) for v in play)), *_bent(laws, lead, size),
+               *looped(laws, cut, held.memory, (lead, size)), angles, rates)
     states = (x.reshape(-1, *lead, size) for x in (angles, rates))
     return _sensed(laws, cut, held.memory, *states)
 
@@ -115,7 +111,7 @@ def _bent(laws: Laws, lead: tuple[int, ...], size: int) -> tuple[Any, Bent]:
         acts[b, use.at] = 1
         for i, parameter in enumerate(use.effect.parameters):
             values[b, :, i] = rows(use.values[parameter.name], lead, 1)[:, 0]
-    return tuple(functions), Bent(values, acts, dry, int(laws.needs_load))
+    return Functions(functions), Bent(values, acts, dry, int(laws.needs_load))
 
 
 def _first(laws: Laws, held: Held) -> tuple[Any, ...]:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, Indices, Numbers
+from leo_sim.common.broadcasting import Array, filled, Indices, Numbers
 from leo_sim.dynamics.substep import substeps
 from leo_sim.laws.laws import Laws, Memory
 
@@ -100,6 +100,8 @@ def _all_on(held: Held) -> bool:
 
 
 def every_row(values: Array, shape: tuple[int, ...], tail: int) -> Any:
-    """Values (P, S, W, tail), or less of that, for all rows: (P, N, tail)."""
-    full = np.broadcast_to(values, (*shape, tail))
-    return np.ascontiguousarray(full).reshape(shape[0], -1, tail)
+    """Values (P, S, W, tail), or less of that, for all rows: (P, N, tail), a copy.
+
+    A view that must not be written to would be another type to the compiled kernel.
+    """
+    return filled((*shape, tail), values).reshape(shape[0], -1, tail)

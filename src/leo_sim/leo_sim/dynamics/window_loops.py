@@ -7,7 +7,7 @@ import numba
 import numpy as np
 
 from leo_sim.common.broadcasting import rows
-from leo_sim.common.compiled import compiled_law
+from leo_sim.common.compiled import compiled_law, Functions
 from leo_sim.dynamics.window_input import every_row, Pieces
 from leo_sim.dynamics.window_kernel import Looped
 from leo_sim.laws.laws import Laws, Memory
@@ -36,7 +36,7 @@ def loop_axes(laws: Laws) -> list[tuple[int, ...]]:
 
 
 def looped(laws: Laws, cut: Pieces, memory: Memory, axes: tuple[tuple[int, ...], int]
-           ) -> tuple[tuple[Any, ...], Looped]:
+           ) -> tuple[Functions, Looped]:
     """The laws behind the loops, and the loops, for states of leading axes and so many joints."""
     (lead, size), servos = axes, laws.servos
     functions = [compiled_law(_as_it_is, BEHIND)] * MOST_BEHIND
@@ -44,8 +44,8 @@ def looped(laws: Laws, cut: Pieces, memory: Memory, axes: tuple[tuple[int, ...],
     values = np.zeros((MOST_BEHIND, math.prod(lead), 3))
     if servos is None:
         none, never = np.zeros((1, size)), np.zeros((0, 1, size))
-        return tuple(functions), Looped(never, never, none, none, none, none, none, none, values,
-                                        acts)
+        return Functions(functions), Looped(
+            never, never, none, none, none, none, none, none, values, acts)
     for b, use in enumerate(servos.after):
         functions[b] = compiled_law(use.effect.law, BEHIND)
         acts[b, np.array(laws.actuated_joints)[use.at]] = 1
@@ -55,7 +55,7 @@ def looped(laws: Laws, cut: Pieces, memory: Memory, axes: tuple[tuple[int, ...],
     goal, torque = (every_row(part, shape, size) for part in _per_volt(laws, size, cut, memory))
     gain, rate_gain, grain, supply, scale, zero = (
         rows(figure, lead, size) for figure in _figures(laws, servos))
-    return tuple(functions), Looped(goal, torque, gain, rate_gain, grain, supply, scale, zero,
+    return Functions(functions), Looped(goal, torque, gain, rate_gain, grain, supply, scale, zero,
                                     values, acts)
 
 

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.searched import among
 from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel.explain.explanation import explain
@@ -15,6 +16,12 @@ from leo_sim.effects import place
 from leo_sim.model import Model
 
 SECONDS = 10
+
+
+@pytest.fixture(autouse=True)
+def _few(monkeypatch):
+    among(monkeypatch, Model(TORQUE), 'coulomb_friction', 'viscous_friction', 'stribeck_friction',
+          'bias_torque', 'torque_scale')
 
 
 def _recorded(friction: float, seed: int):

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.searched import among
 from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel import explain
@@ -26,6 +27,13 @@ def run(name, *effects, seed):
 
 def errors(data):
     return {row['model']: row['rmse'][0] for row in data['models']}
+
+
+@pytest.fixture(scope='module', autouse=True)
+def _few():
+    with pytest.MonkeyPatch.context() as patch:
+        among(patch, Model(TORQUE), 'link_mass', 'link_inertia', 'viscous_friction')
+        yield
 
 
 @pytest.fixture(scope='module')

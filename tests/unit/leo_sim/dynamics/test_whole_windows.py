@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from leo_sim.description.robot import load_robot
-from leo_sim.dynamics import whole_windows
+from leo_sim.dynamics import whole_windows, window_kernel
 from leo_sim.effects import Effect, get_effect, Parameter, place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
@@ -77,6 +77,20 @@ def test_the_numbers_are_those_of_sample_periods(name, effects, monkeypatch):
     for mine, its in zip(whole, one, strict=True):
         assert mine.shape == its.shape
         assert mine == pytest.approx(its, rel=1e-8, abs=1e-8)
+
+
+@pytest.mark.filterwarnings('error')
+def test_the_kernel_is_compiled_once_whatever_drives_the_robot():
+    robot = load_robot('pendulum')
+    given = windows(robot)
+    plain = {'q0': given['q0'], 'dq0': given['dq0'], 'inputs': given['inputs'], 'dt': 0.01}
+    bent, scanned, late = (Model(robot, [place(robot, effect, where, **values)
+                                         for effect, where, values in LAWS[name]])
+                           for name in ('friction by load', 'a scanned scale', 'a scanned delay'))
+    for model, windows_of in ((Model(robot), plain), (bent, given), (scanned, given),
+                              (late, plain)):
+        rollout(model, **windows_of)
+    assert len(window_kernel.run.signatures) == 1
 
 
 def test_joints_come_to_rest_at_their_stops(monkeypatch):

@@ -5,6 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
+from tests.searched import among
 from tests.simulate import PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.recording import Recording
@@ -127,7 +128,8 @@ def off_at_times() -> np.ndarray:
     return on
 
 
-def test_a_motor_that_is_free_at_times_tells_back_emf_from_friction():
+def test_a_motor_that_is_free_at_times_tells_back_emf_from_friction(monkeypatch):
+    among(monkeypatch, Model(PENDULUM), 'back_emf_scale', 'viscous_friction', 'coulomb_friction')
     effect = place(PENDULUM, 'viscous_friction', 'pivot', b=1e-4)
     data = driven(PENDULUM, effect, enabled=off_at_times())
     things = [('viscous_friction', 'pivot'), ('back_emf_scale', 'pivot')]

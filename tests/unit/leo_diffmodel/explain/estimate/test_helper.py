@@ -9,6 +9,7 @@ from unittest import mock
 
 from joblib import delayed, Parallel
 import pytest
+from tests.searched import among
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.explain.estimate import helper
@@ -72,7 +73,8 @@ def test_without_need_none_is_started(cores, wanted):
     assert {pid for _, pid in helper.spread(_pid, range(3))} == {os.getpid()}
 
 
-def test_an_explanation_is_the_same_with_and_without(two_cores):
+def test_an_explanation_is_the_same_with_and_without(two_cores, monkeypatch):
+    among(monkeypatch, Model(TORQUE), 'coulomb_friction', 'viscous_friction', 'stribeck_friction')
     data = [record(TORQUE, place(TORQUE, 'coulomb_friction', 'pivot', c=0.2), seconds=10)]
     started = list(helper._started)
     with mock.patch.object(helper, 'prepare'):

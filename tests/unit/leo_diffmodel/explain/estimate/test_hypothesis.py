@@ -2,6 +2,7 @@
 """Bounds and steps that depend on another parameter, as static friction on the sliding one."""
 
 import numpy as np
+from tests.searched import among
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
@@ -27,7 +28,9 @@ def test_static_friction_is_kept_at_or_above_the_sliding_one():
         assert np.all(np.asarray(values['c_static']) >= np.asarray(values['c']))
 
 
-def test_friction_that_rises_with_speed_is_no_stribeck_friction():
+def test_friction_that_rises_with_speed_is_no_stribeck_friction(monkeypatch):
+    among(monkeypatch, BASE, 'stribeck_friction', 'coulomb_friction', 'viscous_friction',
+          'asymmetric_friction', 'quadratic_drag')
     effects = [place(TORQUE, 'coulomb_friction', 'pivot', c=0.15),
                place(TORQUE, 'quadratic_drag', 'pivot', d=0.02)]
     answer = explain([record(TORQUE, *effects, seconds=15)], BASE)
@@ -48,7 +51,9 @@ def test_a_step_is_straight_in_the_torque_of_a_spring():
     np.testing.assert_array_equal(hypothesis.moved(theta, [0.0, -1.0, 0.2]), [0.3, 0.0, 1.2])
 
 
-def test_a_spring_that_rests_far_beyond_the_data_is_no_ripple():
+def test_a_spring_that_rests_far_beyond_the_data_is_no_ripple(monkeypatch):
+    among(monkeypatch, BASE, 'torque_ripple', 'bias_torque', 'external_force', 'link_com',
+          'encoder_offset', 'joint_spring')
     spring = place(TORQUE, 'joint_spring', 'pivot', k=0.25, rest=4.0)
     answer = explain([record(TORQUE, spring, seconds=15)], BASE)
     assert [e['name'] for e in answer.effects] == ['joint_spring']

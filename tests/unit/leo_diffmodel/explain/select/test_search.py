@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.searched import FIRST, searched
+from tests.searched import among, FIRST, searched
 from tests.simulate import PENDULUM, record, TORQUE
 
 from leo_diffmodel.explain.estimate.fit import fit
@@ -17,7 +17,6 @@ from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose
-from leo_diffmodel.explain.select import search as selection
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.description.robot import load_robot
@@ -113,27 +112,12 @@ def both(request) -> list:
     return [record(TORQUE, *effects, seconds=5, seed=10 * request.param + s) for s in range(3)]
 
 
-@pytest.fixture
-def few(monkeypatch):
-    """A search among few effects, in the order given."""
-
-    def ordered(order):
-        pool = [candidate(Model(TORQUE), n) for n in order]
-        monkeypatch.setattr(selection, 'candidates', lambda *_: pool)
-
-    ordered(FEW)
-    return ordered
-
-
-def test_neither_the_order_nor_the_rate_of_the_data_changes_the_names(both, few):
+def test_neither_the_order_nor_the_rate_of_the_data_changes_the_names(both, monkeypatch):
     right = {'coulomb_friction', 'command_delay'}
-    found = searched(both, Model(TORQUE))
-    assert names(found) == right
-    back = searched(both[::-1], Model(TORQUE))
-    assert names(back) == right
-    few(FEW[::-1])
+    among(monkeypatch, Model(TORQUE), *FEW)
     assert names(searched(both, Model(TORQUE))) == right
-    halved = [replace(r, episodes=tuple(every(e, 2) for e in r.episodes)) for r in both]
+    among(monkeypatch, Model(TORQUE), *FEW[::-1])
+    halved = [replace(r, episodes=tuple(every(e, 2) for e in r.episodes)) for r in both[::-1]]
     assert len(halved[0].episodes[0].t) == 250
     assert names(searched(halved, Model(TORQUE))) == right
 
@@ -152,7 +136,8 @@ def every(episode, stride):
      {'coulomb_friction', 'viscous_friction'}),
     ({'coulomb_friction': {'c': 0.2}}, {'coulomb_friction'}),
 ], ids=['stribeck', 'two', 'coulomb'])  # fmt: skip
-def test_friction_is_told_by_the_fewest_laws_that_do_it(truth, right, few):
+def test_friction_is_told_by_the_fewest_laws_that_do_it(truth, right, monkeypatch):
+    among(monkeypatch, Model(TORQUE), *FEW)
     effects = [place(TORQUE, name, 'pivot', **values) for name, values in truth.items()]
     found = searched([record(TORQUE, *effects, seconds=10)], Model(TORQUE))
     assert names(found) == right
@@ -161,8 +146,7 @@ def test_friction_is_told_by_the_fewest_laws_that_do_it(truth, right, few):
 def test_one_effect_is_preferred_to_two_that_do_what_it_does(monkeypatch):
     data = record(PENDULUM, place(PENDULUM, 'back_emf_scale', 'pivot', k=1.3), seconds=10)
     model = Model(PENDULUM)
-    pool = [candidate(model, n) for n in ('voltage_scale', 'torque_scale', 'back_emf_scale')]
-    monkeypatch.setattr(selection, 'candidates', lambda *_: pool)
+    among(monkeypatch, model, 'voltage_scale', 'torque_scale', 'back_emf_scale')
     found = searched([data], model)
     assert names(found) == {'back_emf_scale'}
     assert found.final.theta == pytest.approx([1.3], rel=0.05)
@@ -219,7 +203,7 @@ def test_two_effects_are_both_named_with_their_sizes():
         place(TORQUE, 'coulomb_friction', 'pivot', c=0.2),
         place(TORQUE, 'command_delay', 'pivot', delay=0.02),
     ]
-    answer = explain([record(TORQUE, *truth, seconds=15)], Model(TORQUE))
+    answer = explain([record(TORQUE, *truth, seconds=8)], Model(TORQUE))
     found = {e['name']: e['parameters'] for e in answer.effects}
     assert answer.verdict == 'named' and set(found) == {'coulomb_friction', 'command_delay'}
     assert found['coulomb_friction']['c']['value'] == pytest.approx(0.2, rel=0.05)
@@ -230,8 +214,10 @@ def test_two_effects_are_both_named_with_their_sizes():
 
 
 @pytest.mark.parametrize('seed', [*(pytest.param(n, marks=pytest.mark.slow) for n in (1, 4)), 2])
-def test_a_constant_at_its_bound_hides_no_effect(seed):
+def test_a_constant_at_its_bound_hides_no_effect(seed, monkeypatch):
     robot = load_robot('servo_pendulum')
+    among(monkeypatch, Model(robot), 'encoder_offset', 'actuator_lag', 'command_delay',
+          'measurement_delay', 'velocity_lag', 'bias_torque', 'link_com', 'viscous_friction')
     low = robot.constants['sensors.pivot.offset'].uncertain[0]
     effects = [place(robot, 'encoder_offset', 'pivot', o=2 * low),
                place(robot, 'actuator_lag', 'pivot', tau=0.01)]
@@ -254,7 +240,7 @@ def test_uncertain_constants_are_refitted_before_anything_is_named(tmp_path):
     assert found['ci95'][0] < 0.0536 < found['ci95'][1]
     assert answer.model.constants[path] == found['value']
     sure = load_model('pendulum').changed(constants={path: 0.045})
-    assert explain(data, sure).verdict != 'fine'
+    assert names(searched(data, sure, FIRST)) != set()
 
 
 def test_whole_bags_can_be_held_out():
@@ -267,6 +253,6 @@ def test_whole_bags_can_be_held_out():
     assert row['parameters']['b']['value'] == pytest.approx(0.1, rel=0.05)
     assert [b['path'] for b in answer.provenance['bags']] == ['simulated_1', 'simulated_2']
     other = record(TORQUE, effect, seconds=8, seed=7)
-    again = searched(data[:1], Model(TORQUE), hold_out=[other])
+    again = searched(data[:1], Model(TORQUE), FIRST, hold_out=[other])
     assert names(again) == {'viscous_friction'}
     assert again.final.theta == pytest.approx([row['parameters']['b']['value']], rel=1e-3)
