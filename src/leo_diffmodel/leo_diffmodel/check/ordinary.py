@@ -83,8 +83,8 @@ def strongest_wave(time: Array, rest: Array, fitted: Array) -> list[Law]:
     """A sine and a cosine of the frequency that is strongest in the rest (N,)."""
     t, y = time[fitted], rest[fitted]
     span = max(float(np.ptp(t)), 1e-9)
-    cycles = _coarsest((t - t.min()) / span, y - y.mean(), 2.0 + MOST_HERTZ * span)
-    cycles = cycles + COARSE * np.linspace(-1, 1, 21)
+    about = _coarsest((t - t.min()) / span, y - y.mean(), 2.0 + MOST_HERTZ * span)
+    cycles = about + COARSE * np.linspace(-1, 1, 21)
     waves = np.exp(2j * np.pi / span * cycles[:, None] * t)
     best = float(cycles[int(np.argmax(np.abs(waves @ (y - y.mean()))))])
     phase = 2 * np.pi * best / span * time
