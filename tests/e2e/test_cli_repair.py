@@ -10,15 +10,26 @@ import sys
 import time
 
 import pytest
+from tests.searched import among
 from tests.simulate import bag, record, TORQUE
 
 from leo_msgs_py.cli import main
 from leo_sim.effects import place
+from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
 
 FRICTION = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
 MODEL = ['--model', 'torque_pendulum']
 LEO = Path(sys.executable).with_name('leo')
+
+
+@pytest.fixture(scope='module', autouse=True)
+def _few():
+    """The commands of this process choose from few effects: what they choose is no matter here."""
+    with pytest.MonkeyPatch.context() as patch:
+        among(patch, Model(TORQUE), 'coulomb_friction', 'viscous_friction', 'stribeck_friction',
+              'bias_torque')
+        yield
 
 
 @pytest.fixture(scope='module')

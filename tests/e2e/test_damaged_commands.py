@@ -7,6 +7,7 @@ LEO_DAMAGED=1000 runs 50, five run by default.
 from collections.abc import Callable
 import os
 from pathlib import Path
+import shutil
 import subprocess
 import sys
 
@@ -36,9 +37,15 @@ COMMANDS: tuple[tuple[list[str], str, Spoil], ...] = (
 )
 
 
+@pytest.fixture(scope='module')
+def shop(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One of each, whole."""
+    return fill(tmp_path_factory.mktemp('whole'))
+
+
 @pytest.mark.parametrize('seed', range(CASES))
-def test_a_command_on_damaged_files_says_one_line(seed, tmp_path):
-    root = fill(tmp_path)
+def test_a_command_on_damaged_files_says_one_line(seed, shop, tmp_path):
+    root = Path(shutil.copytree(shop, tmp_path / 'shop'))
     rng = np.random.default_rng([seed, 50])
     argv, victim, spoil = COMMANDS[seed % len(COMMANDS)]
     spoil(root / victim, rng)

@@ -20,7 +20,7 @@ from leo_sim.verbs.reveal import read_sealed
 
 pytestmark = pytest.mark.graph
 
-SMALL = Plan(steps=400, more_steps=400, transitions=600, episodes=1)
+SMALL = Plan(steps=200, more_steps=200, transitions=300, episodes=1)
 
 
 def test_names_the_secret_and_says_how_good_it_was(tmp_path):

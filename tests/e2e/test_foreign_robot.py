@@ -15,7 +15,7 @@ from leo_sim.model.model_file import load_model
 
 ARM = DATA / 'arm2.urdf'
 FRICTION = 0.02
-SECONDS = 10.0
+SECONDS = 6.0
 NOISE = (1e-3, 0.03)  # rad, rad/s: encoders of 12 bit
 
 

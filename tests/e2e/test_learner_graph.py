@@ -34,7 +34,7 @@ class Graph:
             'diffmodel': ['leo_diffmodel', 'diffmodel', 'model:=pendulum',
                           f'bag:={folder / "rollout"}'],
             'learner': ['leo_learner', 'learner', 'model:=pendulum', f'folder:={folder / "run"}',
-                        'first_steps:=400', 'update_steps:=400', 'transitions:=500', 'tests:=1'],
+                        'first_steps:=100', 'update_steps:=100', 'transitions:=500', 'tests:=1'],
         }
         for name, more in changes.items():
             self._arguments[name] += more
@@ -84,10 +84,7 @@ def test_every_process_may_be_killed_and_the_loop_goes_on(spawn, tmp_path):
 
 
 def test_named_effects_move_into_the_model_between_updates(spawn, tmp_path):
-    graph = Graph(
-        spawn, tmp_path, robot=['noise:=[0.001,0.02]'], diffmodel=['repair:=true'],
-        learner=['transitions:=1000'],
-    )
+    graph = Graph(spawn, tmp_path, robot=['noise:=[0.001,0.02]'], diffmodel=['repair:=true'])
     graph.wait_for('done')
     assert 'on top of link_mass at bob' in (tmp_path / 'learner.log').read_text()
     repaired = load_model(tmp_path / 'run' / 'difference-001.yaml')

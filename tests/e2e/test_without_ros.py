@@ -22,56 +22,72 @@ class NoRos:
 sys.meta_path.insert(0, NoRos())
 """
 LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
+EACH = """
+import contextlib, io, json, sys
+from leo_msgs_py.cli import main
+
+def said(words):
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            status = main(words)
+        except SystemExit as end:
+            status = end.code
+    return status, out.getvalue(), err.getvalue()
+
+print(json.dumps([said(words) for words in json.loads(sys.argv[1])]))
+"""
 
 
 @pytest.fixture
-def leo(tmp_path):
-    """Run a command in an environment without ROS, in a folder of its own."""
+def python(tmp_path):
+    """Run a program in an environment without ROS, in a folder of its own."""
     (tmp_path / 'site').mkdir()
     (tmp_path / 'site' / 'sitecustomize.py').write_text(BLOCKER)  # children have it too
     paths = [str(tmp_path / 'site'), *filter(None, [os.environ.get('PYTHONPATH')])]
     environment = os.environ | {'PYTHONPATH': os.pathsep.join(paths)}
 
-    def run(*words: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run([sys.executable, '-c', LEO, *words], env=environment, cwd=tmp_path,
-                              capture_output=True, text=True, timeout=300)  # fmt: skip
+    def run(program: str, *words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([sys.executable, '-c', program, *words], env=environment,
+                              cwd=tmp_path, capture_output=True, text=True, timeout=300)
 
     return run
 
 
-@pytest.mark.parametrize('verb', ['explain', 'run', 'topic', 'learn', 'play', 'bag'])
-def test_help_works(leo, verb):
-    done = leo(verb, '--help')
-    assert (done.returncode, done.stderr) == (0, '')
-    assert f'  leo {verb} ' in done.stdout
+def test_help_works(python):
+    verbs = ['explain', 'run', 'topic', 'learn', 'play', 'bag']
+    done = python(EACH, json.dumps([[verb, '--help'] for verb in verbs]))
+    for verb, (status, out, err) in zip(verbs, json.loads(done.stdout), strict=True):
+        assert (status, err) == (0, '')
+        assert f'  leo {verb} ' in out
 
 
-def test_bags_models_and_learning_work(leo, tmp_path: Path):
+def test_bags_models_and_learning_work(python, tmp_path: Path):
     bag(tmp_path / 'swing', record(PENDULUM, seconds=5))
     for words in (['bag', 'info', 'swing'], ['compare', 'swing', '--model', 'pendulum', '--json'],
                   ['learn', '--model', 'pendulum', '--steps', '100', '-o', 'run', '--json']):
-        done = leo(*words)
+        done = python(LEO, *words)
         assert done.returncode == 0, done.stderr
     policy = json.loads(done.stdout.splitlines()[-1])['policy']
-    done = leo('play', policy, '--model', 'pendulum', '--json')
+    done = python(LEO, 'play', policy, '--model', 'pendulum', '--json')
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize(
-    'words',
-    [
-        ['run', 'leo_sim', 'robot'],
-        ['run', 'leo_diffmodel', 'diffmodel'],
-        ['run', 'leo_learner', 'learner'],
-        ['topic', 'list'],
-        ['status'],
-        ['bag', 'record'],
-        ['play', 'leo_walk'],
-        ['learn', '--robot', 'pendulum', '--on-robot', '-o', 'x', '--steps', '10'],
-    ],
+NEED_ROS = (
+    ['run', 'leo_sim', 'robot'],
+    ['run', 'leo_diffmodel', 'diffmodel'],
+    ['run', 'leo_learner', 'learner'],
+    ['topic', 'list'],
+    ['status'],
+    ['bag', 'record'],
+    ['play', 'leo_walk'],
+    ['learn', '--robot', 'pendulum', '--on-robot', '-o', 'x', '--steps', '10'],
 )
-def test_what_needs_ros_says_so_in_one_line(leo, words):
-    done = leo(*words)
-    assert (done.returncode, done.stdout) == (2, '')
-    assert done.stderr.startswith('leo: error: this needs ROS 2') and done.stderr.count('\n') == 1
-    assert './run_all.sh setup' in done.stderr
+
+
+def test_what_needs_ros_says_so_in_one_line(python):
+    done = python(EACH, json.dumps(NEED_ROS))
+    for words, (status, out, err) in zip(NEED_ROS, json.loads(done.stdout), strict=True):
+        assert (status, out) == (2, ''), words
+        assert err.startswith('leo: error: this needs ROS 2') and err.count('\n') == 1, words
+        assert './run_all.sh setup' in err

@@ -106,33 +106,39 @@ def test_colcon_installs_every_module_and_data_file(colcon_install: Path, packag
     assert missing == []
 
 
-@pytest.mark.parametrize('package', PACKAGES)
-def test_pip_installs_what_ros_reads_and_nodes_where_ros2_run_looks(
-    tmp_path: Path, package: str
-) -> None:
-    source, prefix = tmp_path / package, tmp_path / 'prefix'
+@pytest.fixture(scope='session')
+def pip_prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Install the four packages with pip, and return where."""
+    base = tmp_path_factory.mktemp('pip')
     shutil.copytree(  # pip builds in the source's own folder
-        ROOT / 'src' / package, source, ignore=shutil.ignore_patterns('build', '*.egg-info')
+        ROOT / 'src', base / 'src', ignore=shutil.ignore_patterns('build', '*.egg-info')
     )
     command = [
         *(sys.executable, '-m', 'pip', 'install', '--quiet', '--no-deps', '--no-index'),
-        *('--no-build-isolation', '--ignore-installed', '--prefix', str(prefix), str(source)),
+        *('--no-build-isolation', '--ignore-installed', '--prefix', str(base / 'prefix')),
+        *(str(base / 'src' / package) for package in PACKAGES),
     ]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, cwd=base, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
-    share = prefix / 'share'
+    return base / 'prefix'
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_pip_installs_what_ros_reads_and_nodes_where_ros2_run_looks(
+    pip_prefix: Path, package: str
+) -> None:
+    share = pip_prefix / 'share'
     assert (share / 'ament_index' / 'resource_index' / 'packages' / package).is_file()
     assert (share / package / 'package.xml').is_file()
     for files in ('launch/*.launch.py', 'config/*.yaml'):
         installed = {p.name for p in (share / package).glob(files)}
         assert installed == {p.name for p in (ROOT / 'src' / package).glob(files)}
-    nodes = {p.name for p in (prefix / 'lib' / package).glob('*') if os.access(p, os.X_OK)}
+    nodes = {p.name for p in (pip_prefix / 'lib' / package).glob('*') if os.access(p, os.X_OK)}
     assert nodes == {node for owner, node in EXECUTABLES if owner == package}
-    scripts = {p.name for p in (prefix / 'bin').glob('*')}
-    assert scripts == ({'leo'} if package == 'leo_msgs_py' else set())
 
 
-def test_pip_installs_leo_and_no_node_into_bin() -> None:
+def test_pip_installs_leo_and_no_node_into_bin(pip_prefix: Path) -> None:
+    assert {p.name for p in (pip_prefix / 'bin').glob('*')} == {'leo'}
     scripts = {p.name for p in Path(sys.executable).parent.iterdir()}
     assert 'leo' in scripts
     assert scripts.isdisjoint(node for _, node in EXECUTABLES)

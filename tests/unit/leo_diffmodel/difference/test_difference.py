@@ -18,7 +18,7 @@ from leo_diffmodel.difference.fit import fit, one_step_mse
 from leo_diffmodel.difference.job import Updates
 from leo_diffmodel.difference.layout import Layout, layout_of
 from leo_diffmodel.difference.model import from_bytes
-from leo_diffmodel.difference.network import RECOMMENDED, THESIS
+from leo_diffmodel.difference.network import RECOMMENDED, THESIS, TORQUE
 from leo_diffmodel.difference.service import correction
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
@@ -211,11 +211,12 @@ def test_job_with_a_broken_bag_fails_with_its_reason(tmp_path):
     assert updates.newest() is None and not updates.busy
 
 
-def test_a_full_disk_fails_an_update_and_a_later_one_goes_well(real, tmp_path):
+def test_a_full_disk_fails_an_update_and_a_later_one_goes_well(model, real, steps, tmp_path):
     bag, weights = recorded(real, tmp_path / 'rollout'), tmp_path / 'weights'
     updates, names = Updates(weights, 'pendulum', 'torque'), ['difference-001.safetensors']
-    updates.begin([bag])
-    assert ended(updates) == 'fitted'
+    former, _ = fit(steps.part(slice(0, 200)), model, replace(TORQUE, epochs=1))
+    weights.mkdir()
+    (weights / names[0]).write_bytes(former.to_bytes())
     with room_for(FEW):
         updates.begin([bag])
     assert ended(updates) == 'failed'

@@ -59,7 +59,7 @@ def test_the_leading_candidate_runs_through_the_measured_means(recording, explan
     assert 1 <= len(curves.candidates) <= 4
 
 
-@pytest.mark.parametrize('verdict', ['fine', 'named', 'partly', 'ambiguous', 'unknown'])
+@pytest.mark.parametrize('verdict', ['named', 'unknown'])
 def test_the_whole_page(verdict, recording, explanation, tmp_path):
     path = tmp_path / 'out' / 'report.html'
     write_explanation(path, replace(explanation, verdict=verdict), [recording])
