@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings of simulated robots whose truth is known, in memory or as bags."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +65,16 @@ def record(
         Path(f'simulated_{seed}'), '0' * 64, tuple(robot.joint_names),
         tuple(a.joint for a in robot.actuators), robot.input, DT, (episode,), {},
     )  # fmt: skip
+
+
+def rounded(recording: Recording, seed: int = 0) -> Recording:
+    """The same run as another processor might have rounded it: moved by 1e-12 of its size."""
+    rng = np.random.default_rng(seed)
+    moved = tuple(
+        replace(e, **{name: x * (1 + 1e-12 * rng.standard_normal(x.shape))
+                      for name, x in (('q', e.q), ('dq', e.dq), ('inputs', e.inputs))})
+        for e in recording.episodes)  # fmt: skip
+    return replace(recording, episodes=moved)
 
 
 def bag(folder: Path, recording: Recording) -> Path:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.searched import FIRST, searched
-from tests.simulate import DT, NOISE, POSITION, steps
+from tests.simulate import DT, NOISE, POSITION, rounded, steps
 import yaml
 
 from leo_diffmodel.bags.recording import read_bag, Recording
@@ -46,7 +46,8 @@ def test_it_is_named_from_the_bag(tmp_path: Path) -> None:
     (episode,) = recording.episodes
     assert recording.input == 'position'
     assert episode.enabled[:, 0].sum() == SECONDS / DT, 'free before the first goal'
-    found = searched([recording], Model(POSITION), FIRST)
-    (top,) = found.chosen.names
-    assert top.effect.name == 'voltage_deadband'
-    assert found.final.theta[0] == pytest.approx(DEAD_ZONE, abs=0.01)
+    for data in (recording, rounded(recording)):
+        found = searched([data], Model(POSITION), FIRST)
+        (top,) = found.chosen.names
+        assert top.effect.name == 'voltage_deadband'
+        assert found.final.theta[0] == pytest.approx(DEAD_ZONE, abs=0.01)

@@ -2,12 +2,12 @@
 """A fit ends at one minimum, from wherever it began and however a processor rounds."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.simulate import POSITION, record
+from tests.simulate import POSITION, record, rounded
 
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
@@ -22,13 +22,17 @@ FEW_NATS = 2.0
 """Of loss between two ends of a fit; names are decided by five."""
 
 
+def run() -> Recording:
+    zone = place(POSITION, 'voltage_deadband', 'pivot', v=DEAD_ZONE)
+    return record(POSITION, zone, seconds=6.0)
+
+
 @pytest.fixture(scope='module')
 def posed() -> tuple[Problem, Hypothesis]:
     """A position servo with a dead zone, whose gain, resistance and inertia are uncertain."""
     model = Model(POSITION)
-    run = record(POSITION, place(POSITION, 'voltage_deadband', 'pivot', v=DEAD_ZONE), seconds=6.0)
     zone = next(c for c in candidates(model) if c.label == 'voltage_deadband:pivot')
-    return pose([run], [], model).problem, Hypothesis((zone,), uncertain(model))
+    return pose([run()], [], model).problem, Hypothesis((zone,), uncertain(model))
 
 
 def ended(problem: Problem, hypothesis: Hypothesis, zone: float) -> Fit:
@@ -52,11 +56,7 @@ def test_rounding_and_the_order_of_windows_move_no_fit(posed: tuple[Problem, Hyp
     problem, hypothesis = posed
     fits = [ended(problem, hypothesis, 0.0)]
     for seed in range(3):
-        rng = np.random.default_rng(seed)
-        order = rng.permutation(problem.windows.count)
-        noisy = [x * (1 + 1e-12 * rng.standard_normal(x.shape))
-                 for x in (problem.windows.q, problem.windows.dq)]  # fmt: skip
-        rounded = replace(problem, windows=replace(problem.windows, q=noisy[0], dq=noisy[1]))
-        moved = ended(rounded.take(order), hypothesis, 0.0)
-        fits.append(moved.take(np.argsort(order)))
+        again = pose([rounded(run(), seed)], [], Model(POSITION)).problem
+        order = np.random.default_rng(seed).permutation(again.windows.count)
+        fits.append(ended(again.take(order), hypothesis, 0.0).take(np.argsort(order)))
     assert alike(problem, fits)

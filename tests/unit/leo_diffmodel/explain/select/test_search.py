@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.searched import among, FIRST, searched
-from tests.simulate import PENDULUM, record, TORQUE
+from tests.simulate import PENDULUM, record, rounded, TORQUE
 
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
@@ -117,7 +117,8 @@ def test_neither_the_order_nor_the_rate_of_the_data_changes_the_names(both, monk
     among(monkeypatch, Model(TORQUE), *FEW)
     assert names(searched(both, Model(TORQUE))) == right
     among(monkeypatch, Model(TORQUE), *FEW[::-1])
-    halved = [replace(r, episodes=tuple(every(e, 2) for e in r.episodes)) for r in both[::-1]]
+    halved = [rounded(replace(r, episodes=tuple(every(e, 2) for e in r.episodes)))
+              for r in both[::-1]]
     assert len(halved[0].episodes[0].t) == 250
     assert names(searched(halved, Model(TORQUE))) == right
 
