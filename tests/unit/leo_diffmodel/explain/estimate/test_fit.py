@@ -41,15 +41,16 @@ def ended(problem: Problem, hypothesis: Hypothesis, zone: float) -> Fit:
     return fit(problem, hypothesis, theta, iterations=30, patience=1)
 
 
-def alike(problem: Problem, fits: Sequence[Fit]) -> bool:
-    """Whether fits end at one loss, and each holds the truth within three standard errors."""
+def check_alike(problem: Problem, fits: Sequence[Fit]) -> None:
+    """Fits end at one loss, and each holds the truth within three standard errors."""
     losses = [float(f.loss[problem.train].sum()) for f in fits]
     off = [abs(f.theta[0] - DEAD_ZONE) / f.standard_errors[0] for f in fits]
-    return max(losses) - min(losses) < FEW_NATS and max(off) < 3.0
+    assert max(losses) - min(losses) < FEW_NATS, losses
+    assert max(off) < 3.0, off
 
 
 def test_a_dead_zone_is_found_from_anywhere(posed: tuple[Problem, Hypothesis]) -> None:
-    assert alike(posed[0], [ended(*posed, zone) for zone in STARTS])
+    check_alike(posed[0], [ended(*posed, zone) for zone in STARTS])
 
 
 def test_rounding_and_the_order_of_windows_move_no_fit(posed: tuple[Problem, Hypothesis]) -> None:
@@ -59,4 +60,4 @@ def test_rounding_and_the_order_of_windows_move_no_fit(posed: tuple[Problem, Hyp
         again = pose([rounded(run(), seed)], [], Model(POSITION)).problem
         order = np.random.default_rng(seed).permutation(again.windows.count)
         fits.append(ended(again.take(order), hypothesis, 0.0).take(np.argsort(order)))
-    assert alike(problem, fits)
+    check_alike(problem, fits)
