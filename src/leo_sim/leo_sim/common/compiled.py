@@ -33,7 +33,7 @@ def compiled_as(signature: Any) -> Callable[..., Any]:
     return decorator
 
 
-class Functions(tuple[Callable[..., float], ...]):
+class Functions(tuple[Any, ...]):
     """Functions from `compiled_as`, all of one signature, handed over as values.
 
     numba would work out the type of a plain tuple of them anew at each call, and warn.
