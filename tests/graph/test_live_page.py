@@ -38,7 +38,7 @@ from leo_sim.model import Model
 
 pytestmark = pytest.mark.graph
 
-PATIENCE = 60.0
+PATIENCE = 120.0
 SOME = 20_000
 """Bytes of a bag that holds states."""
 APART = 5.0
