@@ -2,6 +2,7 @@
 """compare, explain, repair and add on the command line: files, JSON, exit status, Ctrl-C."""
 
 import json
+import math
 import os
 from pathlib import Path
 import signal
@@ -13,6 +14,7 @@ import pytest
 from tests.searched import among
 from tests.simulate import bag, record, TORQUE
 
+from leo_diffmodel.verbs import progress
 from leo_msgs_py.cli import main
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -25,8 +27,12 @@ LEO = Path(sys.executable).with_name('leo')
 
 @pytest.fixture(scope='module', autouse=True)
 def _few():
-    """The commands of this process choose from few effects: what they choose is no matter here."""
+    """The commands of this process choose from few effects: what they choose is no matter here.
+
+    Nor do they say after 10 s how far they are, which a busy machine needs.
+    """
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(progress, 'EVERY', math.inf)
         among(patch, Model(TORQUE), 'coulomb_friction', 'viscous_friction', 'stribeck_friction',
               'bias_torque')
         yield

@@ -89,6 +89,7 @@ def until(true: Callable[[], bool]) -> None:
     end = time.monotonic() + PATIENCE
     while not true():
         assert time.monotonic() < end
+        time.sleep(0.2)
 
 
 def test_a_switch_and_a_slider_move_the_curve_in_every_tab(url, tab):
