@@ -14,7 +14,7 @@ import pytest
 from tests.searched import among
 from tests.simulate import bag, record, TORQUE
 
-from leo_diffmodel.verbs import progress
+from leo_msgs_py import progress
 from leo_msgs_py.cli import main
 from leo_sim.effects import place
 from leo_sim.model import Model
