@@ -16,22 +16,21 @@ from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.estimate.settle import KEPT, residual_at, settle
 
 Array = np.ndarray
-ENOUGH_NATS = 0.05
-FAR_NATS = 5.0
-ENOUGH_SHARE, FAR_SHARE = 3e-4, 1e-3
-"""Of the loss: where no hypothesis comes near the noise, the last nats decide nothing."""
-SETTLED_NATS, SCALES = 0.5, (1.0, 0.3, 0.1)
+ENOUGH_NATS, ENOUGH_ON_GROUND = 0.05, 0.5
+"""What a step must promise to be tried; less is the end."""
+ITERATIONS = 40
+DAMPING, LEAST_DAMPING = 1e-3, 1e-9
+"""Of the scaled normal equations, to begin with and at least."""
+HARDER, SOFTEST = 2.0, 1 / 3
+"""Times the damping after a step that gains nothing, more with each; after one that keeps its
+promise (Nielsen 1999)."""
 OUT_OF_LINE = 2.0
 """Times the median loss: a window on the ground that is worse does not move the parameters."""
 RESPONDING, MOST_LEVERAGE = 0.05, 1.5
 """A window on the ground responds to a parameter where its sensitivity is this share of what nine
 in ten stay below; one so many times as sensitive as their median is weighed down to that."""
-RIDGE, RIDGE_ON_GROUND = 1e-9, 1e-3
-"""Of the scaled normal equations; on the ground rollouts are expensive, far steps seldom pay."""
 NO_STEP = 1e-12
 """Of a scaled parameter that its bounds hold fast; the solver asks for room."""
-PATIENCE = 3
-"""Up to this many times the iterations, as long as the last step saved FAR_NATS or more."""
 
 
 def fit(
@@ -39,48 +38,32 @@ def fit(
     hypothesis: Hypothesis,
     theta: Array | None = None,
     start: Array | None = None,
-    iterations: int = 8,
-    patience: int = PATIENCE,
+    iterations: int = ITERATIONS,
 ) -> Fit:
-    """Gauss-Newton over parameters and start states, with shorter and shorter steps and bounds.
+    """Levenberg-Marquardt over the parameters within bounds, the start states projected out.
 
-    Only the training windows move the parameters; every window moves its own start state. Where a
-    step does not save what the linearisation promises, it is judged by its loss once the start
-    states have settled there: dry friction bends what they do.
+    Only the training windows move the parameters; every window has the start state that suits it
+    best (variable projection, Golub and Pereyra 1973). What a step saves of what it promises sets
+    the damping of the next one; the fit ends where no step promises anything.
     """
     theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
-    if problem.linearisation and not hypothesis.size:
-        start = problem.linearisation.start if start is None else start
-        return _read_off(problem, _evaluate(problem, hypothesis, theta, start))
-    best = _settled(problem, hypothesis, theta, _first(problem) if start is None else start)
-    for number in range(patience * iterations if hypothesis.size else 0):
-        best, gained = _stepped(problem, hypothesis, best)
-        enough = _enough(problem, best, number >= iterations)
-        if gained < enough:
-            best, gained = _released(problem, hypothesis, best)
-        if gained < enough:
+    at = _point(problem, hypothesis, theta, _settled(problem, hypothesis, theta, start))
+    damping, settled = DAMPING, True
+    for _ in range(iterations if hypothesis.size else 0):
+        there, damping = _advanced(problem, at, damping)
+        if there is None and settled:
             break
-    return _read_off(problem, best)
-
-
-def _first(problem: Problem) -> Array:
-    """The start states to begin with, shape (W, 2J)."""
-    return problem.linearisation.start if problem.linearisation else problem.windows.measured[:, 0]
-
-
-def _enough(problem: Problem, best: _Point, late: bool) -> float:
-    """What a step must save to be followed by another [nats]."""
-    if problem.linearisation:
-        return float('inf') if late else SETTLED_NATS
-    least, share = (FAR_NATS, FAR_SHARE) if late else (ENOUGH_NATS, ENOUGH_SHARE)
-    return max(least, share * float(shooting.huber(best.linear.residual[problem.train]).sum()))
+        settled = there is None
+        at = there or _point(problem, hypothesis, at.theta,
+                             _settled(problem, hypothesis, at.theta, at.start), at.errors)
+    return _read_off(problem, at)
 
 
 def read_at(problem: Problem, fitted: Fit) -> Fit:
     """A fit as it is in another weighting of the residuals, its values and their errors kept."""
-    errors = conditional_errors(fitted.columns)
-    begin = _evaluate if problem.linearisation else _settled
-    point = begin(problem, fitted.hypothesis, fitted.theta, fitted.start, errors)
+    settled = _settled(problem, fitted.hypothesis, fitted.theta, fitted.start)
+    point = _point(problem, fitted.hypothesis, fitted.theta, settled,
+                   conditional_errors(fitted.columns[problem.train]))  # fmt: skip
     return replace(_read_off(problem, point), theta=fitted.theta, covariance=fitted.covariance)
 
 
@@ -90,57 +73,26 @@ def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
     A contact may settle in two ways; what another hypothesis gains by that alone is no gain.
     """
     fixed = problem.fixed(fitted.hypothesis, fitted.theta)
-    point = _evaluate(fixed, Hypothesis(), np.zeros(0), other.start)
-    loss = shooting.huber(point.linear.residual)
+    linear = shooting.linearise(fixed.base, fixed.windows, fixed.weight, Hypothesis(), np.zeros(0),
+                                other.start, fixed.by_start)  # fmt: skip
+    loss, rest = shooting.huber(linear.residual), shooting.eliminate(linear)[0]
     better = loss < fitted.loss
     return replace(
         fitted,
         start=np.where(better[:, None], other.start, fitted.start),
         loss=np.minimum(loss, fitted.loss),
-        residual=np.where(better[:, None], point.rest, fitted.residual),
+        residual=np.where(better[:, None], rest, fitted.residual),
     )
-
-
-def _stepped(
-    problem: Problem, hypothesis: Hypothesis, best: _Point
-) -> tuple[_Point, float]:
-    """The first shorter and shorter step that lowers the loss, and by how much [nats].
-
-    A window on the ground far worse than most has a contact that settles otherwise than the
-    robot's; it has no say in where to go.
-    """
-    loss = shooting.huber(best.linear.residual)
-    most, step = _in_line(problem, loss), _sound_step(problem, best)
-
-    def saved(there: Array) -> float:
-        left = np.minimum(there, most)
-        return float((np.minimum(loss, most) - left)[problem.train].sum())
-
-    for scale in SCALES:
-        theta, start = _along(hypothesis, best.theta, best.start, step, scale)
-        fixed = problem.fixed(hypothesis, theta)
-        gained = saved(shooting.huber(residual_at(fixed, start)))
-        if gained < KEPT * saved(shooting.huber(_ahead(best, theta, start))):
-            starts = start, best.start
-            start, there = settle(problem, hypothesis, theta, starts, best.linear.by_start)
-            gained = saved(there)
-        if gained > 0:
-            return _evaluate(problem, hypothesis, theta, start, best.errors(problem)), gained
-    return best, 0.0
-
-
-def _ahead(best: _Point, theta: Array, start: Array) -> Array:
-    """The residual that the linearisation at one point promises at another one, (W, N)."""
-    linear = best.linear
-    moved = (linear.by_start @ (start - best.start)[..., None])[..., 0]
-    return linear.residual + moved + linear.by_theta @ (theta - best.theta)
 
 
 def looked_at(problem: Problem, hypothesis: Hypothesis, theta: Array) -> tuple[Fit, Step]:
     """A hypothesis on the ground as it is at some values, and the Gauss-Newton step from there."""
     assert problem.linearisation
-    point = _evaluate(problem, hypothesis, hypothesis.bounded(theta), problem.linearisation.start)
-    return _read_off(problem, point), _sound_step(problem, point)
+    theta, start = hypothesis.bounded(theta), problem.linearisation.start
+    linear = shooting.linearise(problem.base, problem.windows, problem.weight, hypothesis, theta,
+                                start, problem.by_start)  # fmt: skip
+    point = _Point.of(problem, hypothesis, theta, start, linear)
+    return _read_off(problem, point), point.step(DAMPING)
 
 
 def moved(fitted: Fit, step: Step, scale: float) -> Fit:
@@ -149,8 +101,29 @@ def moved(fitted: Fit, step: Step, scale: float) -> Fit:
     return replace(fitted, theta=theta, start=np.where(np.isfinite(start), start, fitted.start))
 
 
+def _advanced(problem: Problem, at: _Point, damping: float) -> tuple[_Point | None, float]:
+    """The first step, shorter and shorter, that saves something, and the damping of the next.
+
+    None where no step promises anything. The start states follow as the linearisation says; where
+    that saves less than half of the promise they are settled.
+    """
+    harder = HARDER
+    while (step := at.step(damping)).promised > at.enough:
+        theta, start = _along(at.hypothesis, at.theta, at.start, step)
+        saved = at.saved(shooting.huber(residual_at(problem.fixed(at.hypothesis, theta), start)))
+        if saved < KEPT * step.promised:
+            settled = settle(problem, at.hypothesis, theta, (start,), at.linear.by_start)
+            start, saved = settled.start, at.saved(settled.loss)
+        if saved > 0:
+            softer = max(SOFTEST, 1.0 - (2.0 * saved / step.promised - 1.0) ** 3)
+            return (_point(problem, at.hypothesis, theta, start, at.errors),
+                    max(damping * softer, LEAST_DAMPING))  # fmt: skip
+        damping, harder = max(damping, 1e3 * LEAST_DAMPING) * harder, 2.0 * harder
+    return None, damping
+
+
 def _along(
-    hypothesis: Hypothesis, theta: Array, start: Array, step: Step, scale: float
+    hypothesis: Hypothesis, theta: Array, start: Array, step: Step, scale: float = 1.0
 ) -> tuple[Array, Array]:
     """Parameters and start states after so much of a step; the starts answer to what is linear."""
     straight = hypothesis.bounded(theta + scale * step.theta) - theta
@@ -158,48 +131,50 @@ def _along(
     return moved, start + (step.start + step.gain @ straight)
 
 
-def _in_line(problem: Problem, loss: Array) -> float:
-    """The most that a window may lose to have a say [nats]."""
-    if not problem.linearisation:
-        return float('inf')
-    return OUT_OF_LINE * float(np.median(loss[problem.train]))
-
-
-def _sound_step(problem: Problem, point: _Point) -> Step:
-    loss = shooting.huber(point.linear.residual)
-    return _step(problem, point, problem.train & (loss < _in_line(problem, loss)))
-
-
 def _settled(
+    problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array | None
+) -> Array:
+    """The windows settled from some start states, or from the first there are."""
+    if start is None:
+        first = problem.linearisation
+        start = first.start if first else problem.windows.measured[:, 0]
+    return settle(problem, hypothesis, theta, problem.begins(start)).start
+
+
+def _point(
     problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array,
     errors: Array | None = None,
 ) -> _Point:
-    """The point where the starts have settled."""
-    settled, _ = settle(problem, hypothesis, theta, (start,))
-    return _evaluate(problem, hypothesis, theta, settled, errors)
+    linear = shooting.linearise(problem.base, problem.windows, problem.weight, hypothesis, theta,
+                                start, problem.by_start, errors)  # fmt: skip
+    return _Point.of(problem, hypothesis, theta, start, linear)
 
 
-def _released(
-    problem: Problem, hypothesis: Hypothesis, best: _Point
-) -> tuple[_Point, float]:
-    """The point with the starts that settle better from where they were measured, and its gain.
+@dataclass(frozen=True)
+class Step:
+    """The step of the parameters, and of each start state: start + gain (change of theta).
 
-    A joint that friction holds does not answer to its start, which may be caught there. Contacts
-    have settled before.
+    Attributes:
+        theta: shape (P,).
+        start, gain: shapes (W, 2J) and (W, 2J, P).
+        promised: what it saves where all is linear [nats].
     """
-    if problem.linearisation:
-        return best, 0.0
-    starts, theta = (best.start, problem.windows.measured[:, 0]), best.theta
-    start, loss = settle(problem, hypothesis, theta, starts, best.linear.by_start)
-    saved = float((shooting.huber(best.linear.residual) - loss)[problem.train].sum())
-    if saved <= 0:
-        return best, 0.0
-    return _evaluate(problem, hypothesis, theta, start, best.errors(problem)), saved
+
+    theta: Array
+    start: Array
+    gain: Array
+    promised: float = 0.0
 
 
 @dataclass(frozen=True)
 class _Point:
-    """A hypothesis at some values; `rest` and `slope` have the start states projected out."""
+    """A hypothesis at some values, linearised there.
+
+    Attributes:
+        rest, slope: residual and sensitivity with the start states projected out.
+        most: that a window may lose to have a say [nats].
+        matrix, descent: of the robust normal equations of the windows that have one.
+    """
 
     hypothesis: Hypothesis
     theta: Array
@@ -207,61 +182,65 @@ class _Point:
     linear: shooting.Linear
     rest: Array
     slope: Array
+    train: Array
+    most: float
+    enough: float
+    matrix: Array
+    descent: Array
+    answer: tuple[Array, Array]
 
-    def errors(self, problem: Problem) -> Array:
+    @classmethod
+    def of(
+        cls, problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array,
+        linear: shooting.Linear,
+    ) -> _Point:
+        """Project the start states out and sum over the windows that are in line."""
+        rest, slope = shooting.eliminate(linear)[:2]
+        loss = shooting.huber(linear.residual)
+        most = OUT_OF_LINE * float(np.median(loss[problem.train])) if problem.linearisation else np.inf
+        weight = shooting.robust_weight(linear.residual)
+        residual, columns, solved, gain = shooting.eliminate(linear, weight)
+        chosen = problem.train & (loss < most)
+        leverage = leverage_weight(problem, columns[chosen])
+        columns = columns[chosen] * leverage
+        descent = -np.einsum('wnp,wn->p', columns, residual[chosen] * leverage[..., 0])
+        enough = ENOUGH_ON_GROUND if problem.linearisation else ENOUGH_NATS
+        return cls(hypothesis, theta, start, linear, rest, slope, problem.train, most, enough,
+                   gram(columns), descent, (-solved, -gain))
+
+    @property
+    def errors(self) -> Array:
         """Standard error of each parameter with the others fixed, (P,); inf where none shows."""
-        return conditional_errors(self.slope[problem.train])
+        return conditional_errors(self.slope[self.train])
+
+    def saved(self, loss: Array) -> float:
+        """What other losses save of mine, no window out of line [nats]."""
+        mine = shooting.huber(self.linear.residual)
+        return float((np.minimum(mine, self.most) - np.minimum(loss, self.most))[self.train].sum())
+
+    def step(self, damping: float) -> Step:
+        """The damped Gauss-Newton step that is best within the bounds."""
+        theta = _bounded_step(self, damping)
+        promised = float(self.descent @ theta - 0.5 * theta @ self.matrix @ theta)
+        return Step(theta, *self.answer, promised)
 
 
-@dataclass(frozen=True)
-class Step:
-    """The step of the parameters, and of each start state: start + gain (change of theta)."""
+def _bounded_step(point: _Point, damping: float) -> Array:
+    """The damped step that is best within the bounds; where one is met, the rest makes do.
 
-    theta: Array
-    start: Array
-    gain: Array
-
-
-def _evaluate(
-    problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array,
-    errors: Array | None = None,
-) -> _Point:
-    linear = shooting.linearise(problem.base, problem.windows, problem.weight, hypothesis, theta,
-                                start, problem.by_start, errors)  # fmt: skip
-    rest, slope = shooting.eliminate(linear)[:2]
-    return _Point(hypothesis, theta, start, linear, rest, slope)
-
-
-def _step(problem: Problem, point: _Point, chosen: Array | None = None) -> Step:
-    """The next step; parameters by the training windows, or those `chosen` (W,)."""
-    chosen = problem.train if chosen is None else chosen
-    weight = shooting.robust_weight(point.rest)
-    residual, by_theta, start, gain = shooting.eliminate(point.linear, weight)
-    step = np.zeros(len(point.theta))
-    if len(step):
-        leverage = leverage_weight(problem, by_theta[chosen])
-        columns = by_theta[chosen] * leverage
-        slope = np.einsum('wnp,wn->p', columns, residual[chosen] * leverage[..., 0])
-        ridge = RIDGE_ON_GROUND if problem.linearisation else RIDGE
-        step = _bounded_step(gram(columns), slope, point, ridge)
-    return Step(step, -start, -gain)
-
-
-def _bounded_step(matrix: Array, slope: Array, point: _Point, ridge: float) -> Array:
-    """The Gauss-Newton step that is best within the bounds; where one is met, the rest makes do.
-
-    Scaled, as the ridge is: two parameters that do the same thing share what they do.
+    Scaled, as the damping is: two parameters that do the same thing share what they do.
     """
-    step, moves = np.zeros(len(slope)), np.diag(matrix) > 0
+    matrix = point.matrix
+    step, moves = np.zeros(len(matrix)), np.diag(matrix) > 0
     if not moves.any():
         return step
     low = (point.hypothesis.least(point.theta) - point.theta)[moves]
     high = (point.hypothesis.high - point.theta)[moves]
     scale = np.sqrt(np.diag(matrix)[moves])
-    damped = matrix[np.ix_(moves, moves)] / np.outer(scale, scale) + ridge * np.eye(len(scale))
+    damped = matrix[np.ix_(moves, moves)] / np.outer(scale, scale) + damping * np.eye(len(scale))
     root = np.linalg.cholesky(damped).T
     most = np.maximum(scale * high, scale * low + NO_STEP)
-    target = -solve_triangular(root, slope[moves] / scale, trans=1)
+    target = solve_triangular(root, point.descent[moves] / scale, trans=1)
     step[moves] = lsq_linear(root, target, (scale * low, most), 'bvls').x / scale
     return step
 
@@ -281,6 +260,7 @@ def _read_off(problem: Problem, point: _Point) -> Fit:
         shooting.huber(point.linear.residual),
         point.rest,
         columns,
+        point.step(LEAST_DAMPING).promised,
     )
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.estimate.linearisation import Linearisation
@@ -62,8 +63,20 @@ class Problem:
 
     @property
     def by_start(self) -> Array | None:
-        """Sensitivity of the sensed states to the start states, where it is known."""
-        return None if self.linearisation is None else self.linearisation.by_start
+        """Sensitivity of the whitened residual to the start states where it is known, (W, N, 2J)."""
+        if self.linearisation is None:
+            return None
+        by_start = self.linearisation.by_start
+        noise = per_window(self.weight, self.windows)[..., None]
+        return -(by_start / noise).reshape(len(by_start), -1, by_start.shape[-1])
+
+    def begins(self, start: Array) -> tuple[Array, ...]:
+        """Where start states may begin, each (W, 2J): where they were, and where measured.
+
+        A joint that friction holds does not answer to its start, which may be caught there. On
+        the ground a measured start may be a leap out of it.
+        """
+        return (start,) if self.linearisation else (start, self.windows.measured[:, 0])
 
     def fixed(self, hypothesis: Hypothesis, theta: Array) -> Problem:
         """The problem with a hypothesis at some values in the model, nothing free."""
@@ -94,6 +107,7 @@ class Fit:
         loss: robust cost of each window [nats], shape (W,).
         residual: whitened, start states projected out, shape (W, N).
         columns: its sensitivity to the parameters, shape (W, N, P).
+        decrement: what a full Gauss-Newton step still promises to save [nats].
     """
 
     hypothesis: Hypothesis
@@ -103,6 +117,7 @@ class Fit:
     loss: Array
     residual: Array
     columns: Array
+    decrement: float
 
     def take(self, index: Array) -> Fit:
         """The fit as it is on some of its windows."""

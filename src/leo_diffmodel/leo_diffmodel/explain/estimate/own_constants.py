@@ -59,7 +59,7 @@ def _found(
     found = fit(replace(part, train=problem.telling[outside]), own, theta, rest.start[outside])
     starts, everywhere = rest.start.copy(), np.ones(len(outside), dtype=bool)
     begun = found.start, part.windows.measured[:, 0]
-    starts[outside], _ = settle(replace(part, train=everywhere), own, found.theta, begun)
+    starts[outside] = settle(replace(part, train=everywhere), own, found.theta, begun).start
     return found, starts
 
 

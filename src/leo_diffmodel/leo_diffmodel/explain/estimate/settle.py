@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The start states that fit best with the parameters fixed, each window on its own.
 
-Gauss-Newton with the sensitivity of an earlier point (a chord), which costs one rollout a step; it
-is found again in those windows alone where a step saves less than half of what it promises, as
-where dry friction bends what a start does.
+Levenberg-Marquardt on the 2J numbers of every window, all windows at once. The sensitivity may be
+that of an earlier point (a chord), which saves 2J rollouts a step; it is found again in those
+windows alone where a step saves less than half of what it promises, as where dry friction bends
+what a start does.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,13 +19,35 @@ from leo_diffmodel.explain.estimate.fitted import Problem
 from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 
 Array = np.ndarray
-ROUNDS = 6
+ROUNDS = 8
+ENOUGH_NATS = 0.01
+"""What the next step of a window must promise to be taken."""
 KEPT = 0.5
-"""Of what the linearisation promises of a step; less, and it is found again where it was left."""
-SHORTER = 0.3
-"""Times the step that led nowhere."""
-SETTLED_SHARE = 1e-3
-"""Of the mean loss: what the next step of a window, and of all, must promise to be taken."""
+"""Of what a step promises; less, and the sensitivity is found again where it was left."""
+DAMPINGS = (1e-4, 1e-2, 1.0)
+"""Of the scaled normal equations. The first step is the first of them; later ones are tried with
+all, in one rollout, and a window where none gains is settled."""
+
+
+@dataclass(frozen=True)
+class Settled:
+    """Windows at the start states that fit them best.
+
+    Attributes:
+        start: shape (W, 2J).
+        loss: of each window [nats], shape (W,).
+        residual: whitened, shape (W, N).
+        by_start: sensitivity of the residual to the start, there or nearby, shape (W, N, 2J).
+    """
+
+    start: Array
+    loss: Array
+    residual: Array
+    by_start: Array
+
+    def take(self, index: Array) -> Settled:
+        """Some of the windows."""
+        return Settled(*(x[index] for x in vars(self).values()))
 
 
 def settle(
@@ -32,7 +56,7 @@ def settle(
     theta: Array,
     starts: Sequence[Array],
     by_start: Array | None = None,
-) -> tuple[Array, Array]:
+) -> Settled:
     """Settle from each of several start states, and keep the best in each window.
 
     Args:
@@ -41,96 +65,89 @@ def settle(
         theta: its values, shape (P,).
         starts: where to begin, each (W, 2J).
         by_start: sensitivity of the whitened residual to them, found nearby, (W, N, 2J).
-
-    Returns:
-        Start states (W, 2J), and the loss of each window there [nats], (W,).
     """
     count = problem.windows.count
     tiled = np.tile(np.arange(count), len(starts))
     fixed = problem.fixed(hypothesis, theta).take(tiled)
-    at = _Settling(fixed, np.concatenate(starts), None if by_start is None else by_start[tiled])
-    for _ in range(ROUNDS):
-        if not at.going.any():
-            break
-        at.step()
+    by_start = by_start if by_start is None else by_start[tiled]
+    at = _Settling(fixed, np.concatenate(starts), by_start).settled()
     best = at.loss.reshape(-1, count).argmin(axis=0) * count + np.arange(count)
-    return at.start[best], at.loss[best]
+    return at.take(best)
 
 
 class _Settling:
-    """Windows on the way to the start states that fit them best.
-
-    Attributes:
-        start: start states, shape (W, 2J).
-        loss: of each window there [nats], shape (W,).
-        going: windows that are not settled yet, shape (W,).
-    """
+    """Windows on the way to the start states that fit them best."""
 
     def __init__(self, fixed: Problem, start: Array, by_start: Array | None):
-        self._fixed, self.start, self._asked = fixed, start, fixed.linearisation is None
-        if fixed.linearisation or by_start is None:
+        self._fixed = fixed
+        known = fixed.by_start if by_start is None else by_start
+        if known is None:
             linear = _linearised(fixed, start)
-            self._residual, self._by_start = linear.residual, linear.by_start
+            residual, known = linear.residual, linear.by_start
         else:
-            self._residual, self._by_start = residual_at(fixed, start), by_start
-        self.loss = shooting.huber(self._residual)
-        self._fresh = np.full(len(start), by_start is None)
-        self._scale = np.ones(len(start))
-        self._moved, self._promised = np.zeros_like(start), np.zeros(len(start))
-        self._plan(np.arange(len(start)))
+            residual = residual_at(fixed, start)
+        self._at = Settled(start.copy(), shooting.huber(residual), residual, known.copy())
+        self._fresh = np.full(len(start), by_start is None or fixed.by_start is not None)
 
-    @property
-    def going(self) -> Array:
-        """Windows whose next step promises something, (W,)."""
-        train = self._fixed.train
-        least = SETTLED_SHARE * float(self.loss[train].mean())
-        worth = self._promised[train].sum() > SETTLED_SHARE * self.loss[train].sum()
-        return (self._promised > least) & worth
+    def settled(self) -> Settled:
+        """Step until no window's next step promises anything, or none gains."""
+        going = np.arange(len(self._fresh))
+        for number in range(ROUNDS):
+            steps, promised = self._planned(going, DAMPINGS if number else DAMPINGS[:1])
+            worth = promised > ENOUGH_NATS
+            going = going[worth]
+            if not going.size:
+                break
+            going = going[self._step(going, steps[:, worth], promised[worth])]
+        return self._at
 
-    def step(self) -> None:
-        """Move the windows that are going, each as far as it gains."""
-        index = np.flatnonzero(self.going)
-        there = self.start[index] + self._moved[index]
-        residual = residual_at(self._fixed.take(index), there)
-        gained = self.loss[index] - shooting.huber(residual)
-        bent, better = gained < KEPT * self._promised[index], gained > 0
-        self.start[index[better]] = there[better]
-        self._residual[index[better]] = residual[better]
-        self.loss[index] -= np.maximum(gained, 0.0)
-        stale = bent & (better | ~self._fresh[index]) & self._asked
-        self._scale[index] *= np.where(bent & ~stale, SHORTER, 1.0)
-        self._fresh[index[better]] = False
+    def _planned(self, index: Array, dampings: Sequence[float]) -> tuple[Array, Array]:
+        """The next steps of some windows, (D, w, 2J), and what the first promises [nats]."""
+        residual, by_start = self._at.residual[index], self._at.by_start[index]
+        steps = _damped_steps(residual, by_start, dampings)
+        ahead = residual + (by_start @ steps[0][..., None])[..., 0]
+        return steps, self._at.loss[index] - shooting.huber(ahead)
+
+    def _step(self, index: Array, steps: Array, promised: Array) -> Array:
+        """Move the windows by their best step; which of them may have another one, (w,)."""
+        at, starts = self._at, self._at.start[index] + steps
+        residuals = residual_at(self._fixed.take(index), starts)
+        losses = shooting.huber(residuals)
+        best = losses.argmin(axis=0), np.arange(len(index))
+        gained = at.loss[index] - losses[best]
+        better = gained > 0
+        moved = index[better]
+        at.start[moved], at.residual[moved], at.loss[moved] = (
+            x[best][better] for x in (starts, residuals, losses))  # fmt: skip
+        stale = (gained < KEPT * promised) & (better | ~self._fresh[index])
+        stale &= self._fixed.by_start is None
+        first, self._fresh[moved] = len(steps) == 1, False
         self._refresh(index[stale])
-        self._plan(index)
+        return better | stale | first
 
     def _refresh(self, index: Array) -> None:
         """Find the sensitivity of some windows again."""
         if index.size:
-            part = self._fixed.take(index)
-            self._by_start[index] = _linearised(part, self.start[index]).by_start
-            self._fresh[index] = True
+            part = _linearised(self._fixed.take(index), self._at.start[index])
+            self._at.by_start[index], self._fresh[index] = part.by_start, True
 
-    def _plan(self, index: Array) -> None:
-        """The next step of some windows, and what it promises to save."""
-        residual, by_start = self._residual[index], self._by_start[index]
-        self._moved[index] = moved = self._scale[index, None] * _steps(residual, by_start)
-        ahead = residual + (by_start @ moved[..., None])[..., 0]
-        self._promised[index] = self.loss[index] - shooting.huber(ahead)
+
+def _damped_steps(residual: Array, by_start: Array, dampings: Sequence[float]) -> Array:
+    """The Levenberg-Marquardt steps of each window's start state, (D, w, 2J)."""
+    weighed = np.swapaxes(by_start * shooting.robust_weight(residual)[..., None], -1, -2)
+    matrix, slope = weighed @ by_start, weighed @ residual[..., None]
+    size = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), 1e-30))
+    scaled = matrix / (size[:, :, None] * size[:, None, :])
+    damped = scaled + np.array(dampings)[:, None, None, None] * np.eye(size.shape[-1])
+    return -np.linalg.solve(damped, slope / size[..., None])[..., 0] / size
 
 
 def _linearised(fixed: Problem, start: Array) -> shooting.Linear:
     return shooting.linearise(fixed.base, fixed.windows, fixed.weight, Hypothesis(), np.zeros(0),
-                              start, fixed.by_start)  # fmt: skip
+                              start)  # fmt: skip
 
 
 def residual_at(fixed: Problem, start: Array) -> Array:
     """Whitened residual of the problem as it stands from some start states, (W, N)."""
     predicted = shooting.predict(fixed.base, fixed.windows, start)
     return shooting.whiten(fixed.windows, predicted, fixed.weight)
-
-
-def _steps(residual: Array, by_start: Array) -> Array:
-    """The Gauss-Newton step of each start state, (W, 2J)."""
-    linear = shooting.Linear(residual, by_start, np.zeros((*residual.shape, 0)))
-    weight = shooting.robust_weight(shooting.eliminate(linear)[0])
-    return -shooting.eliminate(linear, weight)[2]

@@ -73,8 +73,8 @@ def linearise(
         hypothesis: what is free.
         theta: parameters, shape (P,).
         start: start states, shape (W, 2J).
-        by_start: sensitivity of the sensed states to them where it is known, shape
-            (W, K+1, 2J, 2J); None finds it.
+        by_start: sensitivity of the whitened residual to them where it is known, shape
+            (W, N, 2J); None finds it.
         errors: standard error of each parameter with the others fixed, shape (P,), where it is
             known: how far it is moved for its difference.
     """
@@ -90,16 +90,13 @@ def linearise(
     model = hypothesis.model(base, thetas) if len(theta) else base
     e = whiten(windows, predict(model, windows, starts), sigma)
     if by_start is None:
-        starting = np.stack([(e[1 + i] - e[0]) / nudge[i] for i in range(states)], axis=-1)
-    else:
-        noise = per_window(sigma, windows)[..., None]
-        starting = -(by_start / noise).reshape(*e[0].shape, start.shape[-1])
+        by_start = np.stack([(e[1 + i] - e[0]) / nudge[i] for i in range(states)], axis=-1)
     by_theta = np.zeros((*e[0].shape, len(theta)))
     for row, some in enumerate(moved, 1 + states):
         for i in some:
             seen = _seen(windows, hypothesis.recordings[i])
             by_theta[seen, :, i] = (e[row, seen] - e[0, seen]) / step[i]
-    return Linear(e[0], starting, by_theta)
+    return Linear(e[0], by_start, by_theta)
 
 
 def _seen(windows: Windows, recording: str) -> Array | slice:

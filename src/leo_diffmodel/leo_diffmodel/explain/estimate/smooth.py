@@ -29,8 +29,6 @@ WEIGHT_CHANGE, MOST_RENEWALS = 0.2, 4
 """Weights are read again until none changes by more than this (in logs); how often at most."""
 ITERATIONS, QUICK_ITERATIONS, QUICK = 5, 3, 2
 """Of a fit, and of those that only tell the weights; and how many single effects tell them."""
-LAST_ITERATIONS = 30
-"""Of the fit that is told, which goes on until a step saves next to nothing."""
 WORTH = 0.3
 """Share of the threshold that a scan must promise to be fitted."""
 LOOK = 2
@@ -109,8 +107,7 @@ class Smooth(FarAhead):
     def finished(self, at: Estimate) -> Estimate:
         """The fit followed to its end; fits that are compared stop sooner."""
         told = at.fit
-        return Estimate(at.posed, fit(at.problem, told.hypothesis, told.theta, told.start,
-                                      LAST_ITERATIONS, patience=1))  # fmt: skip
+        return Estimate(at.posed, fit(at.problem, told.hypothesis, told.theta, told.start))
 
     def _weighed(self, best: Estimate) -> bool:
         """Read from a fit how much each recording counts; whether that is news."""
@@ -149,7 +146,7 @@ def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:
     """A first look from where a scan points; a fit from neutral where that leads nowhere."""
     added, values = point
     hypothesis = _with(null.hypothesis, added)
-    fitted = fit(problem, hypothesis, _between(null, values), null.start, LOOK, patience=1)
+    fitted = fit(problem, hypothesis, _between(null, values), null.start, LOOK)
     if fitted.loss[problem.train].sum() <= null.loss[problem.train].sum():
         return fitted
     parameters = [p for c in added for p in c.parameters]
