@@ -28,7 +28,7 @@ from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut
-from leo_diffmodel.explain.decide.classes import Facts
+from leo_diffmodel.explain.problem.classes import Facts
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 

@@ -16,18 +16,18 @@ from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.explain.decide import verdict
-from leo_diffmodel.explain.decide.classes import Facts, pair_note
-from leo_diffmodel.explain.decide.context import Context
 from leo_diffmodel.explain.decide.doubts import beside as chosen_beside
 from leo_diffmodel.explain.decide.doubts import doubts, rivals, stability
-from leo_diffmodel.explain.decide.held import validation_windows
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.estimate.own_constants import completed
 from leo_diffmodel.explain.estimate.rows import constant_rows
+from leo_diffmodel.explain.findings.held import validation_windows
+from leo_diffmodel.explain.findings.held_out import Context
 from leo_diffmodel.explain.problem.candidates import candidates, own_constants
+from leo_diffmodel.explain.problem.classes import Facts, pair_note
 from leo_diffmodel.explain.problem.cut import Cut
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.problem.pose import pose, Posed
 from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.settings import SETTINGS, Settings

@@ -15,7 +15,7 @@ from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period
-from leo_diffmodel.explain.decide.classes import Facts
+from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.next_run.effects_shown import is_shown, shown
 from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.motions import MotionRun, walker_menu

@@ -8,10 +8,10 @@ from pathlib import Path
 import re
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.headline import Headline
 from leo_diffmodel.compare.where import where as places_of
-from leo_diffmodel.explain.decide.headline import Headline
 from leo_diffmodel.explain.explanation import Explanation
-from leo_diffmodel.explain.tell.training_errors import training_errors
+from leo_diffmodel.explain.findings.training_errors import training_errors
 from leo_diffmodel.report import page
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.sections import (

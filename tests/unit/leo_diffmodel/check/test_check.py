@@ -16,8 +16,8 @@ from leo_diffmodel.check.pairs import alike
 from leo_diffmodel.check.shift import shifted
 from leo_diffmodel.check.traces import scan_all, traces_of
 from leo_diffmodel.compare.noise import estimate, short_windows
-from leo_diffmodel.explain.decide.classes import Facts
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.pose import pose
 from leo_sim.effects import place
 from leo_sim.model import Model

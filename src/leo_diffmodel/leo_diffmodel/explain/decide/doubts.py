@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from collections import Counter
 
-from leo_diffmodel.explain.decide.classes import same_thing
-from leo_diffmodel.explain.decide.context import Context
-from leo_diffmodel.explain.decide.disagree import disagreements
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.estimate.scan import amplitude_indices
+from leo_diffmodel.explain.findings.held_out import Context
+from leo_diffmodel.explain.findings.own_values import disagreements
+from leo_diffmodel.explain.problem.classes import same_thing
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.problem.limits import at_limit
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.sets import supported, widens

@@ -10,8 +10,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.estimate.scan import Scan
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
 
 Array = np.ndarray

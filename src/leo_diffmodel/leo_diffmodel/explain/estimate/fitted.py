@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
-from leo_diffmodel.explain.estimate.linearisation import Linearisation
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.linearisation import Linearisation
 from leo_sim.model import Model
 
 Array = np.ndarray

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.settings import SETTINGS
 
 Array = np.ndarray

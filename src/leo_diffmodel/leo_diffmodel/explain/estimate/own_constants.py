@@ -11,8 +11,8 @@ from scipy.linalg import block_diag
 
 from leo_diffmodel.explain.estimate.fit import fit, read_at
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.estimate.settle import settle
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_sim.description.robot import Constant
 
 Array = np.ndarray

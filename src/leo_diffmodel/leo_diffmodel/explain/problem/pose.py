@@ -15,9 +15,9 @@ from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.linearisation import refined, settled
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.fineness import stepped
+from leo_diffmodel.explain.problem.linearisation import refined, settled
 from leo_sim.model import Model
 
 Array = np.ndarray

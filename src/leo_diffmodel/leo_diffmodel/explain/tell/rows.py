@@ -9,15 +9,15 @@ import numpy as np
 
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
-from leo_diffmodel.explain.decide.context import Context
 from leo_diffmodel.explain.decide.doubts import doubt, instead, rivals
 from leo_diffmodel.explain.decide.verdict import Named, Rest
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.estimate.rows import parameter_rows
 from leo_diffmodel.explain.estimate.scan import Scan
+from leo_diffmodel.explain.findings.held_out import Context
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.tell.values import in_words

@@ -13,10 +13,10 @@ import numpy as np
 
 from leo_diffmodel.compare.pushes import own, respond, tame
 from leo_diffmodel.compare.sizes import torque_scale
-from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.covariance import conditional_errors
 from leo_diffmodel.explain.estimate.fit import leverage_weight
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
+from leo_diffmodel.explain.problem import shooting
 from leo_sim.model import Model
 
 Array = np.ndarray

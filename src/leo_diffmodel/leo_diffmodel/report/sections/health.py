@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.select.search import Search
-from leo_diffmodel.explain.settings import SETTINGS
-from leo_diffmodel.explain.tell.whiteness import (
+from leo_diffmodel.explain.findings.whiteness import (
     by_condition,
     chi_squared,
     Correlation,
     correlation,
 )
+from leo_diffmodel.explain.select.search import Search
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.palette import Stroke
 from leo_diffmodel.report.plots import health, Line

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import pytest
 from tests.simulate import PENDULUM
 
-from leo_diffmodel.explain.decide.classes import Facts
-from leo_diffmodel.explain.decide.context import Context
 from leo_diffmodel.explain.decide.doubts import _is_small, beside, instead, kept, stability
 from leo_diffmodel.explain.decide.verdict import decide, Named, Rest
+from leo_diffmodel.explain.findings.held_out import Context
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 

@@ -5,9 +5,9 @@ import numpy as np
 from tests.searched import among
 from tests.simulate import record, TORQUE
 
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_sim.effects import place
 from leo_sim.model import Model
 

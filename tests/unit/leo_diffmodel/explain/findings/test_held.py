@@ -8,9 +8,9 @@ import pytest
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.compare import errors
-from leo_diffmodel.explain.decide.held import validation_windows
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.findings.held import validation_windows
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
 from leo_sim.effects import place
 from leo_sim.model import Model

@@ -11,16 +11,16 @@ import numpy as np
 
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
+from leo_diffmodel.compare.headline import Headline, headline
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.decide.classes import Facts
-from leo_diffmodel.explain.decide.headline import Headline, headline
-from leo_diffmodel.explain.decide.held import undisturbed
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.own_constants import completed
+from leo_diffmodel.explain.findings.held import undisturbed
+from leo_diffmodel.explain.problem.classes import Facts
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.select.evidence import score, Scored
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import widens

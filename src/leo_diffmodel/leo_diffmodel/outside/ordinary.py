@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from leo_diffmodel.check.flow import Flow
+from leo_diffmodel.outside.flow import Flow
 from leo_sim.model import Model
 
 Array = np.ndarray

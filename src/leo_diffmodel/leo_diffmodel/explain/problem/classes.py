@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_sim.description.robot import Robot
 
 

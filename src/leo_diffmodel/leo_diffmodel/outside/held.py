@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.check.flow import still_rates
+from leo_diffmodel.outside.flow import still_rates
 from leo_sim.model import Model
 
 AHEAD, STEPS = 0.5, 10

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from leo_diffmodel.check.ordinary import strongest_wave
+from leo_diffmodel.outside.ordinary import strongest_wave
 
 
 @pytest.mark.parametrize('hertz', [0.25, 1.3, 5.8])

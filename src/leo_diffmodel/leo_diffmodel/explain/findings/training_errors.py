@@ -9,7 +9,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.errors import horizon_table, horizon_windows, Prediction
-from leo_diffmodel.explain.estimate.shooting import predict
+from leo_diffmodel.explain.problem.shooting import predict
 from leo_diffmodel.explain.select.search import Search
 
 MOST_WINDOWS = 100

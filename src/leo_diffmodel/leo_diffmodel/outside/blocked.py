@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from leo_diffmodel.check.flow import Flow
-from leo_diffmodel.check.ordinary import Ordinary
+from leo_diffmodel.outside.flow import Flow
+from leo_diffmodel.outside.ordinary import Ordinary
 
 Array = np.ndarray
 LEAST_SECONDS, WHILE = 0.4, 0.15

@@ -15,8 +15,8 @@ from leo_diffmodel.bags.span import between
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.check.finding import ERROR
 from leo_diffmodel.check.forces import forces
-from leo_diffmodel.check.outside import moved_from_outside, share_outside, without
 from leo_diffmodel.compare.sizes import gravity_scale
+from leo_diffmodel.outside.outside import moved_from_outside, share_outside, without
 from leo_diffmodel.verbs.bag import main
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot, Robot

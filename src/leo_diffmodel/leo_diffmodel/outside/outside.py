@@ -11,13 +11,13 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.bags.span import kept
-from leo_diffmodel.check.blocked import blocked
-from leo_diffmodel.check.bursts import Burst, bursts
 from leo_diffmodel.check.finding import merged
-from leo_diffmodel.check.flow import Flow, flow, PER_BELL, still_rates
-from leo_diffmodel.check.frozen import frozen
-from leo_diffmodel.check.held import held
-from leo_diffmodel.check.ordinary import explained, Ordinary, strongest_wave
+from leo_diffmodel.outside.blocked import blocked
+from leo_diffmodel.outside.bursts import Burst, bursts
+from leo_diffmodel.outside.flow import Flow, flow, PER_BELL, still_rates
+from leo_diffmodel.outside.frozen import frozen
+from leo_diffmodel.outside.held import held
+from leo_diffmodel.outside.ordinary import explained, Ordinary, strongest_wave
 from leo_sim.model import Model
 
 Array = np.ndarray

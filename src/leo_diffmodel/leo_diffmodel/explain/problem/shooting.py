@@ -18,10 +18,10 @@ from scipy.special import chdtri
 from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.pushes import predict as predict
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
-from leo_diffmodel.explain.estimate.robust import HUBER as HUBER
-from leo_diffmodel.explain.estimate.robust import huber as huber
-from leo_diffmodel.explain.estimate.robust import robust_weight as robust_weight
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.robust import HUBER as HUBER
+from leo_diffmodel.explain.problem.robust import huber as huber
+from leo_diffmodel.explain.problem.robust import robust_weight as robust_weight
 from leo_sim.model import Model
 
 Array = np.ndarray

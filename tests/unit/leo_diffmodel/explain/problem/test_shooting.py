@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from leo_diffmodel.explain.estimate.shooting import eliminate, Linear
+from leo_diffmodel.explain.problem.shooting import eliminate, Linear
 
 
 def _linear(rng: np.random.Generator) -> Linear:

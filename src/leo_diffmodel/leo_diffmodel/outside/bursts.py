@@ -9,7 +9,7 @@ import warnings
 import numpy as np
 from scipy.spatial import cKDTree
 
-from leo_diffmodel.check.flow import Flow
+from leo_diffmodel.outside.flow import Flow
 
 Array = np.ndarray
 SIGMAS, WIDE = 8.0, 0.3

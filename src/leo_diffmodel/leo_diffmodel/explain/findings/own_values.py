@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
-from leo_diffmodel.explain.decide.context import Context
-from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.scan import amplitude_indices
+from leo_diffmodel.explain.findings.held_out import Context
+from leo_diffmodel.explain.problem import shooting
 
 
 class Own(NamedTuple):
