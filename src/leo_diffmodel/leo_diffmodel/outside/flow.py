@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.check.rates import relate
+from leo_diffmodel.outside.rate import relate
 from leo_sim.laws.laws import Memory
 from leo_sim.model import Model
 

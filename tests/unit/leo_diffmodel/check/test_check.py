@@ -8,10 +8,10 @@ import pytest
 from tests.simulate import DT, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.span import merged
 from leo_diffmodel.check.amplitudes import needed, reaches
 from leo_diffmodel.check.check import Bag, check, look_at
 from leo_diffmodel.check.excitation import excitation, judge
-from leo_diffmodel.check.finding import merged
 from leo_diffmodel.check.pairs import alike
 from leo_diffmodel.check.shift import shifted
 from leo_diffmodel.check.traces import scan_all, traces_of

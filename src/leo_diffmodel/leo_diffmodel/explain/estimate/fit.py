@@ -10,10 +10,11 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
 from leo_diffmodel.explain.estimate.covariance import conditional_errors, covariance, gram
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.settle import KEPT, residual_at, settle
 from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
 ENOUGH_NATS = 0.05

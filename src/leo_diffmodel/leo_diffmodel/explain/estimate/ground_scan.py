@@ -17,7 +17,7 @@ import numpy as np
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.fit import leverage_weight
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import (
     amplitude_indices,
     Scales,
@@ -28,6 +28,7 @@ from leo_diffmodel.explain.estimate.scan import (
 )
 from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.effects import Parameter
 
 Array = np.ndarray

@@ -12,9 +12,10 @@ import numpy as np
 from leo_diffmodel.compare.sizes import inertia_scale, mass_scale, torque_scale
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.covariance import conditional_errors
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
 

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.fitted import Problem
 from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
 ROUNDS = 6

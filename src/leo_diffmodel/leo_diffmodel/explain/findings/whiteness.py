@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.compare.conditions import Condition, conditions
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
 LAGS = 10

@@ -15,8 +15,9 @@ from leo_diffmodel.compare.pushes import own, respond, tame
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.explain.estimate.covariance import conditional_errors
 from leo_diffmodel.explain.estimate.fit import leverage_weight
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.model import Model
 
 Array = np.ndarray
