@@ -116,12 +116,11 @@ def check(
     progress('timing and sensors')
     ranges = excitation(recordings, sigma, model.robot.base_joints)
     findings += [length(recordings), *of_all(recordings, model, sigma, ranges)]
-    free = any(bool((~e.enabled).any()) for r in recordings for e in r.episodes)
     try:
         data = traces_of(recordings, model, extra, progress)
     except ValueError as error:
         return _too_short(bags, model, str(error))
-    rows, apart = reaches(data, Facts(model.robot, free))
+    rows, apart = reaches(data, Facts.of(model.robot, recordings))
     pairs = alike(rows, apart, data.seconds)
     findings += [hidden(rows, data.seconds, recordings, model)]
     return Check(

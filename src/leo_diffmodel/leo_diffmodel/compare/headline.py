@@ -13,6 +13,8 @@ from leo_diffmodel.compare.errors import Prediction
 from leo_sim.description.robot import Robot
 
 NEARLY = 0.95
+Figures = dict[str, list[float]]
+"""rmse and median of each state, as in explain.json."""
 
 
 @dataclass(frozen=True)
@@ -38,29 +40,29 @@ class Headline:
         """What is told, in a column that is headed 'held-out error'."""
         return f'{"median" if self.statistic == "median" else "rms"}, {self.seconds:.2g} s ahead'
 
-    def figures(self, prediction: Prediction) -> dict[str, list[float]]:
+    def figures(self, prediction: Prediction) -> Figures:
         """Both figures of each state."""
         return {
             'rmse': errors.ahead(prediction, self.seconds),
             'median': errors.median_ahead(prediction, self.seconds),
         }
 
-    def floor(self, prediction: Prediction) -> dict[str, list[float]]:
+    def floor(self, prediction: Prediction) -> Figures:
         """Both figures of the errors that a perfect model would make."""
         return {
             'rmse': errors.floor_ahead(prediction, self.seconds),
             'median': errors.median_floor_ahead(prediction, self.seconds),
         }
 
-    def mean(self, prediction: Prediction) -> float:
-        """The mean over the states."""
-        return float(np.mean(self.figures(prediction)[self.statistic]))
+    def mean(self, figures: Figures) -> float:
+        """The mean over the states of the figure that is told."""
+        return float(np.mean(figures[self.statistic]))
 
-    def by_unit(self, prediction: Prediction, units: Sequence[str]) -> dict[str, float]:
+    def by_unit(self, figures: Figures, units: Sequence[str]) -> dict[str, float]:
         """Over the states of each unit, the root of the mean square of their figures."""
-        figures = np.array(self.figures(prediction)[self.statistic])
+        told = np.array(figures[self.statistic])
         mine = {unit: np.array([u == unit for u in units]) for unit in dict.fromkeys(units)}
-        return {unit: float(np.sqrt(np.mean(figures[of] ** 2))) for unit, of in mine.items()}
+        return {unit: float(np.sqrt(np.mean(told[of] ** 2))) for unit, of in mine.items()}
 
 
 def headline(robot: Robot, longest: float = np.inf) -> Headline:

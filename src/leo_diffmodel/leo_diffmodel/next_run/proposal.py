@@ -124,8 +124,7 @@ def propose(
     model = fast_enough(model, cut(recordings, errors.step_seconds(recordings)))
     make = walker_menu if model.robot.base_joints else menu
     runs = tamed(make(model.robot, before.allowed(model.robot), seconds), model, before)
-    free = any(bool((~e.enabled).any()) for r in recordings for e in r.episodes)
-    asked = questions(answer, Facts(model.robot, free))
+    asked = questions(answer, Facts.of(model.robot, recordings))
     if asked:
         fitted = fit_all(recordings, model, asked, extra, progress)
         points, nats, unsafe = _parted(fitted, model, runs, before, progress)

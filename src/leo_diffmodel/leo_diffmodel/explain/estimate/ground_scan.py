@@ -19,7 +19,6 @@ from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.fit import leverage_weight
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import (
-    amplitude_indices,
     Scales,
     Scan,
     Scanner,
@@ -27,7 +26,7 @@ from leo_diffmodel.explain.estimate.scan import (
     stretched,
 )
 from leo_diffmodel.explain.problem import shooting
-from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.effects import Parameter
 

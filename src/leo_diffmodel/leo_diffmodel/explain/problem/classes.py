@@ -7,9 +7,10 @@ every one of them against data.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_sim.description.robot import Robot
 
@@ -25,6 +26,12 @@ class Facts:
 
     robot: Robot
     ever_free: bool
+
+    @classmethod
+    def of(cls, robot: Robot, recordings: Sequence[Recording]) -> Facts:
+        """What these recordings of a robot decide."""
+        free = (e.enabled < 0.5 for r in recordings for e in r.episodes)
+        return cls(robot, any(bool(f.any()) for f in free))
 
     def alike(self, a: Candidate, b: Candidate) -> bool:
         """Whether two effects are one, or the same thing in the data."""

@@ -197,3 +197,8 @@ class Hypothesis:
 def _lead(value: Array) -> float | Array:
     """Scalars as floats; one value a model as (S, 1, 1), to broadcast over windows and joints."""
     return float(value) if np.ndim(value) == 0 else value[:, None, None]
+
+
+def amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
+    """The parameters that scale an effect; the others shape it."""
+    return tuple(i for i, p in enumerate(parameters) if p.scales)

@@ -14,7 +14,6 @@ from functools import partial
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.decide.verdict import rest_of
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.contact import converged
 from leo_diffmodel.explain.estimate.estimator import Estimate
@@ -24,6 +23,7 @@ from leo_diffmodel.explain.estimate.loss import dispersion, gain, unexplained
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import score
+from leo_diffmodel.explain.select.rest import rest_of
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import Settings
 from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, with_fit
