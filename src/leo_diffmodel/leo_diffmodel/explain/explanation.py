@@ -24,9 +24,7 @@ from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.problem.candidates import candidates, own_constants
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.cut import Cut
-from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.explain.problem.pose import pose, Posed
-from leo_diffmodel.explain.problem.testable import untestable
+from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
 from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.settings import SETTINGS, Settings
 from leo_diffmodel.explain.tell import rows
@@ -44,6 +42,7 @@ class Explanation:
     Attributes:
         verdict: fine, named, partly, ambiguous, unknown or untestable.
         sentence: the answer in plain words.
+        model: the repaired model; the model as given where nothing was named.
         effects: the supported effects, rows as in explain.json.
         constants: the uncertain constants as refitted.
         hypotheses: all candidates of the first round, best first.
@@ -52,7 +51,6 @@ class Explanation:
         errors: held-out errors before and after beside the noise floor.
         seconds: what the search took.
         provenance: bags, hashes, model, seeds, versions.
-        model: the repaired model; the model as given where nothing was named.
         search: the search itself, for the report; None where untestable.
         unknown: the law that is missing and no known effect; None where there is none.
         settings: the gates by name.
@@ -65,15 +63,15 @@ class Explanation:
 
     verdict: str
     sentence: str
-    effects: list[dict]
-    constants: dict[str, dict]
-    hypotheses: list[dict]
-    not_testable: list[dict]
-    next_run: str | None
-    errors: dict
-    seconds: float
-    provenance: dict
     model: Model = field(repr=False)
+    effects: list[dict] = field(default_factory=list)
+    constants: dict[str, dict] = field(default_factory=dict)
+    hypotheses: list[dict] = field(default_factory=list)
+    not_testable: list[dict] = field(default_factory=list)
+    next_run: str | None = None
+    errors: dict = field(default_factory=dict)
+    seconds: float = 0.0
+    provenance: dict = field(default_factory=dict)
     search: Search | None = field(repr=False, default=None)
     unknown: Unknown | None = None
     settings: dict[str, float] = field(default_factory=dict)
@@ -123,37 +121,32 @@ def explain(
         UserError: a step that cannot be scored, or constants that recordings say of themselves
             and the robot does not have.
     """
-    began = time.monotonic()
-    model = with_known(model, [*recordings, *hold_out])
-    asked = _Asked(model, provenance([*recordings, *hold_out], model), settings, began)
+    began, everything = time.monotonic(), [*recordings, *hold_out]
+    model = with_known(model, everything)
+    origin = provenance(everything, model)
+
+    def told(answer: Explanation) -> Explanation:
+        return replace(answer, seconds=time.monotonic() - began, provenance=origin,
+                       settings=settings.to_json())  # fmt: skip
+
     foreign = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
     helper.prepare(search, not foreign)
     as_given = keep or foreign  # what a user's own law does cannot be told from a hand
     cut = Cut(recordings, hold_out) if as_given else Cut.of(recordings, hold_out, model)
     if cut.share > settings.outside:
-        return _without_search(asked, 'unknown', *cut.answer, [])
+        sentence, record = cut.answer
+        return told(Explanation('unknown', sentence, model, next_run=record))
     recordings, hold_out = cut.thinned
     posed, reason = _posed(recordings, hold_out, model)
     if reason or posed is None:
-        return _untestable(asked, reason, extra)
-    step = errors.step_seconds(recordings, step)
-    everything = [*recordings, *hold_out]
+        return told(_untestable(model, reason, extra))
+    step, everything = errors.step_seconds(recordings, step), [*recordings, *hold_out]
     facts = Facts.of(model.robot, recordings)
     found = search(everything, model, posed, settings, extra, progress, began + within,
                    alike=facts.alike)  # fmt: skip
     findings = collect(everything, model, found, facts, step, own_constants(model, hold_out),
                        progress)  # fmt: skip
-    return _answer(findings, asked, cut, tuple(everything))
-
-
-@dataclass(frozen=True)
-class _Asked:
-    """What every answer needs: model, provenance, gates, and when it was asked [s]."""
-
-    model: Model
-    origin: dict
-    settings: Settings
-    began: float
+    return told(replace(_answer(findings, cut.notes), used=tuple(everything)))
 
 
 def _posed(
@@ -164,61 +157,32 @@ def _posed(
         posed = pose(recordings, hold_out, model)
     except ValueError as error:
         return None, f'{error}: record 20 s or more with a changing input'
-    return posed, untestable(posed.problem.windows, posed.problem.sigma) or ''
+    return posed, untestable(posed.problem) or ''
 
 
-def _untestable(asked: _Asked, reason: str, extra: Sequence[Effect]) -> Explanation:
+def _untestable(model: Model, reason: str, extra: Sequence[Effect]) -> Explanation:
     """The answer to data that cannot test the model."""
-    untold = [_untold(c, reason) for c in candidates(asked.model, extra)]
-    sentence = f'This data cannot test the model: {reason}.'
-    return _without_search(asked, 'untestable', sentence, reason.split(': ', 1)[-1], untold)
+    untold = [{'name': c.effect.name, 'where': c.where, 'why': reason}
+              for c in candidates(model, extra)]  # fmt: skip
+    sentence, record = f'This data cannot test the model: {reason}.', reason.split(': ', 1)[-1]
+    return Explanation('untestable', sentence, model, not_testable=untold, next_run=record)
 
 
-def _untold(candidate: Candidate, reason: str) -> dict:
-    return {'name': candidate.effect.name, 'where': candidate.where, 'why': reason}
-
-
-def _without_search(
-    asked: _Asked, verdict: str, sentence: str, next_run: str, untold: list[dict]
-) -> Explanation:
-    """An answer that needs no search: the data cannot test the model, or are not of the robot."""
-    return Explanation(
-        verdict=verdict,
-        sentence=sentence,
-        effects=[],
-        constants={},
-        hypotheses=[],
-        not_testable=untold,
-        next_run=next_run,
-        errors={},
-        seconds=time.monotonic() - asked.began,
-        provenance=asked.origin,
-        settings=asked.settings.to_json(),
-        model=asked.model,
-    )
-
-
-def _answer(
-    findings: Findings, asked: _Asked, cut: Cut, used: tuple[Recording, ...]
-) -> Explanation:
+def _answer(findings: Findings, left_out: Sequence[str]) -> Explanation:
     decided = decision(findings)
     return Explanation(
         verdict=decided.verdict,
-        sentence=answer(findings, decided, cut.notes),
+        sentence=answer(findings, decided, left_out),
+        model=_repaired(findings.base, findings.final),
         effects=rows.effect_rows(findings),
         constants=constant_rows(findings.final),
         hypotheses=rows.hypothesis_rows(findings),
         not_testable=rows.not_testable(findings),
         next_run=next_run(decided.verdict, findings),
         errors=rows.errors(findings),
-        seconds=time.monotonic() - asked.began,
-        provenance=asked.origin,
-        settings=asked.settings.to_json(),
         stability=rows.stability(findings),
-        model=_repaired(findings.base, findings.final),
         search=findings.search,
         unknown=findings.unknown,
-        used=used,
     )
 
 

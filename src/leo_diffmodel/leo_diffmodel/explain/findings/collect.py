@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
+from leo_diffmodel.explain.estimate.loss import rest_of
 from leo_diffmodel.explain.estimate.own_constants import completed
 from leo_diffmodel.explain.findings import parts, tables
 from leo_diffmodel.explain.findings.choices import choices, other
@@ -16,7 +17,6 @@ from leo_diffmodel.explain.findings.held import validation_windows
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.findings.own_values import own_values
 from leo_diffmodel.explain.problem.classes import Facts
-from leo_diffmodel.explain.select.rest import rest_of
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
 from leo_diffmodel.explain.unknown.find import beside, find, Found

@@ -19,7 +19,6 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
 
-Array = np.ndarray
 Values = tuple[tuple[str, ...], bytes]
 
 

@@ -17,6 +17,7 @@ from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.fineness import stepped
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -80,6 +81,28 @@ def pose(recordings: Sequence[Recording], hold_out: Sequence[Recording], model: 
         if wider.train.sum() >= FEWEST_WINDOWS and _is_tame(wider):
             return Posed(problem, wider, blocks)
     return Posed(problem, None, blocks)
+
+
+def untestable(problem: Problem) -> str | None:
+    """Why the data cannot say anything, and what to record instead; None where they can."""
+    windows = problem.windows
+    if windows.count < SETTINGS.fewest_windows:
+        seconds = float(windows.dt.sum())
+        return (
+            f'only {seconds:.1f} s of data in {windows.count} windows: '
+            'record 20 s or more with a changing input'
+        )
+    joints = windows.q.shape[-1]
+    sigma = noise.per_window(problem.sigma, windows)[:, 0]
+    swing = np.ptp(windows.q, axis=1) / sigma[:, :joints]
+    speed = np.ptp(windows.dq, axis=1) / sigma[:, joints:]
+    moving = np.maximum(swing, speed).max(axis=-1) > SETTINGS.least_motion
+    if moving.sum() < SETTINGS.fewest_windows:
+        return (
+            f'the robot hardly moves ({moving.sum()} of {windows.count} windows above the noise): '
+            'record 20 s with an input that swings it, such as steps of random size'
+        )
+    return None
 
 
 def quieter(posed: Posed, sigma: Array) -> Posed:

@@ -139,17 +139,10 @@ def _fitted(full: Fit) -> tuple[list[dict], dict[str, dict]]:
 
 
 def _parameters(law: Law, fitted: Fit | None) -> dict[str, dict]:
-    rows = {
-        p.name: {'value': float(v), 'unit': p.unit}
-        for p, v in zip(law.parameters, law.values, strict=True)
-    }
-    if fitted is None:
-        return rows
-    first = fitted.hypothesis.offset(len(fitted.hypothesis.candidates) - 1)
-    return {
-        name: row | {'ci95': list(fitted.ci95(first + i))}
-        for i, (name, row) in enumerate(rows.items())
-    }
+    if fitted is not None:
+        return parameter_rows(fitted, len(fitted.hypothesis.candidates) - 1)
+    return {p.name: {'value': float(v), 'unit': p.unit}
+            for p, v in zip(law.parameters, law.values, strict=True)}  # fmt: skip
 
 
 def _value(name: str, parameter: dict) -> str:

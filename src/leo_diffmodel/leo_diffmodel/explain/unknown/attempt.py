@@ -54,11 +54,6 @@ class Attempt:
         """How many times what is left exceeds white noise."""
         return dispersion(self.fit or self.base)
 
-    @property
-    def total(self) -> float:
-        """Gain on all windows [nats]."""
-        return self.gain_train + self.gain_held_out
-
 
 def attempt(
     recordings: Sequence[Recording], base: Fit, left: Influence, blocks: Array, curve: Curve

@@ -19,11 +19,10 @@ from leo_diffmodel.explain.estimate.contact import converged
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.loss import dispersion, gain, unexplained
+from leo_diffmodel.explain.estimate.loss import dispersion, gain, rest_of, unexplained
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import score
-from leo_diffmodel.explain.select.rest import rest_of
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import Settings
 from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, with_fit

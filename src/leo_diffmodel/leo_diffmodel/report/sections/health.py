@@ -9,12 +9,6 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.findings.whiteness import (
-    by_condition,
-    chi_squared,
-    Correlation,
-    correlation,
-)
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.report import palette
@@ -23,6 +17,12 @@ from leo_diffmodel.report.plots import health, Line
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import number, percent
 from leo_diffmodel.report.traces import correlation as correlogram
+from leo_diffmodel.report.whiteness import (
+    by_condition,
+    chi_squared,
+    Correlation,
+    correlation,
+)
 
 Array = np.ndarray
 

@@ -10,10 +10,10 @@ from tests.simulate import PENDULUM
 from leo_diffmodel.explain.decide.doubts import beside, doubt, doubts, instead
 from leo_diffmodel.explain.decide.verdict import decide, Named
 from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.loss import Rest
 from leo_diffmodel.explain.findings.findings import Choices, Own, Part
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.select.rest import Rest
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
