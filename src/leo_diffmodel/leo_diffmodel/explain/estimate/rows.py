@@ -10,6 +10,14 @@ from leo_diffmodel.explain.estimate.fitted import Fit
 MOST_DECIMALS = 8
 
 
+def effect_row(fitted: Fit, index: int) -> dict:
+    """Name, place, file and parameters of candidate `index`."""
+    candidate = fitted.hypothesis.candidates[index]
+    source = {'source': candidate.effect.source} if candidate.effect.source else {}
+    return {'name': candidate.effect.name, 'where': candidate.where, **source,
+            'parameters': parameter_rows(fitted, index)}  # fmt: skip
+
+
 def parameter_rows(fitted: Fit, index: int) -> dict:
     """Value, unit and 95 % interval of each parameter of candidate `index`, by name."""
     first = fitted.hypothesis.offset(index)

@@ -15,7 +15,7 @@ import numpy as np
 from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.pushes import predict, respond, tame
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.problem.robust import huber, robust_weight
+from leo_diffmodel.explain.problem.shooting import huber, robust_weight
 from leo_sim.model import Model
 
 Array = np.ndarray

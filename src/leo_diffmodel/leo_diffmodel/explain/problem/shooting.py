@@ -19,12 +19,11 @@ from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.pushes import predict as predict
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.robust import HUBER as HUBER
-from leo_diffmodel.explain.problem.robust import huber as huber
-from leo_diffmodel.explain.problem.robust import robust_weight as robust_weight
 from leo_sim.model import Model
 
 Array = np.ndarray
+HUBER = 2.5
+"""Standard deviations from which on the loss of a residual is linear."""
 FARTHEST = 1e6
 """Whitened residuals are cut here: a hypothesis may send a robot to infinity."""
 MOST_STEP = 0.1
@@ -175,3 +174,15 @@ def excess(residual: Array, states: int, quantile: float = 0.5) -> float:
     """
     expected = chdtri(residual.shape[-1] - states, 1.0 - quantile)
     return float(np.quantile((residual**2).sum(axis=-1), quantile) / expected)
+
+
+def robust_weight(residual: Array) -> Array:
+    """Huber weights: 1 within 2.5 sigma, falling as 1/|r| outside."""
+    return np.minimum(1.0, HUBER / np.maximum(np.abs(residual), 1e-12))
+
+
+def huber(residual: Array) -> Array:
+    """Huber loss of each window [nats], from residuals (..., W, N)."""
+    size = np.abs(residual)
+    loss = np.where(size <= HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER))
+    return loss.sum(axis=-1)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from leo_diffmodel.compare.headline import Figures
-from leo_diffmodel.explain.estimate.rows import parameter_rows
+from leo_diffmodel.explain.estimate.rows import effect_row
 from leo_diffmodel.explain.findings.findings import Findings, Part, Rival
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 
@@ -58,12 +58,9 @@ def not_testable(findings: Findings) -> list[dict]:
 
 
 def _row(findings: Findings, part: Part) -> dict:
-    candidate, (trained, held_out) = part.candidate, part.saved
+    trained, held_out = part.saved
     return {
-        'name': candidate.effect.name,
-        'where': candidate.where,
-        **({'source': candidate.effect.source} if candidate.effect.source else {}),
-        'parameters': parameter_rows(part.fit, part.index),
+        **effect_row(part.fit, part.index),
         'gain_train': trained,
         'gain_held_out': held_out,
         **_errors(findings, part.before, part.after),

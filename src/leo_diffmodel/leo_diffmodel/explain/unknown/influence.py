@@ -7,7 +7,7 @@ one matrix product (docs/reference/identification.md 1.7).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -117,12 +117,7 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
         model=own(model, windows, instants=True),
         problem=problem,
     )
-    return _averaged(made)
-
-
-def _averaged(made: Influence) -> Influence:
-    parts = {name: getattr(made, name) for name in vars(made)}
-    return Influence(**{**parts, 'q': made.averaged(made.q), 'dq': made.averaged(made.dq)})
+    return replace(made, q=made.averaged(made.q), dq=made.averaged(made.dq))
 
 
 def _torques(stretch: Array, shape: tuple[int, ...], joints: int, size: float) -> Array:
