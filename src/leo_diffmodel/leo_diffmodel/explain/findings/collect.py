@@ -13,9 +13,9 @@ from leo_diffmodel.explain.estimate.own_constants import completed
 from leo_diffmodel.explain.findings import parts, tables
 from leo_diffmodel.explain.findings.choices import choices, other
 from leo_diffmodel.explain.findings.findings import Findings
-from leo_diffmodel.explain.findings.held import validation_windows
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.findings.own_values import own_values
+from leo_diffmodel.explain.findings.windows import validation_windows
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.unknown.answer import tell, Unknown

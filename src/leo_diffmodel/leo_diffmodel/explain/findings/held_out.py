@@ -14,7 +14,7 @@ from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.own_constants import completed
-from leo_diffmodel.explain.findings.held import undisturbed
+from leo_diffmodel.explain.findings.windows import undisturbed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.headline import Figures
 from leo_diffmodel.compare.pushes import predict
@@ -22,6 +24,8 @@ from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import widens
 from leo_diffmodel.explain.select.stable import share
 
+Array = np.ndarray
+
 
 def without(found: Search) -> list[Scored]:
     """The chosen hypothesis less each of its effects."""
@@ -32,19 +36,22 @@ def effects(
     found: Search, smaller: list[Scored], held: HeldOut, facts: Facts
 ) -> Iterator[Part]:
     """The chosen effects, each beside the hypothesis without it."""
+    after = _loss(found.chosen, held)
     for candidate, part in zip(found.final.hypothesis.candidates, smaller, strict=True):
-        yield _part(found, candidate, (part, found.chosen), (part.fit, found.final), held, facts)
+        fits = part.fit, found.final
+        yield _part(found, candidate, _loss(part, held) - after, fits, held, facts)
 
 
 def singles(found: Search, held: HeldOut, facts: Facts) -> Iterator[Part]:
     """Every effect that was fitted alone, beside the model as given; best first."""
     empty = found.known(frozenset())
     assert empty is not None
+    before = _loss(empty, held)
     for single in found.sets:
         if len(single.names) == 1:
             (candidate,) = single.names
             fits = found.null, single.fit
-            yield _part(found, candidate, (empty, single), fits, held, facts)
+            yield _part(found, candidate, before - _loss(single, held), fits, held, facts)
 
 
 def ladder(found: Search, held: HeldOut) -> Iterator[tuple[str, Figures]]:
@@ -86,17 +93,20 @@ def rivals(found: Search, candidate: Candidate, facts: Facts) -> Iterator[Rival]
 
 
 def _part(
-    found: Search, candidate: Candidate, scored: tuple[Scored, Scored], fits: tuple[Fit, Fit],
-    held: HeldOut, facts: Facts,
+    found: Search, candidate: Candidate, saved: Array, fits: tuple[Fit, Fit], held: HeldOut,
+    facts: Facts,
 ) -> Part:
-    """An effect by what two hypotheses, without it and with it, leave."""
-    problem = scored[1].at.problem
-    left = [completed(s.at.problem, s.fit, held.own).loss for s in scored]
-    saved = [float((left[0] - left[1])[seen].sum()) for seen in (problem.train, problem.judged)]
+    """An effect by the loss it saves in each window, (W,), and the fits without and with it."""
+    trained, judged = (float(saved[w].sum()) for w in (found.problem.train, found.problem.judged))
     before, after = (held.figures(f) for f in fits)
-    return Part(candidate, fits[1], (saved[0], saved[1]), before, after,
+    return Part(candidate, fits[1], (trained, judged), before, after,
                 share(found.turns, [candidate], facts.alike),
                 tuple(rivals(found, candidate, facts)))  # fmt: skip
+
+
+def _loss(scored: Scored, held: HeldOut) -> Array:
+    """Of each window, held-out recordings with what they tell of themselves, (W,)."""
+    return completed(scored.at.problem, scored.fit, held.own).loss
 
 
 def _less(found: Search, candidate: Candidate) -> Scored:
