@@ -14,8 +14,8 @@ from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout

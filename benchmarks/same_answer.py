@@ -27,9 +27,9 @@ from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.blind.case import draw_case
 from leo_diffmodel.blind.record import record
 from leo_diffmodel.compare.thin import every
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.smooth import Smooth
 from leo_diffmodel.explain.explanation import explain
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_sim.model import Model
 
 

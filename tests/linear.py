@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from tests.simulate import TORQUE
 
-from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_sim.model import Model
 

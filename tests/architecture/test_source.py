@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Who may import whom (the table in README, How it works), read from the source."""
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 import re
 import subprocess
@@ -62,33 +62,46 @@ BLIND = 'leo_diffmodel.blind'
 """Makes its cases on the simulated driver, whatever runs elsewhere."""
 KINDS = ('dynamixel', 'feetech', 'replay')
 EXPLAIN = 'leo_diffmodel.explain'
-ANSWER = ('unknown', 'decide', 'tell', 'explanation')
-LATER_ROOMS = {
-    'problem': ('select', *ANSWER),
-    'estimate': ('select', *ANSWER),
-    'select': ANSWER,
-    'unknown': ('tell', 'explanation'),
-    'decide': ('unknown', 'tell', 'explanation'),
-    'tell': ('unknown', 'explanation'),
-}
-"""What each part of explain must not load: the answer comes after the search. The files of problem
-and estimate lie between each other, in no circle."""
+EXPLAIN_ROOMS = (
+    'settings', 'problem', 'estimate', 'select', 'unknown', 'findings', 'decide', 'tell',
+    'explanation',
+)  # fmt: skip
+"""The rooms of explain; each may import those before it, late imports included."""
+ANALYSIS = ('bags', 'outside', 'compare', 'explain', 'check')
+"""These rooms of leo_diffmodel, too."""
+PURE = ('decide', 'tell')
+"""They read findings: nothing is fitted, settled or predicted there, nor where they import."""
+FIT = tuple(f'{EXPLAIN}.{name}' for name in (
+    'problem.pose', 'problem.linearisation', 'estimate.fit', 'estimate.settle', 'estimate.contact',
+    'estimate.smooth', 'estimate.own_constants', 'select.sets', 'select.search', 'unknown',
+    'findings.collect',
+))  # fmt: skip
+PREDICT = ('leo_diffmodel.compare.pushes', 'leo_diffmodel.compare.errors',
+           f'{EXPLAIN}.problem.shooting', 'leo_sim.model.batch', 'leo_sim.model.rollout')
 
 
 ROOMS = (
     'common', 'description', 'kinematics', 'effects', 'laws', 'dynamics', 'references', 'model',
     'export', 'task', 'truth', 'drivers', 'nodes', 'verbs',
 )  # fmt: skip
-"""The rooms of leo_sim; each may import those before it, late imports included."""
-KEPT_PATHS = {'leo_sim.model_file'}
-"""Outside any room, because programs of users import from there."""
+"""The rooms of leo_sim, likewise."""
 
 
-def imports(source: str, module: str, top_level_only: bool = False) -> Iterator[str]:
-    """Yield every module `source` imports, as absolute names (`from a import b`: a and a.b)."""
+def imports(
+    source: str, module: str, top_level_only: bool = False, types: bool = True
+) -> Iterator[str]:
+    """Yield every module `source` imports, as absolute names (`from a import b`: a and a.b).
+
+    Args:
+        source: of the module.
+        module: its name.
+        top_level_only: only what it imports when it is imported itself.
+        types: also what it imports for annotations alone.
+    """
     tree = ast.parse(source)
     is_package = module in MODULES and MODULES[module].name == '__init__.py'
-    for node in _on_import(tree) if top_level_only else ast.walk(tree):
+    all_of_it = types and not top_level_only
+    for node in ast.walk(tree) if all_of_it else _when_run(tree, not top_level_only):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -98,15 +111,15 @@ def imports(source: str, module: str, top_level_only: bool = False) -> Iterator[
             yield from (f'{base}.{alias.name}' for alias in node.names)
 
 
-def _on_import(node: ast.AST) -> Iterator[ast.AST]:
-    """Walk the statements that run when the module is imported."""
+def _when_run(node: ast.AST, late: bool) -> Iterator[ast.AST]:
+    """Walk the statements that run when the module is imported; with `late` in functions, too."""
     for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+        if not late and isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
             continue
         if isinstance(child, ast.If) and 'TYPE_CHECKING' in ast.dump(child.test):
             continue
         yield child
-        yield from _on_import(child)
+        yield from _when_run(child, late)
 
 
 def within(name: str, package: str) -> bool:
@@ -229,70 +242,92 @@ def test_a_fit_is_noticed_where_it_is_loaded() -> None:
     assert 'leo_diffmodel.explain.estimate.fit' in reached_from('leo_diffmodel.report.explained')
 
 
-def loaded_directly(module: str) -> set[str]:
-    """Name the modules of explain that one of them loads, packages left out."""
-    return {
-        name
-        for name in loaded_by(module)
-        if within(name, EXPLAIN) and name != module and name in MODULES
-        and MODULES[name].name != '__init__.py'
-    }  # fmt: skip
+def room(name: str, package: str) -> str:
+    """The room of a dotted name in a package; '' outside it."""
+    return name.removeprefix(f'{package}.').split('.')[0] if within(name, package) else ''
 
 
-@pytest.mark.parametrize('room', LATER_ROOMS)
-def test_a_room_of_explain_loads_nothing_of_a_later_one(room: str) -> None:
-    files = [m for m in MODULES if within(m, f'{EXPLAIN}.{room}')]
-    later = LATER_ROOMS[room]
-    assert files and all(any(within(m, f'{EXPLAIN}.{r}') for m in MODULES) for r in later)
-    assert {(m, n) for m in files for n in loaded_directly(m)
-            if any(within(n, f'{EXPLAIN}.{r}') for r in later)} == set()  # fmt: skip
+def later_rooms(module: str, source: str, package: str, rooms: tuple[str, ...]) -> set[str]:
+    """What a module of a package imports from rooms after its own, anywhere in its source."""
+    after = rooms[rooms.index(room(module, package)) + 1 :]
+    return {name for name in imports(source, module) if room(name, package) in after}
 
 
-def test_no_files_of_explain_load_each_other_in_a_circle() -> None:
-    """Take away what loads nothing that is left, until nothing is left."""
-    left = {m: loaded_directly(m) for m in MODULES if within(m, EXPLAIN)}
-    while free := {m for m, loads in left.items() if not loads & left.keys()}:
-        left = {m: loads for m, loads in left.items() if m not in free}
-    assert left == {}
+def of_rooms(package: str, rooms: tuple[str, ...]) -> list[str]:
+    """The modules in some rooms of a package."""
+    return [m for m in MODULES if room(m, package) in rooms]
 
 
-def room(name: str) -> str:
-    """The room of a dotted name of leo_sim; '' outside it."""
-    package, _, rest = name.partition('.')
-    return rest.split('.')[0] if package == 'leo_sim' else ''
-
-
-def later_rooms(module: str, source: str) -> set[str]:
-    """What a module of leo_sim imports from rooms after its own, anywhere in its source."""
-    after = ROOMS[ROOMS.index(room(module)) + 1 :]
-    return {name for name in imports(source, module) if room(name) in after}
-
-
-SIM = sorted(m for m in MODULES if within(m, 'leo_sim') and m not in {'leo_sim', *KEPT_PATHS})
-
-
-def test_a_room_of_the_simulator_imports_only_those_before_it() -> None:
-    found = {module: later_rooms(module, MODULES[module].read_text()) for module in SIM}
+@pytest.mark.parametrize(('package', 'rooms'), [
+    ('leo_sim', ROOMS), ('leo_diffmodel', ANALYSIS), (EXPLAIN, EXPLAIN_ROOMS)])
+def test_a_room_imports_only_those_before_it(package: str, rooms: tuple[str, ...]) -> None:
+    files = of_rooms(package, rooms)
+    found = {m: later_rooms(m, MODULES[m].read_text(), package, rooms) for m in files}
     assert {module: names for module, names in found.items() if names} == {}
+    assert {room(m, package) for m in files} == set(rooms)
 
 
-def test_every_room_of_the_simulator_is_there() -> None:
-    assert {room(m) for m in SIM} == set(ROOMS)
+@pytest.mark.parametrize(('package', 'rooms', 'module', 'source'), [
+    ('leo_sim', ROOMS, 'leo_sim.laws.laws', 'from leo_sim.dynamics import ground'),
+    ('leo_diffmodel', ANALYSIS, f'{EXPLAIN}.problem.cut', 'import leo_diffmodel.check.traces'),
+    (EXPLAIN, EXPLAIN_ROOMS, f'{EXPLAIN}.problem.pose', f'import {EXPLAIN}.estimate.fit'),
+])
+def test_a_later_room_is_noticed(
+    package: str, rooms: tuple[str, ...], module: str, source: str
+) -> None:
+    assert later_rooms(module, f'def f():\n    {source}', package, rooms)
 
 
-def test_a_later_room_is_noticed() -> None:
-    late = 'def f():\n    from leo_sim.dynamics.ground import Spheres'
-    assert later_rooms('leo_sim.laws.laws', late) == {
-        'leo_sim.dynamics.ground', 'leo_sim.dynamics.ground.Spheres'}  # fmt: skip
-
-
-def test_no_files_of_the_simulator_load_each_other_in_a_circle() -> None:
-    """Take away what loads nothing that is left, until nothing is left; packages left out."""
-    files = {m for m in SIM if MODULES[m].name != '__init__.py'}
-    left = {m: files & set(loaded_by(m)) - {m} for m in files}
+def in_circles(modules: Iterable[str], early: bool) -> set[str]:
+    """Files that import each other in a circle; packages left out, and late imports if `early`."""
+    files = {m for m in modules if MODULES[m].name != '__init__.py'}
+    left = {m: files & set(imports(MODULES[m].read_text(), m, early)) - {m} for m in files}
     while free := {m for m, loads in left.items() if not loads & left.keys()}:
         left = {m: loads for m, loads in left.items() if m not in free}
-    assert left == {}
+    return set(left)
+
+
+@pytest.mark.parametrize(('package', 'rooms', 'early'), [
+    ('leo_sim', ROOMS, True), ('leo_diffmodel', ANALYSIS, False)])
+def test_no_files_import_each_other_in_a_circle(
+    package: str, rooms: tuple[str, ...], early: bool
+) -> None:
+    assert in_circles(of_rooms(package, rooms), early) == set()
+
+
+def run_by(module: str, source: str) -> set[str]:
+    """The modules of explain that one of them imports to run, early or late."""
+    return {n for n in imports(source, module, types=False) if n in MODULES and n != EXPLAIN}
+
+
+def computing(module: str, source: str) -> set[str]:
+    """What a module imports that predicts, and what it comes to, in turn, that fits."""
+    reached, queue = set(), [*run_by(module, source)]
+    while queue:
+        name = queue.pop()
+        if within(name, EXPLAIN) and name not in reached:
+            reached.add(name)
+            queue += run_by(name, MODULES[name].read_text())
+    fits = {name for name in reached if any(within(name, known) for known in FIT)}
+    return fits | {n for n in imports(source, module) if any(within(n, p) for p in PREDICT)}
+
+
+def test_verdict_rows_and_sentences_are_read_off_findings() -> None:
+    files = of_rooms(EXPLAIN, PURE)
+    found = {m: computing(m, MODULES[m].read_text()) for m in files}
+    assert files and {module: names for module, names in found.items() if names} == {}
+    assert all(any(within(m, known) for m in MODULES) for known in FIT)
+
+
+@pytest.mark.parametrize('source', [
+    f'from {EXPLAIN}.estimate.fit import fit',
+    f'def f():\n    from {EXPLAIN}.findings.parts import without',
+    f'from {EXPLAIN}.problem.shooting import predict',
+    'from leo_sim.model import rollout',
+    'def f():\n    from leo_diffmodel.compare.errors import predict_windows',
+])
+def test_a_fit_or_a_prediction_in_a_verdict_is_noticed(source: str) -> None:
+    assert computing(f'{EXPLAIN}.decide.verdict', source)
 
 
 def of_one_driver(module: str, source: str) -> list[str]:

@@ -94,6 +94,19 @@ def _pieces(e: Episode, out: Sequence[tuple[float, float]], least: float) -> lis
     return [part(e, g) for g in groups if len(g) > 1 and e.t[g[-1]] - e.t[g[0]] >= least]
 
 
+def merged(
+    stretches: Iterable[tuple[float, float]], within: float
+) -> tuple[tuple[float, float], ...]:
+    """Stretches of time in order, those less than `within` [s] apart as one."""
+    out: list[tuple[float, float]] = []
+    for begin, end in sorted(stretches):
+        if out and begin - out[-1][1] < within:
+            out[-1] = (out[-1][0], max(end, out[-1][1]))
+        else:
+            out.append((begin, end))
+    return tuple(out)
+
+
 def part(e: Episode, index: NDArray[np.int_]) -> Episode:
     """The samples of an episode at neighbouring indices."""
     return Episode(

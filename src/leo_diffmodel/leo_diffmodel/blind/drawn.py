@@ -13,9 +13,9 @@ from leo_diffmodel.blind.open_loop import OpenLoop, Run, sized
 from leo_diffmodel.blind.pushes import Push
 from leo_diffmodel.blind.scenes import Effects
 from leo_diffmodel.blind.sensing import PLAIN, Sensing
-from leo_diffmodel.explain.decide.classes import Facts, why_same
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.classes import Facts, why_same
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_sim.effects import Placed
 from leo_sim.model import Model
 

@@ -9,7 +9,7 @@ from leo_diffmodel.blind import outside
 from leo_diffmodel.blind.judge_small import judge_pushed, judge_small
 from leo_diffmodel.blind.parameters import parameter_errors
 from leo_diffmodel.blind.things import distinct, found, LARGEST_SET, left_open, thing
-from leo_diffmodel.explain.decide.classes import Facts
+from leo_diffmodel.explain.problem.classes import Facts
 from leo_sim.description.robot import Robot
 from leo_sim.effects import EFFECTS
 

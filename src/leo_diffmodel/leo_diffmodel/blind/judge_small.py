@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from itertools import permutations
 
 from leo_diffmodel.blind.things import same, Thing, thing
-from leo_diffmodel.explain.decide.classes import Facts
+from leo_diffmodel.explain.problem.classes import Facts
 from leo_sim.description.robot import Robot
 from leo_sim.effects import EFFECTS
 

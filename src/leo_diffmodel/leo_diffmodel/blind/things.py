@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from leo_diffmodel.explain.decide.classes import Facts, why_same
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
+from leo_diffmodel.explain.problem.classes import Facts, why_same
 
 LARGEST_SET = 3
 Thing = tuple[str, str]

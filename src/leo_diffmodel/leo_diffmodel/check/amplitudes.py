@@ -10,8 +10,8 @@ import numpy as np
 from leo_diffmodel.check.likeness import explained
 from leo_diffmodel.check.spanned import spanned
 from leo_diffmodel.check.traces import Trace, Traces
-from leo_diffmodel.explain.decide.classes import Facts, same_thing
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
+from leo_diffmodel.explain.problem.classes import Facts, same_thing
 
 Array = np.ndarray
 POWER_SIGMAS = 1.645

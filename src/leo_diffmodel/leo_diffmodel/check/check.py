@@ -28,7 +28,7 @@ from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut
-from leo_diffmodel.explain.decide.classes import Facts
+from leo_diffmodel.explain.problem.classes import Facts
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -116,12 +116,11 @@ def check(
     progress('timing and sensors')
     ranges = excitation(recordings, sigma, model.robot.base_joints)
     findings += [length(recordings), *of_all(recordings, model, sigma, ranges)]
-    free = any(bool((~e.enabled).any()) for r in recordings for e in r.episodes)
     try:
         data = traces_of(recordings, model, extra, progress)
     except ValueError as error:
         return _too_short(bags, model, str(error))
-    rows, apart = reaches(data, Facts(model.robot, free))
+    rows, apart = reaches(data, Facts.of(model.robot, recordings))
     pairs = alike(rows, apart, data.seconds)
     findings += [hidden(rows, data.seconds, recordings, model)]
     return Check(

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 OK, WARNING, ERROR = 'ok', 'warning', 'error'
@@ -34,19 +34,6 @@ class Finding:
     def to_json(self) -> dict:
         """Plain lists and strings."""
         return asdict(self) | {'where': [list(w) for w in self.where]}
-
-
-def merged(
-    stretches: Iterable[tuple[float, float]], within: float
-) -> tuple[tuple[float, float], ...]:
-    """Stretches of time in order, those less than `within` [s] apart as one."""
-    out: list[tuple[float, float]] = []
-    for begin, end in sorted(stretches):
-        if out and begin - out[-1][1] < within:
-            out[-1] = (out[-1][0], max(end, out[-1][1]))
-        else:
-            out.append((begin, end))
-    return tuple(out)
 
 
 def times(stretches: Sequence[tuple[float, float]]) -> str:

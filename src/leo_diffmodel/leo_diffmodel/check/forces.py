@@ -7,7 +7,7 @@ from itertools import groupby
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.finding import ERROR, Finding, OK, times, WARNING
-from leo_diffmodel.check.outside import LEFT_OUT, moved_from_outside, Stretch
+from leo_diffmodel.outside.outside import LEFT_OUT, moved_from_outside, Stretch
 from leo_sim.model import Model
 
 TODO = {

@@ -7,7 +7,7 @@ from itertools import groupby
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.finding import ERROR, Finding, times
-from leo_diffmodel.check.frozen import Frozen, frozen
+from leo_diffmodel.outside.frozen import Frozen, frozen
 
 TODO = {
     False: 'encoder or bus lost samples: mend it, or leave these stretches out',

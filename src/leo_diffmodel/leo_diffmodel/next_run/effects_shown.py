@@ -11,9 +11,9 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import needed
 from leo_diffmodel.check.traces import scan_all
-from leo_diffmodel.explain.estimate.fitted import Problem
-from leo_diffmodel.explain.estimate.linearisation import settled
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.linearisation import settled
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.next_run.separate import MOST_WINDOWS, windows_of
 from leo_sim.effects import Effect

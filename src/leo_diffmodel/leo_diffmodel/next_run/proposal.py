@@ -15,7 +15,7 @@ from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period
-from leo_diffmodel.explain.decide.classes import Facts
+from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.next_run.effects_shown import is_shown, shown
 from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.motions import MotionRun, walker_menu
@@ -124,8 +124,7 @@ def propose(
     model = fast_enough(model, cut(recordings, errors.step_seconds(recordings)))
     make = walker_menu if model.robot.base_joints else menu
     runs = tamed(make(model.robot, before.allowed(model.robot), seconds), model, before)
-    free = any(bool((~e.enabled).any()) for r in recordings for e in r.episodes)
-    asked = questions(answer, Facts(model.robot, free))
+    asked = questions(answer, Facts.of(model.robot, recordings))
     if asked:
         fitted = fit_all(recordings, model, asked, extra, progress)
         points, nats, unsafe = _parted(fitted, model, runs, before, progress)

@@ -10,9 +10,9 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import cut, Windows
-from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.loss import WINDOW_NATS
+from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.pose import (
     GROUND_SAMPLES,
     GROUND_SECONDS,

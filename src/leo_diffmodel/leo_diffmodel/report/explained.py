@@ -8,10 +8,9 @@ from pathlib import Path
 import re
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.headline import Headline
 from leo_diffmodel.compare.where import where as places_of
-from leo_diffmodel.explain.decide.headline import Headline
 from leo_diffmodel.explain.explanation import Explanation
-from leo_diffmodel.explain.tell.training_errors import training_errors
 from leo_diffmodel.report import page
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.sections import (
@@ -32,6 +31,7 @@ from leo_diffmodel.report.sections import (
     where,
 )
 from leo_diffmodel.report.torque_curves import trace
+from leo_diffmodel.report.training_errors import training_errors
 from leo_diffmodel.report.worst import before_and_after, stretches
 from leo_sim.model import Model
 

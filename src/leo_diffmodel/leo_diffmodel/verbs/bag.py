@@ -152,8 +152,8 @@ def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
         raise UserError('--without-outside needs --model, the robot that the bag is compared with')
 
     from leo_diffmodel.bags.recording import read_bag
-    from leo_diffmodel.check.outside import cuts, moved_from_outside
     from leo_diffmodel.compare.known import with_known
+    from leo_diffmodel.outside.outside import cuts, moved_from_outside
     from leo_sim.model.model_file import load_model
 
     model = load_model(options.model)

@@ -7,7 +7,7 @@ import numpy as np
 
 from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.pushes import predict
-from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.watch.handle import Handle
 from leo_diffmodel.watch.scene import Scene
 from leo_sim.model import Model

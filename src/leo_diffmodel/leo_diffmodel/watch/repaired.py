@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.setting import Setting
 from leo_sim.effects import Placed

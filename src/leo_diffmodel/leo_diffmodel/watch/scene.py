@@ -16,9 +16,9 @@ from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.windows import cut, Windows
-from leo_diffmodel.explain.decide.held import held_out, HORIZON_SECONDS
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.findings.windows import held_out, HORIZON_SECONDS
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.watch.timeline import Timeline
 from leo_msgs_py.errors import UserError

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.compare import errors
+from leo_diffmodel.compare.headline import Headline, headline
 from leo_diffmodel.compare.pushes import predict
-from leo_diffmodel.explain.decide.headline import Headline, headline
 from leo_diffmodel.watch.scene import Scene
 from leo_sim.model import Model
 

@@ -8,16 +8,16 @@ import pytest
 from tests.simulate import DT, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.span import merged
 from leo_diffmodel.check.amplitudes import needed, reaches
 from leo_diffmodel.check.check import Bag, check, look_at
 from leo_diffmodel.check.excitation import excitation, judge
-from leo_diffmodel.check.finding import merged
 from leo_diffmodel.check.pairs import alike
 from leo_diffmodel.check.shift import shifted
 from leo_diffmodel.check.traces import scan_all, traces_of
 from leo_diffmodel.compare.noise import estimate, short_windows
-from leo_diffmodel.explain.decide.classes import Facts
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.pose import pose
 from leo_sim.effects import place
 from leo_sim.model import Model

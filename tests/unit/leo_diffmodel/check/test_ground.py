@@ -10,8 +10,8 @@ from leo_diffmodel.check.check import of_all
 from leo_diffmodel.check.excitation import excitation
 from leo_diffmodel.check.hidden import hidden, nowhere
 from leo_diffmodel.check.rates import rates
-from leo_diffmodel.explain.decide.classes import Facts
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.classes import Facts
 from leo_sim.model import Model
 
 MODEL = Model(LEO, scheme='search')

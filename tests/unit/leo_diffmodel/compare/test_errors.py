@@ -9,7 +9,7 @@ from tests.simulate import NOISE, record, TORQUE
 
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.comparison import compare
-from leo_diffmodel.explain.decide.headline import Headline, headline
+from leo_diffmodel.compare.headline import Headline, headline
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model

@@ -13,17 +13,17 @@ from leo_diffmodel.blind import kinds
 from leo_diffmodel.blind.run_cases import run_case
 from leo_diffmodel.compare.pushes import predict, respond
 from leo_diffmodel.compare.windows import cut
-from leo_diffmodel.explain.decide.verdict import Rest
 from leo_diffmodel.explain.estimate import contact
 from leo_diffmodel.explain.estimate.contact import converged, finalists, polished, Stand
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.ground_scan import is_straight, turned_to_any, TWO_ANGLES
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
-from leo_diffmodel.explain.estimate.linearisation import refined, settled
-from leo_diffmodel.explain.estimate.loss import gains, WINDOW_NATS
+from leo_diffmodel.explain.estimate.loss import gains, Rest, WINDOW_NATS
+from leo_diffmodel.explain.estimate.standing import standing
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates
-from leo_diffmodel.explain.problem.pose import pose, standing
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.linearisation import refined, settled
+from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.unknown import find as unknown_find
 from leo_diffmodel.explain.unknown import influence as influences
 from leo_diffmodel.explain.unknown.curves import curves

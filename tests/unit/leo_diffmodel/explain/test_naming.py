@@ -9,7 +9,7 @@ import pytest
 from tests.searched import FIRST, searched
 from tests.simulate import DT, NOISE, PENDULUM, record, steps, TORQUE
 
-from leo_diffmodel.explain.decide.classes import Facts, same_thing
+from leo_diffmodel.explain.problem.classes import Facts, same_thing
 from leo_diffmodel.explain.select.search import Search
 from leo_sim.description.robot import Robot
 from leo_sim.effects import EFFECTS, place, Placed

@@ -21,11 +21,11 @@ from leo_diffmodel.compare.noise import short_windows
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
-from leo_diffmodel.explain.estimate.shooting import excess, linearise
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.problem.shooting import excess, linearise
 from leo_diffmodel.explain.select.evidence import _moves
 from leo_diffmodel.results import Explanation
 from leo_msgs_py.cli import main

@@ -8,8 +8,8 @@ import pytest
 from tests.simulate import DT, PENDULUM, record, steps
 
 from leo_diffmodel.compare.windows import sample_period
-from leo_diffmodel.explain.decide.classes import Facts
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.proposal import Proposal, propose

@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 
 from leo_diffmodel.explain.estimate.ground_scan import is_straight
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
-from leo_diffmodel.explain.estimate.scan import amplitude_indices, stretch_limits
+from leo_diffmodel.explain.estimate.scan import stretch_limits
+from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import EFFECTS, get_effect

@@ -11,8 +11,8 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.finding import Finding, OK, WARNING
-from leo_diffmodel.check.frozen import resolution
 from leo_diffmodel.check.timing import steps
+from leo_diffmodel.outside.frozen import resolution
 
 COARSE = 0.05
 """Of a joint's speed: what differences may be off by."""

@@ -3,160 +3,88 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections.abc import Iterator
 
-from leo_diffmodel.explain.decide.classes import same_thing
-from leo_diffmodel.explain.decide.context import Context
-from leo_diffmodel.explain.decide.disagree import disagreements
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
-from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
-from leo_diffmodel.explain.estimate.scan import amplitude_indices
+from leo_diffmodel.explain.findings.findings import Findings, Part
+from leo_diffmodel.explain.problem.hypothesis import amplitude_indices
 from leo_diffmodel.explain.problem.limits import at_limit
-from leo_diffmodel.explain.select.evidence import Scored
-from leo_diffmodel.explain.select.sets import supported, widens
-from leo_diffmodel.explain.select.stable import share
 
 MOST_INSTEAD = 3
 """Names told of those that were chosen instead."""
 
 
-def doubt(context: Context, index: int, candidate: Candidate) -> str:
+def doubt(findings: Findings, part: Part) -> str:
     """Why an effect is not sure; '' where it is."""
-    fitted = context.found.final
-    first = fitted.hypothesis.offset(index)
-    rows = [(p, float(fitted.theta[first + i]), fitted.ci95(first + i))
-            for i, p in enumerate(candidate.parameters)]  # fmt: skip
-    sizes = [rows[i] for i in amplitude_indices(candidate.parameters)]
+    fitted, parameters = part.fit, part.candidate.parameters
+    first = fitted.hypothesis.offset(part.index)
+    sizes = [(parameters[i], float(fitted.theta[first + i]), fitted.ci95(first + i))
+             for i in amplitude_indices(parameters)]  # fmt: skip
     if not any(low > p.neutral or high < p.neutral for p, _, (low, high) in sizes):
         return 'whose interval holds no effect'
     if any(at_limit(p, v, 0.5 * (high - low)) for p, v, (low, high) in sizes):
         return 'at the limit of what is plausible'
-    if (share := context.share(candidate)) < context.settings.stable:
-        return f'chosen in {share:.0%} of the held-out turns'
-    if _is_small(context, index):
+    if part.share < findings.settings.stable:
+        return f'chosen in {part.share:.0%} of the held-out turns'
+    if findings.floors and findings.floors[part.index] < findings.settings.least_floors:
         return 'below the noise floor, as many small differences are'
     return ''
 
 
-def instead(context: Context, candidate: Candidate) -> list[str]:
+def instead(findings: Findings, part: Part) -> list[str]:
     """What is chosen in its place in too many of the turns for it to be sure."""
-    if context.share(candidate) >= context.settings.stable:
+    stable = findings.settings.stable
+    if part.share >= stable:
         return []
-    chosen = context.found.chosen.names
-    others = [c for names in context.found.turns for c in names
-              if not any(context.alike(c, d) for d in chosen)]  # fmt: skip
-    counts = Counter(c.label for c in others)
-    least = 0.5 * (1 - context.settings.stable) * len(context.found.turns)
-    return [label for label, n in counts.most_common(MOST_INSTEAD) if n > least]
+    most = findings.choices.instead[:MOST_INSTEAD]
+    return [label for label, share in most if share > 0.5 * (1 - stable)]
 
 
-def rivals(context: Context, candidate: Candidate) -> list[dict]:
-    """What else could stand in the place of an effect, nearest first; not a wider law of its kind.
-
-    An effect that was not chosen is compared alone, on the model as given.
-    """
-    found, most = context.found, context.settings.told_nats
-    names = found.chosen.names if candidate in found.chosen.names else frozenset({candidate})
-    mine = found.chosen if names == found.chosen.names else found.known(names)
-    assert mine is not None
-    near = []
-    for other in found.sets:
-        if len(other.names) != len(names) or not names - {candidate} < other.names:
-            continue
-        (rival,) = other.names - (names - {candidate})
-        behind = found.weight.ahead(mine, other)
-        why = same_thing(candidate, rival, context.facts) if behind < MARGIN_NATS else None
-        if rival != candidate and not widens(rival, candidate) and abs(behind) < most:
-            near.append({'name': rival.effect.name, 'where': rival.where,
-                         'separable_nats': behind, 'same_thing': why})  # fmt: skip
-    return near
-
-
-def doubts(context: Context) -> list[str]:
-    """What keeps the whole answer from being sure, in words."""
-    found, final = context.found, context.found.final
-    first = final.hypothesis.size - len(final.hypothesis.constants)
-    low, high = final.hypothesis.low, final.hypothesis.high
-    told = [
-        f'{c.label} runs onto its limit {final.theta[first + i]:.3g} {c.unit}'.rstrip()
-        for i, c in enumerate(final.hypothesis.constants)
-        if not low[first + i] < final.theta[first + i] < high[first + i]
-    ]
-    if (share := kept(context)) < context.settings.stable:
-        told.append(f'this set is chosen in {share:.0%} of the held-out turns')
-    told += disagreements(context)
-    if other := _other(context):
-        told.append(f'{other} would leave less unexplained')
-    return told if found.complete else [*told, 'the time was over: the best answer so far']
-
-
-def _is_small(context: Context, index: int) -> bool:
-    """Whether one of several effects changes the prediction by less than a noise floor."""
-    settings, count = context.settings, len(context.found.final.hypothesis.candidates)
-    return count >= settings.many and context.floors[index] < settings.least_floors
-
-
-def _other(context: Context) -> str:
-    """The set that leaves much less unexplained than the chosen one, and is not surely behind it.
-
-    Two measures then disagree: the chosen one saves more in all, the other in most windows. A
-    set that shares effects with the chosen one must be as small, and supported itself. One that
-    shares none may have one effect more: what is little for one effect is no reason against two.
-    """
-    found, chosen = context.found, context.found.chosen
-    weight = found.weight
-    left = (1.0 - context.settings.material) * weight.unexplained(chosen)
-    near = [s for s in found.sets if _comparable(context, s) and weight.unexplained(s) < left
-            and not weight.surely_ahead(chosen, s)]  # fmt: skip
-    best = min(near, key=weight.unexplained, default=None)
-    return ' + '.join(sorted(c.label for c in best.names)) if best else ''
-
-
-def _comparable(context: Context, other: Scored) -> bool:
-    found, mine, names = context.found, context.found.chosen.names, other.names
-    if not mine or not names or names <= mine or mine <= names:
-        return False
-    if not any(context.alike(a, b) for a in names for b in mine):
-        return len(names) <= len(mine) + 1
-    same = all(any(context.alike(a, b) for b in mine) for a in names)
-    return (len(names) <= len(mine) and not same
-            and supported(found.sets, other, found.weight, found.threshold))  # fmt: skip
-
-
-def kept(context: Context) -> float:
-    """Share of the held-out turns whose set holds all chosen effects, and perhaps more."""
-    return share(context.found.turns, context.found.chosen.names, context.facts.alike)
-
-
-def beside(context: Context) -> str:
+def beside(findings: Findings) -> str:
     """What too many of the turns choose beside the chosen effects for it to be all; else ''."""
-    rows, chosen = stability(context), context.found.chosen.names
-    if not chosen or rows[0]['share'] >= context.settings.stable:
+    choices = findings.choices
+    (chosen, share), told = choices.sets[0], choices.beside[:MOST_INSTEAD]
+    if not (chosen and told) or share >= findings.settings.stable:
         return ''
-    more = Counter(c.label for names in context.found.turns
-                   for c in names if not context.holds(chosen, c) and not any(
-                       widens(c, d) for d in chosen))  # fmt: skip
-    told = [f'{label} in {n / len(context.found.turns):.0%}'
-            for label, n in more.most_common(MOST_INSTEAD)]  # fmt: skip
-    return f'beside them the held-out turns choose {", ".join(told)}' if told else ''
+    listed = ', '.join(f'{label} in {share:.0%}' for label, share in told)
+    return f'beside them the held-out turns choose {listed}'
 
 
-def stability(context: Context) -> list[dict]:
-    """In what share of the held-out turns which set is chosen, the chosen one first."""
-    found, chosen = context.found, context.found.chosen.names
+def doubts(findings: Findings) -> list[str]:
+    """What keeps the whole answer from being sure, in words."""
+    told = [*_on_limits(findings)]
+    if (kept := findings.choices.kept) < findings.settings.stable:
+        told.append(f'this set is chosen in {kept:.0%} of the held-out turns')
+    told += _disagreements(findings)
+    if findings.other:
+        told.append(f'{findings.other} would leave less unexplained')
+    complete = findings.search.complete
+    return told if complete else [*told, 'the time was over: the best answer so far']
 
-    def alike(names: frozenset[Candidate]) -> bool:
-        return len(names) == len(chosen) and all(context.holds(names, c) for c in chosen)
 
-    counts = Counter('' if alike(n) else ' + '.join(sorted(c.label for c in n)) or 'nothing'
-                     for n in found.turns)  # fmt: skip
-    mine = counts.pop('', 0) / len(found.turns)
-    names = [c.label for c in found.final.hypothesis.candidates]
-    rows = [{'effects': names, 'share': mine}]
-    return rows + [
-        {
-            'effects': [] if label == 'nothing' else label.split(' + '),
-            'share': n / len(found.turns),
-        }
-        for label, n in counts.most_common()
-    ]
+def _on_limits(findings: Findings) -> Iterator[str]:
+    """Constants that run onto the ends of their declared ranges."""
+    theta, full = findings.final.theta, findings.final.hypothesis
+    for i, c in enumerate(full.constants, full.size - len(full.constants)):
+        if not full.low[i] < theta[i] < full.high[i]:
+            yield f'{c.label} runs onto its limit {theta[i]:.3g} {c.unit}'.rstrip()
+
+
+def _disagreements(findings: Findings) -> Iterator[str]:
+    """Effects of which two recordings ask for values that exclude each other, in words.
+
+    They differ by more than `settings.disagree` of the joint value as well: on a real robot
+    everything differs a little.
+    """
+    for part, values in zip(findings.effects, findings.own, strict=True):
+        first = part.fit.hypothesis.offset(part.index)
+        for i, own in values.items():
+            parameter, value = part.candidate.parameters[i - first], float(part.fit.theta[i])
+            low = min(own, key=lambda o: o.value + o.half, default=None)
+            high = max(own, key=lambda o: o.value - o.half, default=None)
+            if low is None or high is None or low.value + low.half >= high.value - high.half:
+                continue
+            least = findings.settings.disagree * abs(value - parameter.neutral)
+            if high.value - low.value > least:
+                yield (f'the bags disagree about {part.candidate.label}: {parameter.name} is '
+                       f'{low.value:.3g} in {low.bag} and {high.value:.3g} in {high.bag}; '
+                       '--each explains them one by one')  # fmt: skip

@@ -16,12 +16,13 @@ from leo_diffmodel.explain.estimate.far_ahead import FarAhead
 from leo_diffmodel.explain.estimate.fit import fit, looked_at, moved, settled_as, Step
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
-from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.estimate.imitation import imitations
 from leo_diffmodel.explain.estimate.loss import dispersion, gain, gains, MARGIN_NATS, WINDOW_NATS
 from leo_diffmodel.explain.estimate.scan import Scales, Scan
+from leo_diffmodel.explain.estimate.standing import resettled, standing
 from leo_diffmodel.explain.estimate.threshold import threshold
-from leo_diffmodel.explain.problem.pose import Posed, resettled, standing
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import stdtrit
 
-from leo_diffmodel.explain.estimate import shooting
+from leo_diffmodel.explain.problem import shooting
 
 Array = np.ndarray
 MEDIAN_CHI2 = 0.455

@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from leo_diffmodel.compare import errors
-from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.pose import Posed
 
 Array = np.ndarray

@@ -9,11 +9,12 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
-from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.covariance import conditional_errors, covariance, gram
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.settle import KEPT, residual_at, settle
+from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
 ENOUGH_NATS, ENOUGH_ON_GROUND = 0.05, 0.5

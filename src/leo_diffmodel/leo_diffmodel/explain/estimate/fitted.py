@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every hypothesis is judged on, and a fitted hypothesis."""
+"""A fitted hypothesis."""
 
 from __future__ import annotations
 
@@ -8,90 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.compare.noise import per_window
-from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
-from leo_diffmodel.explain.estimate.linearisation import Linearisation
-from leo_sim.model import Model
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 
 Array = np.ndarray
-
-
-@dataclass(frozen=True)
-class Problem:
-    """What every hypothesis is judged on.
-
-    Attributes:
-        base: the model as it stands.
-        windows: the data, training and held-out.
-        sigma: noise of each recording and channel (angles, then rates), shape (R, 2J).
-        train: which windows a fit may see, shape (W,).
-        linearisation: of a robot on the ground, the settled start states and what they do.
-        block: stretch of time each window lies in, shape (W,): within one, errors are alike.
-        fold: what is left out together when a prediction is judged, shape (W,).
-        scale: times `sigma` by which residuals are weighed, shape (R, 2J): what a channel of a
-            recording is off by with the best hypothesis, so that none shouts the others down.
-        telling: windows of held-out recordings that tell what constants these have of their own,
-            and are not judged, shape (W,); None where there are none.
-    """
-
-    base: Model
-    windows: Windows
-    sigma: Array
-    train: Array
-    linearisation: Linearisation | None = None
-    block: Array | None = None
-    fold: Array | None = None
-    scale: Array | None = None
-    telling: Array | None = None
-
-    @property
-    def judged(self) -> Array:
-        """Which windows no fit may see, shape (W,)."""
-        return ~self.train if self.telling is None else ~(self.train | self.telling)
-
-    @property
-    def trained(self) -> tuple[str, ...]:
-        """Names of the recordings that a fit may see."""
-        sources = np.unique(self.windows.source[self.train])
-        return tuple(self.windows.recordings[s] for s in sources)
-
-    @property
-    def weight(self) -> Array:
-        """What residuals are divided by, shape (R, 2J)."""
-        return self.sigma if self.scale is None else self.sigma * self.scale
-
-    @property
-    def by_start(self) -> Array | None:
-        """Sensitivity of the whitened residual to the start states where it is known, (W, N, 2J)."""
-        if self.linearisation is None:
-            return None
-        by_start = self.linearisation.by_start
-        noise = per_window(self.weight, self.windows)[..., None]
-        return -(by_start / noise).reshape(len(by_start), -1, by_start.shape[-1])
-
-    def begins(self, start: Array) -> tuple[Array, ...]:
-        """Where start states may begin, each (W, 2J): where they were, and where measured.
-
-        A joint that friction holds does not answer to its start, which may be caught there. On
-        the ground a measured start may be a leap out of it.
-        """
-        return (start,) if self.linearisation else (start, self.windows.measured[:, 0])
-
-    def fixed(self, hypothesis: Hypothesis, theta: Array) -> Problem:
-        """The problem with a hypothesis at some values in the model, nothing free."""
-        model = hypothesis.model(self.base, theta) if len(theta) else self.base
-        return replace(self, base=model)
-
-    def take(self, index: Array) -> Problem:
-        """The problem on some of its windows."""
-        linearisation = self.linearisation and self.linearisation.take(index)
-        block, fold, telling = (
-            x if x is None else x[index] for x in (self.block, self.fold, self.telling)
-        )
-        return replace(self, windows=self.windows.take(index), train=self.train[index],
-                       linearisation=linearisation, block=block, fold=fold,
-                       telling=telling)  # fmt: skip
 
 
 @dataclass(frozen=True)

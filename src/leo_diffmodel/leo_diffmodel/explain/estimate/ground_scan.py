@@ -15,18 +15,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.compare.pushes import predict
-from leo_diffmodel.explain.estimate import helper, shooting
+from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.fit import leverage_weight
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import (
-    amplitude_indices,
     Scales,
     Scan,
     Scanner,
     stretch_limits,
     stretched,
 )
+from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.effects import Parameter
 
 Array = np.ndarray

@@ -15,9 +15,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
-from leo_diffmodel.explain.estimate.scan import amplitude_indices, Scan
+from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.scan import Scan
+from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.effects.motor import Motor
 
 Array = np.ndarray

@@ -10,9 +10,10 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from leo_diffmodel.explain.estimate.fit import fit, read_at
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.settle import settle
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.description.robot import Constant
 
 Array = np.ndarray

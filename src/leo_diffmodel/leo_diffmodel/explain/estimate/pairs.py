@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
 from leo_diffmodel.explain.estimate.scan import Scan, stretch_limits
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 
 Array = np.ndarray
 Point = tuple[tuple[Candidate, ...], Array]

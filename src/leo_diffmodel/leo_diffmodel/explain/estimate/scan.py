@@ -11,10 +11,11 @@ import numpy as np
 
 from leo_diffmodel.compare.sizes import inertia_scale, mass_scale, torque_scale
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.covariance import conditional_errors
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate, Hypothesis
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
 
@@ -271,11 +272,6 @@ def stretch_limits(candidate: Candidate) -> tuple[float, float]:
     hook = 'command' if candidate.effect.late else candidate.effect.hook
     bent = candidate.parameters[0].role in ('threshold', 'delay')
     return (1.0, 1.0) if bent and hook in ('command', 'drive') else (0.2, 5.0)
-
-
-def amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
-    """The parameters that scale an effect; the others shape it."""
-    return tuple(i for i, p in enumerate(parameters) if p.scales)
 
 
 def scales_of(model: Model, windows: Windows) -> Scales:

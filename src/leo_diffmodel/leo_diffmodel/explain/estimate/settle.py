@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate import shooting
-from leo_diffmodel.explain.estimate.fitted import Problem
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
 ROUNDS = 8

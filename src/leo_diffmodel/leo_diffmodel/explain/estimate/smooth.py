@@ -15,12 +15,13 @@ from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
 from leo_diffmodel.explain.estimate.far_ahead import FarAhead
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.pairs import best_pairs
 from leo_diffmodel.explain.estimate.scan import Scales, Scan, Scanner
 from leo_diffmodel.explain.estimate.threshold import threshold
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed, quieter
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray

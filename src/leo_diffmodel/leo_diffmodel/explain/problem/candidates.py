@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_sim.description.robot import Constant
 from leo_sim.effects import Effect, EFFECTS, Parameter
 from leo_sim.effects.base import with_roles

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.check.outside import (
+from leo_diffmodel.compare.thin import thin
+from leo_diffmodel.outside.outside import (
     LEFT_OUT,
     moved_from_outside,
     share_outside,
     Stretch,
     without,
 )
-from leo_diffmodel.compare.thin import thin
 from leo_sim.model import Model
 
 MOST_LISTED = 3

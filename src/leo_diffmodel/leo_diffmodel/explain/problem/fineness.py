@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.estimate import shooting
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_sim.model import Model
 
 Array = np.ndarray

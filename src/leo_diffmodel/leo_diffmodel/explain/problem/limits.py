@@ -19,7 +19,7 @@ from leo_diffmodel.compare.sizes import (
     stall_torque,
     torque_scale,
 )
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_sim.description.robot import Robot
 from leo_sim.effects import Parameter
 from leo_sim.model import Model

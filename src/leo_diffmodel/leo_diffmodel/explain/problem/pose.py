@@ -14,10 +14,10 @@ from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.linearisation import refined, settled
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.fineness import stepped
+from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -83,34 +83,26 @@ def pose(recordings: Sequence[Recording], hold_out: Sequence[Recording], model: 
     return Posed(problem, None, blocks)
 
 
-def standing(posed: Posed) -> Posed:
-    """With the windows of a robot on the ground settled, those that can be trusted."""
-    problem = posed.problem
-    if not problem.base.robot.contacts:
-        return posed
-    kept, linearisation = settled(problem.base, problem.windows, problem.sigma)
-    return replace(posed, problem=replace(problem.take(kept), linearisation=linearisation))
-
-
-def resettled(
-    posed: Posed, fitted: Fit, finer: bool = False, anew: bool = False
-) -> Posed:
-    """This problem on the ground with the linearisation of a fitted hypothesis.
-
-    Args:
-        posed: the problem.
-        fitted: the hypothesis at its values and start states.
-        finer: ask a finer integration anew what the coarse one is off by.
-        anew: find the sensitivity of all windows to their start states again.
-    """
-    problem = posed.problem
-    model = fitted.hypothesis.model(problem.base, fitted.theta)
-    assert problem.linearisation
-    windows, before = problem.windows, replace(problem.linearisation, start=fitted.start)
-    if finer:
-        windows, before = refined(model, windows, before)
-    _, linearisation = settled(model, windows, problem.sigma, before, anew)
-    return replace(posed, problem=replace(problem, windows=windows, linearisation=linearisation))
+def untestable(problem: Problem) -> str | None:
+    """Why the data cannot say anything, and what to record instead; None where they can."""
+    windows = problem.windows
+    if windows.count < SETTINGS.fewest_windows:
+        seconds = float(windows.dt.sum())
+        return (
+            f'only {seconds:.1f} s of data in {windows.count} windows: '
+            'record 20 s or more with a changing input'
+        )
+    joints = windows.q.shape[-1]
+    sigma = noise.per_window(problem.sigma, windows)[:, 0]
+    swing = np.ptp(windows.q, axis=1) / sigma[:, :joints]
+    speed = np.ptp(windows.dq, axis=1) / sigma[:, joints:]
+    moving = np.maximum(swing, speed).max(axis=-1) > SETTINGS.least_motion
+    if moving.sum() < SETTINGS.fewest_windows:
+        return (
+            f'the robot hardly moves ({moving.sum()} of {windows.count} windows above the noise): '
+            'record 20 s with an input that swings it, such as steps of random size'
+        )
+    return None
 
 
 def quieter(posed: Posed, sigma: Array) -> Posed:

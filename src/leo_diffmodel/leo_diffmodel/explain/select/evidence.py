@@ -15,10 +15,10 @@ from functools import reduce
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray

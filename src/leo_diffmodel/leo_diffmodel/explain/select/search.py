@@ -14,13 +14,14 @@ from leo_diffmodel.compare import noise
 from leo_diffmodel.explain.estimate.contact import Contact
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress
 from leo_diffmodel.explain.estimate.fit import read_at
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import scales_of, Scan
 from leo_diffmodel.explain.estimate.smooth import Smooth
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import Posed
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select import sets as choice
 from leo_diffmodel.explain.select.evidence import Scored, Weight
 from leo_diffmodel.explain.select.sets import Names, Sets

@@ -3,163 +3,95 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
-
-from leo_diffmodel.compare import errors
-from leo_diffmodel.compare.errors import Prediction
-from leo_diffmodel.explain.decide.context import Context
-from leo_diffmodel.explain.decide.doubts import doubt, instead, rivals
-from leo_diffmodel.explain.decide.verdict import Named, Rest
-from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
-from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
-from leo_diffmodel.explain.estimate.rows import parameter_rows
-from leo_diffmodel.explain.estimate.scan import Scan
-from leo_diffmodel.explain.select.evidence import Scored
-from leo_diffmodel.explain.select.search import Search
-from leo_diffmodel.explain.tell.values import in_words
+from leo_diffmodel.compare.headline import Figures
+from leo_diffmodel.explain.estimate.rows import effect_row
+from leo_diffmodel.explain.findings.findings import Findings, Part, Rival
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 
 
-def effect_rows(context: Context) -> list[dict]:
+def effect_rows(findings: Findings) -> list[dict]:
     """One row for each supported effect; its error before is that of the model without it."""
-    found, final = context.found, context.found.final
-    rows = []
-    for index, candidate in enumerate(final.hypothesis.candidates):
-        without = context.without(candidate)
-        row = _row(context, candidate, final, index, without, found.chosen)
-        row |= _errors(context, without.fit, final)
-        row['inclusion_probability'] = context.share(candidate)
-        row['confusable_with'] = rivals(context, candidate)
-        rows.append(row)
-    return rows
+    return [_row(findings, part) for part in findings.effects]
 
 
-def hypothesis_rows(context: Context) -> list[dict]:
+def hypothesis_rows(findings: Findings) -> list[dict]:
     """All candidates on the model as given, best first; those never fitted have a scan only."""
-    found = context.found
-    empty = found.known(frozenset())
-    assert empty is not None
-    before, rows = context.headline(found.null), []
-    singles = [s for s in found.sets if len(s.names) == 1]
-    for single in singles:
-        (candidate,) = single.names
-        row = _row(context, candidate, single.fit, 0, empty, single)
-        row |= _errors(context, found.null, single.fit)
-        row['inclusion_probability'] = context.share(candidate)
-        row['confusable_with'] = rivals(context, candidate)
-        rows.append(row)
-    fitted = {c for s in singles for c in s.names}
-    return rows + [_ruled_out(s, before) for s in found.scans if s.candidate not in fitted]
+    fitted = {part.candidate for part in findings.singles}
+    before = findings.headline.mean(findings.ladder[0][1])
+    rest = [_ruled_out(s.candidate, s.gain, before)
+            for s in findings.search.scans if s.candidate not in fitted]  # fmt: skip
+    return [*(_row(findings, p) for p in findings.singles), *rest]
 
 
-def error_tables(context: Context, after: Prediction) -> dict:
-    """Held-out errors before, after and the floor of noise, one step and against horizon."""
-    before = context.predict(context.found.null)
-    one = [errors.one_step(p, context.step) for p in (before, after)]
-    late = errors.horizon_table(after, context.step)
-    early = errors.horizon_table(before, context.step)
-    return {
-        'states': errors.state_names(context.base),
-        'one_step': {
-            'before': one[0]['rmse'],
-            'after': one[1]['rmse'],
-            'noise_floor': one[1]['noise_floor']['rmse'],
-            'mean': {
-                'before': float(np.mean(one[0]['rmse'])),
-                'after': float(np.mean(one[1]['rmse'])),
-                'noise_floor': float(np.mean(one[1]['noise_floor']['rmse'])),
-            },
-        },
-        'horizon': [
-            {
-                'steps': b['steps'],
-                'seconds': b['seconds'],
-                'before': b['rmse'],
-                'after': a['rmse'],
-                'noise_floor': a['noise_floor'],
-                'mean': {
-                    'before': b['mean'],
-                    'after': a['mean'],
-                    'noise_floor': float(np.mean(a['noise_floor'])),
-                },
-            }
-            for b, a in zip(early, late, strict=True)
-        ],
+def errors(findings: Findings) -> dict:
+    """Held-out errors before, after and the floor of noise, and what is left unexplained."""
+    ladder = [*findings.ladder, ('noise floor', findings.floor)]
+    seconds = findings.headline.seconds
+    return findings.errors | {
+        'ladder': [{'model': name, **figures, 'seconds': seconds} for name, figures in ladder],
+        'windows': findings.windows,
+        'statistic': findings.headline.statistic,
+        'chi2_ratio': findings.rest.ratio,
+        'unexplained_share': findings.rest.share,
     }
 
 
-def ladder(context: Context, after: Prediction) -> list[dict]:
-    """Held-out error of the model as given, with each effect added, and of noise alone."""
-    found = context.found
-    kept = found.final.hypothesis.candidates
-    steps = [('as given', found.null)]
-    steps += [(f'+ {c.label}', _up_to(found, i + 1)) for i, c in enumerate(kept)]
-    rows = [
-        {'model': name, **context.told.figures(context.without_floor(f))} for name, f in steps
-    ]
-    rows.append({'model': 'noise floor', **context.told.floor(after)})
-    return [{**row, 'seconds': context.told.seconds} for row in rows]
+def stability(findings: Findings) -> list[dict]:
+    """In what share of the held-out turns which set is chosen, the chosen one first."""
+    sets = findings.choices.sets
+    return [{'effects': list(labels), 'share': share} for labels, share in sets]
 
 
-def _up_to(found: Search, count: int) -> Fit:
-    """The first effects of the final set, refitted without the others."""
-    full = found.final
-    if count == len(full.hypothesis.candidates):
-        return full
-    part = replace(full.hypothesis, candidates=full.hypothesis.candidates[:count])
-    theta = part.carried(full.hypothesis, full.theta)
-    return fit(found.problem, part, theta, full.start)
-
-
-def not_testable(found: Search) -> list[dict]:
+def not_testable(findings: Findings) -> list[dict]:
     """Effects that even at their largest amplitude would not rise above the threshold."""
+    threshold = findings.search.threshold
     return [
         {
             'name': s.candidate.effect.name,
             'where': s.candidate.where,
             'why': f'its largest trace in this data is {s.evidence:.1f} nats, '
-            f'{found.threshold:.1f} are needed; {s.candidate.effect.reveal}',
+            f'{threshold:.1f} are needed; {s.candidate.effect.reveal}',
         }
-        for s in found.scans
-        if s.evidence < found.threshold
+        for s in findings.search.scans
+        if s.evidence < threshold
     ]
 
 
-def _row(
-    context: Context, candidate: Candidate, fitted: Fit, index: int, without: Scored,
-    scored: Scored,
-) -> dict:
-    problem = scored.at.problem
-    saved = context.loss(without) - context.loss(scored)
+def _row(findings: Findings, part: Part) -> dict:
+    trained, held_out = part.saved
+    return {
+        **effect_row(part.fit, part.index),
+        'gain_train': trained,
+        'gain_held_out': held_out,
+        **_errors(findings, part.before, part.after),
+        'inclusion_probability': part.share,
+        'confusable_with': [_rival(r) for r in part.rivals],
+    }
+
+
+def _errors(findings: Findings, before: Figures, after: Figures) -> dict:
+    """Held-out errors of two fits: the mean over the states, and of each unit by itself."""
+    told, units = findings.headline, [state['unit'] for state in findings.errors['states']]
+    early, late = (told.by_unit(figures, units) for figures in (before, after))
+    return {
+        'error_before': told.mean(before),
+        'error_after': told.mean(after),
+        'errors': {unit: {'before': early[unit], 'after': late[unit]} for unit in early},
+    }
+
+
+def _rival(rival: Rival) -> dict:
+    name, where = rival.candidate.effect.name, rival.candidate.where
+    return {'name': name, 'where': where, 'separable_nats': rival.behind,
+            'same_thing': rival.same}  # fmt: skip
+
+
+def _ruled_out(candidate: Candidate, promised: float, before: float) -> dict:
     return {
         'name': candidate.effect.name,
         'where': candidate.where,
-        **({'source': candidate.effect.source} if candidate.effect.source else {}),
-        'parameters': parameter_rows(fitted, index),
-        'gain_train': float(saved[problem.train].sum()),
-        'gain_held_out': float(saved[problem.judged].sum()),
-    }
-
-
-def _errors(context: Context, before: Fit, after: Fit) -> dict:
-    """Held-out errors of two fits: the mean over the states, and of each unit by itself."""
-    units = zip(*(context.by_unit(fitted).items() for fitted in (before, after)), strict=True)
-    return {
-        'error_before': context.headline(before),
-        'error_after': context.headline(after),
-        'errors': {unit: {'before': b, 'after': a} for (unit, b), (_, a) in units},
-    }
-
-
-def _ruled_out(scan: Scan, before: float) -> dict:
-    return {
-        'name': scan.candidate.effect.name,
-        'where': scan.candidate.where,
         'parameters': {},
-        'gain_train': scan.gain,
+        'gain_train': promised,
         'gain_held_out': None,
         'error_before': before,
         'error_after': None,
@@ -167,34 +99,3 @@ def _ruled_out(scan: Scan, before: float) -> dict:
         'inclusion_probability': 0.0,
         'confusable_with': [],
     }
-
-
-def left(context: Context, rest: Rest) -> str:
-    """How much is left, and where most of it is, in words."""
-    found = context.found
-    names, robot = context.base.robot.joint_names, found.problem
-    e = found.final.residual[robot.train].reshape(int(robot.train.sum()), -1, 2, len(names))
-    worst = names[int(np.argmax(np.median((e**2).mean(axis=(1, 2)), axis=0)))]
-    share = f'{100 * rest.share:.0f} % of the mean squared error beyond noise is something else'
-    return share if len(names) == 1 else f'{share}, most of it at {worst}'
-
-
-def named(context: Context) -> list[Named]:
-    """The supported effects as the verdict sentence says them."""
-    final = context.found.final
-    return [_named(context, i, c) for i, c in enumerate(final.hypothesis.candidates)]
-
-
-def _named(context: Context, index: int, candidate: Candidate) -> Named:
-    near = rivals(context, candidate)
-    labels = {n: f'{r["name"]}:{r["where"]}' for n, r in enumerate(near)}
-    same = tuple(labels[n] for n, r in enumerate(near) if r['same_thing'])
-    close = [labels[n] for n, r in enumerate(near)
-             if not r['same_thing'] and r['separable_nats'] < MARGIN_NATS]  # fmt: skip
-    return Named(
-        candidate.label,
-        in_words(context.found.final, index),
-        same,
-        tuple(dict.fromkeys([*close, *instead(context, candidate)])),
-        doubt(context, index, candidate),
-    )

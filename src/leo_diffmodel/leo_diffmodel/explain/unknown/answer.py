@@ -10,7 +10,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.rows import constant_rows, parameter_rows
+from leo_diffmodel.explain.estimate.rows import constant_rows, effect_row, parameter_rows
 from leo_diffmodel.explain.unknown.curves import carry
 from leo_diffmodel.explain.unknown.find import Found
 from leo_diffmodel.explain.unknown.found_effect import FoundEffect
@@ -77,9 +77,10 @@ class Unknown:
         row = {name: value for name, value in vars(self).items() if name not in hidden}
         if not self.source or self.fit is None:
             return row
-        effects, constants = _fitted(self.fit)
+        effects = [effect_row(self.fit, i) for i in range(len(self.fit.hypothesis.candidates))]
         effects[-1]['source'] = self.source
-        return row | {'source': self.source, 'model': {'effects': effects, 'constants': constants}}
+        model = {'effects': effects, 'constants': constant_rows(self.fit)}
+        return row | {'source': self.source, 'model': model}
 
     @property
     def reveal(self) -> str:
@@ -124,32 +125,11 @@ def tell(recordings: Sequence[Recording], found: Found) -> Unknown:
     )
 
 
-def _fitted(full: Fit) -> tuple[list[dict], dict[str, dict]]:
-    """The effects and constants of a fit with their values, as explain.json has them."""
-    effects = [
-        {
-            'name': c.effect.name,
-            'where': c.where,
-            **({'source': c.effect.source} if c.effect.source else {}),
-            'parameters': parameter_rows(full, i),
-        }
-        for i, c in enumerate(full.hypothesis.candidates)
-    ]
-    return effects, constant_rows(full)
-
-
 def _parameters(law: Law, fitted: Fit | None) -> dict[str, dict]:
-    rows = {
-        p.name: {'value': float(v), 'unit': p.unit}
-        for p, v in zip(law.parameters, law.values, strict=True)
-    }
-    if fitted is None:
-        return rows
-    first = fitted.hypothesis.offset(len(fitted.hypothesis.candidates) - 1)
-    return {
-        name: row | {'ci95': list(fitted.ci95(first + i))}
-        for i, (name, row) in enumerate(rows.items())
-    }
+    if fitted is not None:
+        return parameter_rows(fitted, len(fitted.hypothesis.candidates) - 1)
+    return {p.name: {'value': float(v), 'unit': p.unit}
+            for p, v in zip(law.parameters, law.values, strict=True)}  # fmt: skip
 
 
 def _value(name: str, parameter: dict) -> str:

@@ -11,9 +11,10 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.sizes import in_volts
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.loss import dispersion, gain
+from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.unknown.curves import again, carry, Curve
 from leo_diffmodel.explain.unknown.found_effect import expressible, FoundEffect
 from leo_diffmodel.explain.unknown.influence import Influence, influence
@@ -52,11 +53,6 @@ class Attempt:
     def dispersion(self) -> float:
         """How many times what is left exceeds white noise."""
         return dispersion(self.fit or self.base)
-
-    @property
-    def total(self) -> float:
-        """Gain on all windows [nats]."""
-        return self.gain_train + self.gain_held_out
 
 
 def attempt(

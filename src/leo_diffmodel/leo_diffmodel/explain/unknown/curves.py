@@ -52,11 +52,6 @@ class Curve:
         """On training blocks, each predicted from the others [nats]."""
         return float(self.score.gain)
 
-    @property
-    def gain_held_out(self) -> float:
-        """On the blocks nothing was fitted to [nats]."""
-        return float(self.score.gain_held_out)
-
 
 def curves(left: Influence, blocks: Array, paths: dict[float, Array]) -> list[Curve]:
     """The curve of every variable at every joint, best on training blocks first.

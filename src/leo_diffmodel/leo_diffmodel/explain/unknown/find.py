@@ -14,14 +14,14 @@ from functools import partial
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.decide.verdict import rest_of
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.contact import converged
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.loss import dispersion, gain, unexplained
+from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.loss import dispersion, gain, rest_of, unexplained
 from leo_diffmodel.explain.problem.pose import Posed
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import score
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import Settings
@@ -42,14 +42,12 @@ class Found:
 
     Attributes:
         attempt: the law and its joint fit with the named effects that stay.
-        kept: which of the named effects stay beside it, by index.
         beside: those named effects fitted without the law.
         left: what it was found in.
         blocks: time block of each window, shape (W,).
     """
 
     attempt: Attempt
-    kept: tuple[int, ...]
     beside: Fit
     left: Influence
     blocks: Array
@@ -92,7 +90,7 @@ def _beyond(
     beside = found.final
     for index in sorted(set(range(len(beside.hypothesis.candidates))) - set(kept), reverse=True):
         beside = _without(problem, beside, index)
-    return Found(tried, kept, beside, left, blocks)
+    return Found(tried, beside, left, blocks)
 
 
 def beside(found: Search, law: Found) -> Search:
@@ -128,7 +126,7 @@ def find_alone(recordings: Sequence[Recording], found: Search) -> Found | None:
         if tried.law.known(gates.law_periods) or not tried.fit:
             continue
         if unexplained(tried.fit) < gates.law_whole and _beats(tried, found):
-            return Found(tried, (), found.null, left, blocks)
+            return Found(tried, found.null, left, blocks)
     return None
 
 

@@ -7,16 +7,17 @@ one matrix product (docs/reference/identification.md 1.7).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from leo_diffmodel.compare.pushes import own, respond, tame
 from leo_diffmodel.compare.sizes import torque_scale
-from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.covariance import conditional_errors
 from leo_diffmodel.explain.estimate.fit import leverage_weight
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
+from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -116,12 +117,7 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
         model=own(model, windows, instants=True),
         problem=problem,
     )
-    return _averaged(made)
-
-
-def _averaged(made: Influence) -> Influence:
-    parts = {name: getattr(made, name) for name in vars(made)}
-    return Influence(**{**parts, 'q': made.averaged(made.q), 'dq': made.averaged(made.dq)})
+    return replace(made, q=made.averaged(made.q), dq=made.averaged(made.dq))
 
 
 def _torques(stretch: Array, shape: tuple[int, ...], joints: int, size: float) -> Array:

@@ -43,11 +43,6 @@ class Variable:
         """What stays when the data are looked at from another model."""
         return self.name, self.of, self.period, len(self.knots)
 
-    @property
-    def label(self) -> str:
-        """In words."""
-        return f'{self.name} of {self.of}' if self.of else self.name
-
     def hats(self, values: Array) -> Array:
         """Piecewise linear basis with one column for each knot, shape (..., B)."""
         if self.period is not None:

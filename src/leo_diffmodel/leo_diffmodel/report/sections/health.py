@@ -11,18 +11,18 @@ import numpy as np
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import SETTINGS
-from leo_diffmodel.explain.tell.whiteness import (
-    by_condition,
-    chi_squared,
-    Correlation,
-    correlation,
-)
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.palette import Stroke
 from leo_diffmodel.report.plots import health, Line
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import number, percent
 from leo_diffmodel.report.traces import correlation as correlogram
+from leo_diffmodel.report.whiteness import (
+    by_condition,
+    chi_squared,
+    Correlation,
+    correlation,
+)
 
 Array = np.ndarray
 

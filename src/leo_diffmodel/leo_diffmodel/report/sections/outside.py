@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.check.outside import LEFT_OUT, moved_from_outside, share_outside, Stretch
+from leo_diffmodel.outside.outside import LEFT_OUT, moved_from_outside, share_outside, Stretch
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.sections.origin import numbered
 from leo_diffmodel.report.text import percent

@@ -7,7 +7,7 @@ from bokeh.layouts import column, row
 from bokeh.models import CustomJSTickFormatter, NumericInput, Select, Slider, Switch
 from markupsafe import Markup
 
-from leo_diffmodel.explain.estimate.hypothesis import Candidate
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.watch.handle import Handle
 from leo_diffmodel.watch.page.look import CARD, said, SIDE, small
 from leo_diffmodel.watch.page.part import Silence

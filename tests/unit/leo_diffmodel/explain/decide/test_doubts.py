@@ -3,72 +3,73 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from tests.simulate import PENDULUM
 
-from leo_diffmodel.explain.decide.classes import Facts
-from leo_diffmodel.explain.decide.context import Context
-from leo_diffmodel.explain.decide.doubts import _is_small, beside, instead, kept, stability
-from leo_diffmodel.explain.decide.verdict import decide, Named, Rest
+from leo_diffmodel.explain.decide.doubts import beside, doubt, doubts, instead
+from leo_diffmodel.explain.decide.verdict import decide, Named
+from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.loss import Rest
+from leo_diffmodel.explain.findings.findings import Choices, Own, Part
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
 POOL = {c.effect.name: c for c in candidates(Model(PENDULUM))}
-COULOMB, STRIBECK = POOL['coulomb_friction'], POOL['stribeck_friction']
-BIAS, SCALE, OFFSET = POOL['bias_torque'], POOL['torque_scale'], POOL['encoder_offset']
+CHOSEN = tuple(POOL[n] for n in ('coulomb_friction', 'bias_torque', 'torque_scale'))
+LABELS = tuple(c.label for c in CHOSEN)
 SURE, NOISE = [Named('coulomb_friction:pivot', 'c = 1 N m')], Rest(1.0, 0.0)
 
 
-def context(chosen, *turns):
-    """A search that chose some effects, and `count` turns of each of these sets."""
-    sets = [frozenset(names) for names, count in turns for _ in range(count)]
-    hypothesis = SimpleNamespace(candidates=tuple(chosen))
-    found = SimpleNamespace(chosen=SimpleNamespace(names=frozenset(chosen)), turns=tuple(sets),
-                            final=SimpleNamespace(hypothesis=hypothesis))  # fmt: skip
-    return Context(found, None, Facts(PENDULUM, False), None, 0.01, SETTINGS)
+def findings(share=1.0, floors=(), own=({}, {}, {}), **of_choices):
+    """Three effects a little away from neutral, each in this share of the turns."""
+    hypothesis, none = Hypothesis(CHOSEN), np.zeros((0, 0))
+    theta = hypothesis.neutral + 0.1
+    fit = Fit(hypothesis, theta, 1e-6 * np.eye(len(theta)), none, none, none, none)
+    parts = tuple(Part(c, fit, (9.0, 9.0), {}, {}, share, ()) for c in CHOSEN)
+    choices = {'kept': share, 'sets': ((LABELS, share),), 'instead': (), 'beside': ()}
+    return SimpleNamespace(settings=SETTINGS, final=fit, effects=parts, floors=floors, own=own,
+                           choices=Choices(**choices | of_choices), other='',
+                           search=SimpleNamespace(complete=True))  # fmt: skip
 
 
-def test_a_wider_law_in_some_turns_is_the_effect():
-    made = context([COULOMB, SCALE], ([COULOMB, SCALE], 40), ([STRIBECK, SCALE], 20))
-    assert made.share(COULOMB) == 1.0 and instead(made, COULOMB) == []
-    assert kept(made) == 1.0 and stability(made)[0]['share'] == 1.0 and beside(made) == ''
+def test_what_all_turns_hold_is_sure():
+    made = findings()
+    assert [doubt(made, part) for part in made.effects] == ['', '', ''] and doubts(made) == []
 
 
-def test_a_narrower_law_in_some_turns_is_not():
-    made = context([STRIBECK], ([STRIBECK], 40), ([COULOMB], 20))
-    assert made.share(STRIBECK) == pytest.approx(2 / 3)
-    assert instead(made, STRIBECK) == ['coulomb_friction:pivot']
+def test_what_too_few_turns_hold_is_not_and_what_they_choose_instead_is_told():
+    others = (('armature:pivot', 0.3), ('velocity_lag:pivot', 0.04))
+    made = findings(0.7, instead=others)
+    assert doubt(made, made.effects[0]) == 'chosen in 70% of the held-out turns'
+    assert doubts(made) == ['this set is chosen in 70% of the held-out turns']
+    assert instead(made, made.effects[0]) == ['armature:pivot']
+    sure = findings(instead=others)
+    assert instead(sure, sure.effects[0]) == []
 
 
-def test_a_law_of_all_joints_is_that_of_each_and_the_rest_is_told():
-    double = {c.label: c for c in candidates(Model('double_pendulum'))}
-    elbow, both = double['coulomb_friction:elbow'], double['stribeck_friction:all']
-    made = context([elbow], ([elbow], 40), ([both], 20))
-    assert made.share(elbow) == kept(made) == 1.0
-    assert stability(made)[0]['share'] == pytest.approx(2 / 3)
-    assert beside(made) == 'beside them the held-out turns choose stribeck_friction:all in 33%'
-    assert context([both], ([both], 40), ([elbow], 20)).share(both) == pytest.approx(2 / 3)
+def test_more_in_too_many_turns_is_told():
+    more = (('armature:pivot', 0.3), ('velocity_lag:pivot', 0.04))
+    words = 'the held-out turns choose armature:pivot in 30%, velocity_lag:pivot in 4%'
+    assert beside(findings(sets=((LABELS, 0.66),), beside=more)) == f'beside them {words}'
+    assert beside(findings(sets=((LABELS, 0.95),), beside=more)) == ''
+    assert beside(findings(sets=(((), 0.66),), beside=more)) == ''
 
 
-def test_turns_with_more_effects_keep_the_chosen_ones_sure_and_are_told():
-    made = context([COULOMB], ([COULOMB], 40), ([COULOMB, BIAS], 20))
-    assert kept(made) == 1.0 and stability(made)[0]['share'] == pytest.approx(2 / 3)
-    assert beside(made) == 'beside them the held-out turns choose bias_torque:pivot in 33%'
+def test_effects_below_the_noise_floor_are_small():
+    made = findings(floors=(22.0, 1.1, 0.3))
+    assert [bool(doubt(made, part)) for part in made.effects] == [False, False, True]
 
 
-def test_turns_without_one_of_them_are_a_doubt():
-    made = context([COULOMB, BIAS], ([COULOMB, BIAS], 40), ([COULOMB, OFFSET], 20))
-    assert kept(made) == pytest.approx(2 / 3)
-    assert made.share(COULOMB) == 1.0 and made.share(BIAS) == pytest.approx(2 / 3)
-
-
-@pytest.mark.parametrize(('chosen', 'small'), [
-    ([COULOMB, BIAS, SCALE], [False, False, True]), ([COULOMB, SCALE], [False, False])])
-def test_of_three_effects_those_below_the_noise_floor_are_small(chosen, small):
-    made = context(chosen, (chosen, 60))
-    made.__dict__['floors'] = [22.0, 1.1, 0.3] if len(chosen) == 3 else [0.9, 0.4]
-    assert [_is_small(made, i) for i in range(len(chosen))] == small
+@pytest.mark.parametrize(('other', 'agree'), [(0.11, True), (0.25, False)])
+def test_recordings_that_exclude_each_other_disagree(other, agree):
+    first = Hypothesis(CHOSEN).offset(1)
+    values = {first: [Own('run_1', 0.1, 0.001), Own('run_2', other, 0.001)]}
+    told = doubts(findings(own=({}, values, {})))
+    assert bool(told) is not agree
+    assert all('bias_torque:pivot: t is 0.1 in run_1 and 0.25 in run_2' in doubt for doubt in told)
 
 
 @pytest.mark.parametrize(('more', 'verdict'), [(False, 'named'), (True, 'partly')])

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from tests.simulate import PENDULUM, record, TORQUE
 
-from leo_diffmodel.explain.decide.verdict import decide, Named, Rest, rest_of, sentence
-from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
+from leo_diffmodel.explain.decide.verdict import decide, Named
+from leo_diffmodel.explain.estimate.loss import MARGIN_NATS, Rest, rest_of
 from leo_diffmodel.explain.explanation import explain
+from leo_diffmodel.explain.tell.sentence import sentence
 from leo_sim.effects import place
 from leo_sim.model import Model
 

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.covariance import covariance
+from leo_diffmodel.explain.problem import shooting
 
 RUNS, BLOCKS, PER_BLOCK, SAMPLES, CHANNELS = 150, 12, 4, 15, 2
 

@@ -9,10 +9,11 @@ from tests.simulate import POSITION, record, rounded
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit, Problem
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.effects import place
 from leo_sim.model import Model
 

@@ -10,9 +10,9 @@ from tests.simulate import record, TORQUE
 
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.estimate.smooth import leftover
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.select.evidence import _moves, score, weigh, Weight
 from leo_diffmodel.explain.settings import SETTINGS

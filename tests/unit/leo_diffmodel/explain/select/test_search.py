@@ -9,12 +9,12 @@ from tests.searched import among, FIRST, searched
 from tests.simulate import PENDULUM, record, rounded, TORQUE
 
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.estimate.imitation import imitations
 from leo_diffmodel.explain.estimate.loss import dispersion
 from leo_diffmodel.explain.estimate.scan import scales_of, Scanner
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.select.search import Search

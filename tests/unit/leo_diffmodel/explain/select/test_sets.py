@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from tests.linear import POOL, posed, Regression, scored, wide
 
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.select import sets as choice
 from leo_diffmodel.explain.select.evidence import weigh, Weight
 from leo_diffmodel.explain.select.sets import chosen, compatible, Sets

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from tests.linear import posed, solved
 
-from leo_diffmodel.explain.estimate.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.select.sets import Sets
 from leo_diffmodel.explain.select.stable import holds, narrowed, part_of, share
 from leo_diffmodel.explain.settings import SETTINGS

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Effects that are the same thing in the data, whatever the excitation: named together.
+
+Each class is a statement about the equations of motion (docs/reference/contracts.md); a test holds
+every one of them against data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_sim.description.robot import Robot
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What decides whether two effects can be told apart.
+
+    Attributes:
+        robot: the robot.
+        ever_free: some motor was switched off during the data.
+    """
+
+    robot: Robot
+    ever_free: bool
+
+    @classmethod
+    def of(cls, robot: Robot, recordings: Sequence[Recording]) -> Facts:
+        """What these recordings of a robot decide."""
+        free = (e.enabled < 0.5 for r in recordings for e in r.episodes)
+        return cls(robot, any(bool(f.any()) for f in free))
+
+    def alike(self, a: Candidate, b: Candidate) -> bool:
+        """Whether two effects are one, or the same thing in the data."""
+        return a == b or same_thing(a, b, self) is not None
+
+    @property
+    def one_hinge(self) -> bool:
+        """One joint on a fixed base: all inertia acts about one axis."""
+        return len(self.robot.joint_names) == 1 and self.robot.base == 'fixed'
+
+    def at_base(self, joint: str) -> bool:
+        """Whether a joint is a hinge between the fixed base and the first link that moves."""
+        by_child = {j.child: j for j in self.robot.joints}
+        found = next((j for j in self.robot.joints if j.name == joint), None)
+        if self.robot.base != 'fixed' or found is None or found.kind == 'prismatic':
+            return False
+        above = by_child.get(found.parent)
+        while above is not None and above.kind == 'fixed':
+            above = by_child.get(above.parent)
+        return above is None
+
+    def body(self, link: str) -> str:
+        """The first of the links that are welded together with this one."""
+        above = {j.child: j for j in self.robot.joints if j.kind == 'fixed'}
+        while link in above:
+            link = above[link].parent
+        return link
+
+    def refits(self, joint: str, constant: str) -> bool:
+        """Whether a motor constant is refitted at a joint, or for 'all' at every one."""
+        motors = [a.joint for a in self.robot.actuators if joint in (a.joint, 'all')]
+        paths = [f'actuators.{motor}.{constant}' for motor in motors]
+        known = self.robot.constants
+        return bool(paths) and all(p in known and known[p].uncertain for p in paths)
+
+
+@dataclass(frozen=True)
+class SameThing:
+    """A class of effects and when it holds.
+
+    Attributes:
+        names: the members.
+        holds: the condition, for a joint or 'all'.
+        why: the reason, for the report.
+    """
+
+    names: frozenset[str]
+    holds: Callable[[Facts, str], bool]
+    why: str
+
+
+CLASSES = (
+    SameThing(
+        frozenset({'viscous_friction', 'back_emf_scale'}),
+        lambda f, _: f.robot.has_motor_law and not f.ever_free,
+        'both brake in proportion to speed while the motor is never free',
+    ),
+    SameThing(
+        frozenset({'command_delay', 'measurement_delay'}),
+        lambda f, where: (f.one_hinge or where == 'all') and not f.ever_free,
+        'only the time between command and answer is seen',
+    ),
+    SameThing(
+        frozenset({'armature', 'link_inertia'}),
+        lambda f, where: f.at_base(where),
+        'about a fixed axis all inertia adds up',
+    ),
+    SameThing(
+        frozenset({'torque_scale', 'voltage_scale'}),
+        lambda f, _: f.robot.input == 'torque',
+        'a torque command has no back-EMF to tell them apart',
+    ),
+    SameThing(
+        frozenset({'back_emf_scale', 'torque_scale', 'voltage_scale'}),
+        lambda f, where: f.refits(where, 'torque_constant'),
+        'a refitted torque constant makes one of the other',
+    ),
+    SameThing(
+        frozenset({'back_emf_scale', 'torque_scale', 'viscous_friction', 'voltage_scale'}),
+        lambda f, where: f.refits(where, 'torque_constant') and not f.ever_free,
+        'with a refitted torque constant friction and a weaker motor are one while it is never '
+        'free',
+    ),
+    SameThing(
+        frozenset({'encoder_offset', 'external_force', 'link_com', 'torque_ripple'}),
+        lambda f, _: f.one_hinge,
+        'on a single hinge a shifted zero, a shifted CoM, a sideways force and a ripple once per '
+        'turn all turn gravity',
+    ),
+    SameThing(
+        frozenset({'external_force', 'torque_ripple'}),
+        lambda f, where: f.at_base(where),
+        'about a fixed axis a constant force is a ripple once per turn',
+    ),
+)
+
+WELDED = 'link_inertia'
+"""It adds to that of the whole body, whichever of its links it is said of."""
+PAIRS = {
+    'external_force': (
+        'note: about a fixed axis a constant downward force is also a heavier link whose inertia '
+        'about the joint is kept, link_mass with a negative link_inertia'
+    ),
+}
+
+
+def same_thing(a: Candidate, b: Candidate, facts: Facts) -> str | None:
+    """Why two candidates are the same in the data, or None where they are not."""
+    return why_same((a.effect.name, a.where), (b.effect.name, b.where), facts)
+
+
+def why_same(a: tuple[str, str], b: tuple[str, str], facts: Facts) -> str | None:
+    """As `same_thing`, for effects as (name, place)."""
+    if a[0] == b[0] == WELDED and a[1] != b[1] and facts.body(a[1]) == facts.body(b[1]):
+        return 'links that are welded together turn as one'
+    pair, where = {a[0], b[0]}, _joint(a[1], facts)
+    if len(pair) < 2 or where != _joint(b[1], facts):
+        return None
+    return next((c.why for c in CLASSES if pair <= c.names and c.holds(facts, where)), None)
+
+
+def pair_note(candidates: Iterable[Candidate], facts: Facts) -> str | None:
+    """What pair of effects could stand for a named one."""
+    return next((PAIRS[c.effect.name] for c in candidates
+                 if c.effect.name in PAIRS and facts.at_base(_joint(c.where, facts))), None)
+
+
+def _joint(where: str, facts: Facts) -> str:
+    """The joint of a place: a link moves with the joint above it, a single joint is all."""
+    moved_by = {j.child: j.name for j in facts.robot.joints}
+    joint = moved_by.get(where, where)
+    if joint == 'all' and len(facts.robot.joint_names) == 1:
+        return facts.robot.joint_names[0]
+    return joint

@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Linearisation of the windows of a robot on the ground: start states and sensitivity to them.
+
+The sensitivity to the initial state is expensive with contact: a foot bends it, so it is found
+again until the start states settle. It belongs to a hypothesis at some values; what is fitted
+from there moves the parameters, and the start states with them, along it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from leo_diffmodel.compare.noise import per_window
+from leo_diffmodel.compare.pushes import predict, respond, tame
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.problem.shooting import huber, robust_weight
+from leo_sim.model import Model
+
+Array = np.ndarray
+ROUNDS, SCALES = 4, (1.0, 0.3)
+ENOUGH_NATS, WORTH_NATS = 0.3, 0.03
+"""What a step must gain for another one to follow, and promise to be tried."""
+MOST_BEND = 0.3
+DRAWS = 2
+FEWEST = 12
+LOST = 1e6
+COARSE, FINER = 'search', 'training'
+OUT_OF_LINE = 1.5
+"""Times the median loss: the sensitivity of such a window is found again."""
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """The windows of one hypothesis, linearised about the start states that fit them best.
+
+    Attributes:
+        start: start states that fit them best, shape (W, 2J).
+        by_start: sensitivity of the sensed states to them, shape (W, K+1, 2J, 2J).
+        loss: what is left of each window there [nats], shape (W,).
+        finer: what a finer integration would add to the predictions, shape (W, K+1, 2J); it is
+            taken off the measurements of the settled windows.
+        traces: what scans found out about the candidates, kept from round to round.
+    """
+
+    start: Array
+    by_start: Array
+    loss: Array
+    finer: Array
+    traces: dict = field(default_factory=dict)
+
+    def take(self, index: Array) -> Linearisation:
+        """Of some of the windows; their traces start anew."""
+        parts = (self.start, self.by_start, self.loss, self.finer)
+        return Linearisation(*(part[index] for part in parts))
+
+
+def settled(
+    model: Model,
+    windows: Windows,
+    sigma: Array,
+    before: Linearisation | None = None,
+    anew: bool = False,
+) -> tuple[Array, Linearisation]:
+    """Which windows can be trusted, as indices, and their linearisation.
+
+    A window is trusted where the start states that its noise allows do not change what its
+    contacts do: there the linearisation holds.
+
+    Args:
+        model: the model as given.
+        windows: short windows.
+        sigma: noise of each recording and channel, shape (R, 2J).
+        before: the linearisation with another model, to go on from; its windows are all kept.
+        anew: find the sensitivity of all windows again, not only of those where it was off by
+            much.
+    """
+    settling = _Settling(model, windows, sigma, before)
+    active = np.arange(windows.count)
+    if anew:
+        settling.linearise(active)
+    for round_ in range(ROUNDS):
+        going = settling.step(active)
+        if before and not round_:  # their sensitivity may be too old to have led anywhere
+            going |= _out_of_line(settling.loss, before.loss)
+        active = active[going]
+        if not active.size:
+            break
+        settling.linearise(active)
+    start, columns, loss = settling.start, settling.columns, settling.loss
+    if before:
+        return np.arange(windows.count), replace(before, start=start, by_start=columns, loss=loss)
+    kept = _sure(model, windows, start, columns, sigma)
+    nothing = np.zeros_like(windows.measured[kept])
+    return kept, Linearisation(start[kept], columns[kept], loss[kept], nothing)
+
+
+class _Settling:
+    """Windows on the way to the start states that fit them best.
+
+    Attributes:
+        start, columns, loss: as `start`, `by_start` and `loss` of a `Linearisation`.
+    """
+
+    def __init__(
+        self, model: Model, windows: Windows, sigma: Array, before: Linearisation | None
+    ) -> None:
+        self._model, self._windows, self._sigma = model, windows, sigma
+        if before:
+            self.start, self._predicted, self.loss = _nearest(model, windows, sigma, before)
+            self.columns = before.by_start.copy()
+        else:
+            self.start = windows.measured[:, 0].copy()
+            self._predicted, self.columns = respond(
+                model, windows, self.start, _no_torques(windows)
+            )
+            self.columns[~tame(self.columns)] = 0.0
+            self.loss = _loss(windows, self._predicted, sigma)
+
+    def step(self, active: Array) -> Array:
+        """Move the starts of some windows where that is better; which are to be linearised anew.
+
+        They are those that gained much and whose linearisation was off by much: what it was off by
+        limits what another step could gain.
+        """
+        part, loss = self._windows.take(active), self.loss[active]
+        before, columns = self._predicted[active], self.columns[active]
+        step = _step(part, before, columns, self._sigma)
+        change = np.einsum('wkij,wj->wki', columns, step)
+        promised, surprise = _loss(part, before + change, self._sigma), np.zeros(len(active))
+        waiting = np.flatnonzero(promised < loss - WORTH_NATS)
+        for scale in SCALES:
+            if waiting.size:
+                told = (before + scale * change)[waiting]
+                moved = self.start[active[waiting]] + scale * step[waiting]
+                better, surprise[waiting] = self._try(active[waiting], moved, told)
+                waiting = waiting[~better]
+        going: Array = (self.loss[active] < loss - ENOUGH_NATS) & (surprise > ENOUGH_NATS)
+        return going
+
+    def _try(self, some: Array, start: Array, told: Array) -> tuple[Array, Array]:
+        """Take the starts that are better; which are, and how far off is what was told [nats]."""
+        part = self._windows.take(some)
+        predicted = predict(self._model, part, start)
+        found = _loss(part, predicted, self._sigma)
+        better = found < self.loss[some]
+        taken = some[better]
+        self.start[taken], self._predicted[taken] = start[better], predicted[better]
+        self.loss[taken] = found[better]
+        return better, _loss(part, part.measured + told - predicted, self._sigma)
+
+    def linearise(self, active: Array) -> None:
+        """Find the sensitivity of some windows to their start states again."""
+        part = self._windows.take(active)
+        predicted, columns = respond(self._model, part, self.start[active], _no_torques(part))
+        sane = tame(columns)
+        self._predicted[active[sane]], self.columns[active[sane]] = predicted[sane], columns[sane]
+
+
+def _nearest(
+    model: Model, windows: Windows, sigma: Array, before: Linearisation
+) -> tuple[Array, Array, Array]:
+    """The starts of before, or the measured ones where those have become bad and these are better.
+
+    Returns:
+        starts, what they lead to, and its loss.
+    """
+    start, predicted = before.start.copy(), predict(model, windows, before.start)
+    loss = _loss(windows, predicted, sigma)
+    far = loss > OUT_OF_LINE * np.median(loss)
+    bad = np.flatnonzero(far | (loss > before.loss + ENOUGH_NATS))
+    if bad.size:
+        part = windows.take(bad)
+        other = predict(model, part, part.measured[:, 0])
+        found = _loss(part, other, sigma)
+        better = found < loss[bad]
+        start[bad[better]], predicted[bad[better]] = part.measured[better, 0], other[better]
+        loss[bad[better]] = found[better]
+    return start, predicted, loss
+
+
+def _no_torques(windows: Windows) -> Array:
+    return np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
+
+
+def _out_of_line(loss: Array, before: Array) -> Array:
+    """Windows that have become worse than before, and are far worse than most."""
+    return (loss > before + ENOUGH_NATS) & (loss > OUT_OF_LINE * np.median(loss))
+
+
+def refined(
+    model: Model, windows: Windows, linearisation: Linearisation
+) -> tuple[Windows, Linearisation]:
+    """The windows less what a finer integration than the coarsest adds, from the settled starts.
+
+    What a coarse one is off by hardly depends on the parameters, so this brings the fit with the
+    coarse one to where the finer one has its best.
+    """
+    if model.scheme != COARSE:
+        return windows, linearisation
+    fine = predict(model.changed(scheme=FINER), windows, linearisation.start)
+    finer = fine - predict(model, windows, linearisation.start)
+    q, dq = np.split(windows.measured + linearisation.finer - finer, 2, axis=-1)
+    return replace(windows, q=q, dq=dq), replace(linearisation, finer=finer)
+
+
+def _loss(windows: Windows, predicted: Array, sigma: Array) -> Array:
+    e = (windows.measured - predicted) / per_window(sigma, windows)
+    return huber(np.clip(np.nan_to_num(e, nan=LOST), -LOST, LOST).reshape(windows.count, -1))
+
+
+def _step(windows: Windows, predicted: Array, columns: Array, sigma: Array) -> Array:
+    """The robust least-squares step of the start states, (W, 2J)."""
+    noise = per_window(sigma, windows)
+    e = ((windows.measured - predicted) / noise).reshape(windows.count, -1)
+    root = np.sqrt(robust_weight(e))[..., None]
+    a = root * (columns / noise[..., None]).reshape(*e.shape, -1)
+    return (_inverse(a) @ (np.swapaxes(a, -1, -2) @ (root * e[..., None])))[..., 0]
+
+
+def _inverse(a: Array) -> Array:
+    """Covariance of the start states, (W, 2J, 2J); directions that do not show stay put."""
+    gram = np.swapaxes(a, -1, -2) @ a
+    size = np.sqrt(np.diagonal(gram, axis1=-2, axis2=-1)) + 1e-12
+    scaled = gram / (size[..., None] * size[:, None])
+    inverse = np.linalg.inv(scaled + 1e-9 * np.eye(a.shape[-1]))
+    return inverse / (size[..., None] * size[:, None])
+
+
+def _sure(model: Model, windows: Windows, start: Array, columns: Array, sigma: Array) -> Array:
+    """Indices of the windows whose predictions are linear within the noise of their start."""
+    noise = per_window(sigma, windows)
+    a = (columns / noise[..., None]).reshape(windows.count, -1, columns.shape[-1])
+    values, vectors = np.linalg.eigh(_inverse(a))
+    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None]
+    draws = np.random.default_rng(0).standard_normal((DRAWS, *start.shape, 1))
+    moves = (root @ draws)[..., 0]
+    y = predict(model, windows, np.concatenate([start[None], start + moves]))
+    linear = np.einsum('wkij,swj->swki', columns, moves)
+    bend = (((y[1:] - y[0] - linear) / noise) ** 2).mean(axis=(0, 2, 3))
+    sure = np.flatnonzero(bend < MOST_BEND)
+    return sure if sure.size >= FEWEST else np.argsort(bend)[:FEWEST]

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Multiple shooting: every window has its own free start state, all share the parameters.
+
+The measured start of a window is noisy, so it is not trusted: the start state is a nuisance
+of the window, eliminated by an orthogonal projection (a Schur complement), which leaves a
+log-likelihood of the parameters alone. For small noise this equals whitening with the start
+noise propagated through the window, and it stays right for long ones
+(docs/reference/identification.md 1.1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtri
+
+from leo_diffmodel.compare.noise import per_window
+from leo_diffmodel.compare.pushes import predict as predict
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_sim.model import Model
+
+Array = np.ndarray
+HUBER = 2.5
+"""Standard deviations from which on the loss of a residual is linear."""
+FARTHEST = 1e6
+"""Whitened residuals are cut here: a hypothesis may send a robot to infinity."""
+MOST_STEP = 0.1
+"""Of a parameter, of its distance from neutral, or of a tenth of its range: the longest finite
+step, for what the data hardly tell."""
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A hypothesis linearised at one point, in units of the measurement noise.
+
+    Attributes:
+        residual: (measured - predicted) / sigma, shape (W, N), N = (K+1) 2J.
+        by_start: its sensitivity to the window's start state, shape (W, N, 2J).
+        by_theta: its sensitivity to the parameters, shape (W, N, P).
+    """
+
+    residual: Array
+    by_start: Array
+    by_theta: Array
+
+
+def whiten(windows: Windows, predicted: Array, sigma: Array) -> Array:
+    """(measured - predicted) / sigma with time and channel in one axis, shape (..., W, N)."""
+    scaled = (windows.measured - predicted) / per_window(sigma, windows)
+    scaled = np.nan_to_num(np.clip(scaled, -FARTHEST, FARTHEST), nan=FARTHEST)
+    return scaled.reshape(*scaled.shape[:-2], -1)
+
+
+def linearise(
+    base: Model,
+    windows: Windows,
+    sigma: Array,
+    hypothesis: Hypothesis,
+    theta: Array,
+    start: Array,
+    by_start: Array | None = None,
+    errors: Array | None = None,
+) -> Linear:
+    """All finite differences of a hypothesis in one batched rollout.
+
+    Args:
+        base: the model the hypothesis changes.
+        windows: the data.
+        sigma: noise of each recording and channel, shape (R, 2J).
+        hypothesis: what is free.
+        theta: parameters, shape (P,).
+        start: start states, shape (W, 2J).
+        by_start: sensitivity of the whitened residual to them where it is known, shape
+            (W, N, 2J); None finds it.
+        errors: standard error of each parameter with the others fixed, shape (P,), where it is
+            known: how far it is moved for its difference.
+    """
+    moved = hypothesis.together
+    states, size = start.shape[-1] if by_start is None else 0, len(moved)
+    nudge, step = 0.5 * sigma.min(axis=0), difference_steps(hypothesis, theta, errors)
+    starts = np.broadcast_to(start, (1 + states + size, *start.shape)).copy()
+    thetas = np.broadcast_to(theta, (1 + states + size, len(theta))).copy()
+    for i in range(states):
+        starts[1 + i, :, i] += nudge[i]
+    for row, some in enumerate(moved, 1 + states):
+        thetas[row, some] += step[some]
+    model = hypothesis.model(base, thetas) if len(theta) else base
+    e = whiten(windows, predict(model, windows, starts), sigma)
+    if by_start is None:
+        by_start = np.stack([(e[1 + i] - e[0]) / nudge[i] for i in range(states)], axis=-1)
+    by_theta = np.zeros((*e[0].shape, len(theta)))
+    for row, some in enumerate(moved, 1 + states):
+        for i in some:
+            seen = _seen(windows, hypothesis.recordings[i])
+            by_theta[seen, :, i] = (e[row, seen] - e[0, seen]) / step[i]
+    return Linear(e[0], by_start, by_theta)
+
+
+def _seen(windows: Windows, recording: str) -> Array | slice:
+    """Windows that see the parameter of a recording, or one that all share ('')."""
+    return windows.of(recording) if recording else slice(None)
+
+
+def difference_steps(hypothesis: Hypothesis, theta: Array, errors: Array | None) -> Array:
+    """Finite steps: as far as the data can tell a parameter, turned off the bounds.
+
+    A law with a corner (dry friction, a dead zone) is straight only between two samples that
+    change sides; a step that holds many of these sees the slope that the loss has over the width
+    of its minimum. Without standard errors 0.5 % of what a parameter is away from neutral.
+    """
+    away = np.abs(theta - hypothesis.neutral)
+    step = 0.005 * np.maximum(away, 1e-2 * np.maximum(np.abs(theta), 1e-6))
+    if errors is not None:
+        width = hypothesis.high - hypothesis.low
+        most = np.maximum(np.maximum(np.abs(theta), away),
+                          np.where(np.isfinite(width), MOST_STEP * width, 0.0))
+        step = np.clip(errors, step, np.maximum(step, MOST_STEP * most))
+    return np.where(theta + step > hypothesis.high, -step, step)
+
+
+def eliminate(linear: Linear, weight: Array | None = None) -> tuple[Array, Array, Array, Array]:
+    """Project the start states out.
+
+    Returns:
+        residual and by_theta without what the start states explain, then the two maps that give
+        the start state's own step: solve (W, 2J) for the residual and gain (W, 2J, P).
+    """
+    root = 1.0 if weight is None else np.sqrt(weight)[..., None]
+    basis, triangle = np.linalg.qr(linear.by_start * root)
+    hidden = np.diagonal(triangle, axis1=-2, axis2=-1) == 0  # a start that does not show stays
+    basis = np.where(hidden[..., None, :], 0.0, basis)
+    triangle = np.where(hidden[..., None], np.eye(triangle.shape[-1]), triangle)
+    residual, by_theta = linear.residual[..., None] * root, linear.by_theta * root
+    seen, gain = _times(basis, residual), _times(basis, by_theta)
+    rest = (residual - basis @ seen)[..., 0]
+    return (
+        rest,
+        by_theta - basis @ gain,
+        np.linalg.solve(triangle, seen)[..., 0],
+        np.linalg.solve(triangle, gain),
+    )
+
+
+def _times(basis: Array, columns: Array) -> Array:
+    return np.swapaxes(basis, -1, -2) @ columns
+
+
+def dispersion(residual: Array, states: int) -> float:
+    """How many times residuals (W, N) exceed white noise: their size times their correlation.
+
+    1 in a bag whose model is right but for noise. On real data something unmodelled is always
+    left; neighbouring samples then tell the same story, and a gain, or a parameter's confidence,
+    counts as much less. `states` start states (2J) were free in each window.
+    """
+    joints = states // 2
+    angles = residual.reshape(len(residual), -1, states)[..., :joints]
+    power = np.maximum((angles**2).sum(axis=(1, 2)), 1e-12)
+    along = (angles[:, 1:] * angles[:, :-1]).sum(axis=(1, 2)) / power
+    follow = min(max(float(np.median(along)), 0.0), 0.95)
+    return max(1.0, excess(residual, states)) * (1 + follow) / (1 - follow)
+
+
+def excess(residual: Array, states: int, quantile: float = 0.5) -> float:
+    """Mean squared whitened residual (W, N) over its expected value.
+
+    The sum over a window of N channels with 2J free start states is chi-squared with N - 2J
+    degrees of freedom (Pintelon, Schoukens and Vandersteen 1997); a quantile over windows, not
+    their mean, keeps a hand push from deciding.
+    """
+    expected = chdtri(residual.shape[-1] - states, 1.0 - quantile)
+    return float(np.quantile((residual**2).sum(axis=-1), quantile) / expected)
+
+
+def robust_weight(residual: Array) -> Array:
+    """Huber weights: 1 within 2.5 sigma, falling as 1/|r| outside."""
+    return np.minimum(1.0, HUBER / np.maximum(np.abs(residual), 1e-12))
+
+
+def huber(residual: Array) -> Array:
+    """Huber loss of each window [nats], from residuals (..., W, N)."""
+    size = np.abs(residual)
+    loss = np.where(size <= HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER))
+    return loss.sum(axis=-1)

@@ -1,0 +1,269 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a robot did along a recording, and the torque that its model lacks, by inverse dynamics.
+
+Torques are means over short stretches under a bell of weights. A difference of rates under the
+same bell is the mean acceleration exactly, whatever the input did meanwhile, so that steps of the
+input leave nothing over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.outside.rate import relate
+from leo_sim.laws.laws import Memory
+from leo_sim.model import Model
+
+Array = np.ndarray
+BELL_SECONDS = 0.12
+LEAST_INTERVALS, MOST_INTERVALS = 6, 24
+"""Of one bell: data that come more often are averaged first."""
+PER_BELL = 4
+"""Bells overlap: so many begin within the length of one."""
+LATE, OFF = 0.004, 0.03
+RATE_ROUGH, STILL_SIGMAS, LEAST_STILL = 20.0, 3.0, 1e-3
+
+
+@dataclass(frozen=True)
+class Flow:
+    """N instants of one recording, J joints.
+
+    Attributes:
+        time: since the first state of the recording [s], shape (N,).
+        episode: number of the episode, shape (N,).
+        q: angles [rad, m], shape (N, J).
+        dq: rates [rad/s, m/s], shape (N, J).
+        ddq: accelerations [rad/s2, m/s2], shape (N, J).
+        missing: torque that the motion takes less what the model gives [N m, N], shape (N, J).
+        motor: torque of the motors by the model, without back-EMF [N m, N], shape (N, J).
+        before: the same some tens of milliseconds earlier, shape (D, N, J).
+        load: torque of gravity by the model [N m, N], shape (N, J).
+        inertial: parts of M ddq by the joint that accelerates [N m, N], shape (N, J, J).
+        swing: Coriolis and centrifugal torques by the model [N m, N], shape (N, J).
+        sign: -1 to 1, mean direction of motion, shape (N, J).
+        moving: share of the stretch in which the joint moves, shape (N, J).
+        enabled: share with the motor on, shape (N, J); 0 without a motor.
+        bell: length of the stretches that torques are means over [s].
+    """
+
+    time: Array
+    episode: Array
+    q: Array
+    dq: Array
+    ddq: Array
+    missing: Array
+    motor: Array
+    before: Array
+    load: Array
+    inertial: Array
+    swing: Array
+    sign: Array
+    moving: Array
+    enabled: Array
+    bell: float
+
+    @property
+    def own(self) -> Array:
+        """The largest torque at work at each instant and joint [N m, N], shape (N, J)."""
+        turning = np.abs(np.diagonal(self.inertial, axis1=1, axis2=2))
+        return np.maximum(np.maximum(np.abs(self.motor), np.abs(self.load)), turning)
+
+
+DELAYS = (0.02, 0.06)
+"""s: how much later an input may act than the model says."""
+
+
+def bell_seconds(period: float) -> float:
+    """Length of one bell for data that come every `period` [s]."""
+    return max(BELL_SECONDS, LEAST_INTERVALS * period)
+
+
+def flow(recording: Recording, model: Model) -> Flow | None:
+    """The flow of a recording; None where no episode holds a bell."""
+    steps = [np.diff(e.t) for e in recording.episodes]
+    period = float(np.median(np.concatenate(steps)))
+    grid = max(period, bell_seconds(period) / MOST_INTERVALS)
+    still, late = still_rates(recording), _late(recording)
+    episodes = [replace(e, dq=np.where(late, np.gradient(e.q, e.t, axis=0), e.dq))
+                for e in recording.episodes]  # fmt: skip
+    parts = [_episode(e, i, model, grid, bell_seconds(period), still)
+             for i, e in enumerate(episodes)]  # fmt: skip
+    found = [p for p in parts if p is not None]
+    return _joined(found) if found else None
+
+
+def _late(recording: Recording) -> Array:
+    """Joints (J,) whose measured rate is late or wrongly scaled: the angle tells it then."""
+    found = [relate(recording, j) for j in range(len(recording.joints))]
+    return np.array([
+        r is not None and (abs(r.lag[0]) > LATE + 5 * r.lag[1]
+                           or abs(r.scale[0] - 1) > OFF + 5 * r.scale[1])
+        for r in found
+    ])  # fmt: skip
+
+
+def _joined(parts: Sequence[Flow]) -> Flow:
+    def all_of(name: str) -> Array:
+        return np.concatenate([getattr(p, name) for p in parts], axis=1 if name == 'before' else 0)
+
+    names = [f.name for f in fields(Flow) if f.name != 'bell']
+    return Flow(**{name: all_of(name) for name in names}, bell=parts[0].bell)
+
+
+def still_rates(recording: Recording) -> Array:
+    """Rate below which a joint may stand, shape (J,): three times the noise of the rate."""
+    rough = np.concatenate([np.diff(e.dq, 3, axis=0) for e in recording.episodes])
+    if not len(rough):
+        return np.full(len(recording.joints), LEAST_STILL)
+    fast = np.quantile(np.abs(np.concatenate([e.dq for e in recording.episodes])), 0.95, axis=0)
+    noise = 1.4826 * np.median(np.abs(rough), axis=0) / np.sqrt(RATE_ROUGH)
+    limit: Array = np.maximum(np.maximum(STILL_SIGMAS * noise, 0.01 * fast), LEAST_STILL)
+    return limit
+
+
+def _episode(
+    e: Episode, number: int, model: Model, grid: float, bell: float, still: Array
+) -> Flow | None:
+    count = int((e.t[-1] - e.t[0]) / grid + 1e-6)
+    weights = _bell(max(2, round(bell / grid)))
+    if count < len(weights) + 1:
+        return None
+    nodes = e.t[0] + grid * np.arange(count + 1)
+    raw = _intervals(e, model, nodes, grid, weights, still)
+    every = max(1, len(weights) // PER_BELL)
+    smooth = {name: _smoothed(values, weights, every) for name, values in raw.items()}
+    middle = _smoothed(0.5 * (nodes[1:] + nodes[:-1]), weights, every)
+    before = np.stack([smooth.pop(f'before {d}') for d in DELAYS])
+    return Flow(middle, np.full(len(middle), number), bell=bell, before=before, **smooth)
+
+
+def _bell(count: int) -> Array:
+    """Weights of the intervals of one bell, sum 1."""
+    x = (np.arange(count) + 0.5) / count * 2 - 1
+    weights: Array = (1 - x**2) ** 2
+    return weights / weights.sum()
+
+
+def _smoothed(values: Array, weights: Array, every: int) -> Array:
+    """Means under the bell, where it lies inside the episode, one every so many intervals."""
+    view = np.lib.stride_tricks.sliding_window_view(values, len(weights), axis=0)[::every]
+    smooth: Array = view @ weights
+    return smooth
+
+
+def _intervals(
+    e: Episode, model: Model, nodes: Array, grid: float, weights: Array, still: Array
+) -> dict[str, Array]:
+    """What goes into a flow, for each interval of an even grid."""
+    q, dq = _states(e, nodes, grid, weights)
+    q, dq = model.laws.true_state(q, dq)
+    middle, rate = 0.5 * (q[1:] + q[:-1]), 0.5 * (dq[1:] + dq[:-1])
+    ddq = np.diff(dq, axis=0) / grid
+    given = _at_motors(model, e)
+    u, on = _mean(e.t, given, nodes), _mean(e.t, e.enabled.astype(float), nodes)
+    sign = np.clip(rate / still, -1, 1)
+    held, motor = _held(model, middle, rate, u, on, sign)
+    mass, bias = model.rigid.mass_and_bias(middle, rate)
+    load = model.rigid.load(middle)
+    mass = mass + np.broadcast_to(np.diag(_of_joints(model.laws.rotor_inertia, ddq)), mass.shape)
+    inertial = mass * ddq[:, None, :]
+    late = {
+        f'before {d}': _motor(model, _mean(e.t + d, given, nodes),
+                              _mean(e.t + d, e.enabled.astype(float), nodes), middle)
+        for d in DELAYS
+    }  # fmt: skip
+    return {
+        'q': middle, 'dq': rate, 'ddq': ddq, 'missing': inertial.sum(axis=-1) + bias - held,
+        'motor': motor, 'load': load, 'inertial': inertial, 'swing': bias + load, 'sign': sign,
+        'moving': (np.abs(rate) > still).astype(float),
+        'enabled': _at_joints(model, on, ddq), **late,
+    }  # fmt: skip
+
+
+def _held(
+    model: Model, q: Array, dq: Array, u: Array, on: Array, sign: Array
+) -> tuple[Array, Array]:
+    """What motors and losses of the model give, and the motors alone without back-EMF."""
+    load = model.rigid.load(q) if model.laws.needs_load else None
+    given = model.laws.torques(q, dq, dq, u, on, load)
+    friction = 0.0 if given.level is None else given.level * sign
+    return given.motor + given.joint - friction, _motor(model, u, on, q)
+
+
+def _motor(model: Model, u: Array, on: Array, q: Array) -> Array:
+    still = np.zeros_like(q)
+    load = still if model.laws.needs_load else None
+    return np.broadcast_to(model.laws.torques(q, still, still, u, on, load).motor, q.shape)
+
+
+def _of_joints(values: Array | float, like: Array) -> Array:
+    return np.broadcast_to(np.asarray(values, dtype=float).reshape(-1), like.shape[-1:])
+
+
+def _at_joints(model: Model, figures: Array, like: Array) -> Array:
+    """Figures of actuators (N, A) at their joints (N, J), 0 elsewhere."""
+    out = np.zeros_like(like)
+    out[:, list(model.robot.actuated)] = figures
+    return out
+
+
+def _at_motors(model: Model, e: Episode) -> Array:
+    """What the command effects of the model make of the inputs, shape (T, A)."""
+    if not model.laws.dynamic:
+        return np.asarray(model.laws.command(e.inputs, None, {}, 0.0)[0])
+    memory: Memory = {}
+    out = []
+    for u, h in zip(e.inputs, np.diff(e.t, append=2 * e.t[-1] - e.t[-2]), strict=True):
+        reached, _, memory = model.laws.command(u[None], None, memory, float(h))
+        out.append(reached[0])
+    return np.array(out)
+
+
+def _mean(t: Array, held: Array, nodes: Array) -> Array:
+    """Mean of held values over the intervals between nodes."""
+    area = np.vstack([np.zeros(held.shape[1]), np.cumsum(held[:-1] * np.diff(t)[:, None], axis=0)])
+    at = [np.interp(nodes, t, a, left=np.nan) for a in area.T]
+    if not at:
+        return np.zeros((len(nodes) - 1, 0))
+    known = np.stack(at, axis=1)
+    early = np.isnan(known)
+    known = np.where(early, (nodes[:, None] - t[0]) * held[0], known)
+    return np.diff(known, axis=0) / np.diff(nodes)[:, None]
+
+
+def _states(e: Episode, nodes: Array, grid: float, weights: Array) -> tuple[Array, Array]:
+    """Angles and rates at the nodes; rates from both sensors, as much from each as it is worth."""
+    q = np.stack([np.interp(nodes, e.t, x) for x in e.q.T], axis=1)
+    dq = _box(e.t, e.dq, nodes, grid)
+    slope = np.gradient(q, grid, axis=0)
+    own, other = _noise(e.dq), _noise(e.q)
+    thinned = np.sqrt(max(1.0, grid / float(np.median(np.diff(e.t)))))
+    bell = np.diff(weights, prepend=0, append=0)
+    of_rate = own / thinned * np.sqrt((bell**2).sum())
+    of_angle = other / grid * np.sqrt((np.convolve(bell, [0.5, 0, -0.5]) ** 2).sum())
+    share = of_angle**2 / np.maximum(of_angle**2 + of_rate**2, 1e-30)
+    return q, share * dq + (1 - share) * slope
+
+
+def _noise(values: Array) -> Array:
+    rough = np.diff(values, 3, axis=0)
+    if not len(rough):
+        return np.full(values.shape[1], 1e-12)
+    small = np.sort(rough**2, axis=0)[: max(1, int(0.8 * len(rough)))]
+    noise: Array = np.sqrt(small.mean(axis=0) / RATE_ROUGH) + 1e-12
+    return noise
+
+
+def _box(t: Array, values: Array, nodes: Array, width: float) -> Array:
+    """Means over `width` [s] about the nodes, of values on straight lines between samples."""
+    if width < 1.5 * float(np.median(np.diff(t))):
+        return np.stack([np.interp(nodes, t, x) for x in values.T], axis=1)
+    mean = 0.5 * (values[1:] + values[:-1]) * np.diff(t)[:, None]
+    area = np.vstack([np.zeros(values.shape[1]), np.cumsum(mean, axis=0)])
+    low, high = (np.clip(nodes + s * width / 2, t[0], t[-1]) for s in (-1, 1))
+    sums = [np.interp(high, t, a) - np.interp(low, t, a) for a in area.T]
+    return np.stack(sums, axis=1) / (high - low)[:, None]

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sensors that keep one value while the other one says that the joint moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.span import merged
+
+Array = np.ndarray
+LEAST_SECONDS = 0.08
+LEAST_SAMPLES = 5
+LEAST_MOVE = 0.02
+RESOLUTIONS = 4.0
+ADJACENT = 0.1
+SLOWEST = 0.05
+"""Of the largest speed: what a sensor of it may be off by where the joint stands."""
+
+
+@dataclass(frozen=True)
+class Frozen:
+    """A stretch of one value.
+
+    Attributes:
+        joint: its name.
+        sensor: angle or speed.
+        begin: since the recording's first state [s].
+        end: the same [s].
+        at_end: the value is the largest or smallest that the sensor ever showed.
+    """
+
+    joint: str
+    sensor: str
+    begin: float
+    end: float
+    at_end: bool
+
+    @property
+    def how(self) -> str:
+        """What the sensor does, in words."""
+        return 'stays at its largest value' if self.at_end else 'stands still'
+
+
+def frozen(recording: Recording) -> list[Frozen]:
+    """Every stretch in which a sensor keeps one value and the other goes on."""
+    out = []
+    for j, joint in enumerate(recording.joints):
+        for sensor, find, name in (('angle', _angle, 'q'), ('speed', _speed, 'dq')):
+            values = np.concatenate([getattr(e, name)[:, j] for e in recording.episodes])
+            ends = values.min(), values.max()
+            found = [(a, b, v in ends) for e in recording.episodes for a, b, v in find(e, j)]
+            for at_end in (False, True):
+                spans = merged(((a, b) for a, b, end in found if end == at_end), ADJACENT)
+                out += [Frozen(joint, sensor, a, b, at_end) for a, b in spans]
+    return out
+
+
+def _angle(e: Episode, j: int) -> list[tuple[float, float, float]]:
+    """Stretches, with their value, of one angle although the speed adds up."""
+    area = np.r_[0.0, np.cumsum(0.5 * np.diff(e.t) * (e.dq[1:, j] + e.dq[:-1, j]))]
+    least = max(LEAST_MOVE, RESOLUTIONS * resolution(e.q[:, j]))
+    slowest = max(SLOWEST * float(np.abs(e.dq[:, j]).max()), 2 * resolution(e.dq[:, j]))
+    return [
+        (float(e.t[a]), float(e.t[b]), float(e.q[a, j]))
+        for a, b in _constant(e.t, e.q[:, j])
+        if abs(area[b] - area[a]) > max(least, slowest * (e.t[b] - e.t[a]))
+    ]
+
+
+def _speed(e: Episode, j: int) -> list[tuple[float, float, float]]:
+    """Stretches, with their value, of one speed that the angle does not go along with."""
+    coarse = RESOLUTIONS * resolution(e.dq[:, j])
+    out = []
+    for a, b in _constant(e.t, e.dq[:, j]):
+        seconds = float(e.t[b] - e.t[a])
+        off = abs(e.q[b, j] - e.q[a, j] - e.dq[a, j] * seconds)
+        if off > LEAST_MOVE + coarse * seconds:
+            out.append((float(e.t[a]), float(e.t[b]), float(e.dq[a, j])))
+    return out
+
+
+def _constant(t: Array, values: Array) -> list[tuple[int, int]]:
+    """First and last sample of each stretch of one and the same value."""
+    edges = np.flatnonzero(np.diff(values) != 0)
+    first, last = np.r_[0, edges + 1], np.r_[edges, len(values) - 1]
+    long = (t[last] - t[first] >= LEAST_SECONDS) & (last - first >= LEAST_SAMPLES - 1)
+    return list(zip(first[long].tolist(), last[long].tolist(), strict=True))
+
+
+def resolution(values: Array) -> float:
+    """The smallest step between neighbouring samples (N,); 0 where there is none."""
+    step = np.abs(np.diff(values))
+    moved = step[step > 0]
+    return float(np.quantile(moved, 0.05)) if moved.size else 0.0

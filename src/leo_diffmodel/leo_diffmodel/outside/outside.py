@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What in a recording is not the robot: shoves, hands, stops, gaps, sensors at their end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.span import kept, merged
+from leo_diffmodel.outside.blocked import blocked
+from leo_diffmodel.outside.bursts import Burst, bursts
+from leo_diffmodel.outside.flow import Flow, flow, PER_BELL, still_rates
+from leo_diffmodel.outside.frozen import frozen
+from leo_diffmodel.outside.held import held
+from leo_diffmodel.outside.ordinary import explained, Ordinary, strongest_wave
+from leo_sim.model import Model
+
+Array = np.ndarray
+FORCES = ('push', 'hand', 'blocked')
+LEFT_OUT = (*FORCES, 'held')
+"""Kinds of stretches that nothing is learned from; of these, only forces move the robot."""
+MARGIN, LEAST_SECONDS = 0.1, 0.5
+"""s: cut off on each side of a stretch; the shortest piece that is kept."""
+HAND = 0.02
+"""Of two shares multiplied (see `_led`); of honest real and simulated robots 0.012 at most."""
+ONE_WAVE, OFTEN, MEAN_OF_RMS = 0.15, 0.15, 0.8
+LASTING = 1.0
+"""s: a push that lasts so long is a hand."""
+FEWEST = 30
+GAP_PERIODS, GAP_SECONDS = 3.0, 0.01
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A stretch of a recording that is not the robot.
+
+    Attributes:
+        source: number of the recording in the list.
+        begin: since the recording's first state [s].
+        end: the same [s].
+        why: a sentence without a full stop, beginning with the joint.
+        kind: push (short), hand (lasting), blocked, held, gap or clipped.
+    """
+
+    source: int
+    begin: float
+    end: float
+    why: str
+    kind: str
+
+
+def moved_from_outside(recordings: Sequence[Recording], model: Model) -> list[Stretch]:
+    """Everything in the recordings that is not the robot, in order of recording and time.
+
+    The torque that the model lacks is explained, joint by joint and bag by bag, by whatever
+    ordinary effects can give it (`ordinary`). What stands far out of the rest for a moment is a
+    push; where a large part is left over nearly always, a hand did the work. Of a robot that
+    stands on the ground only gaps, frozen sensors and standing before the first input are looked
+    for, unless its base is held.
+
+    Args:
+        recordings: of the model's robot.
+        model: it may lack friction, have a payload twice as large, a gain 20 % off.
+    """
+    found = [s for i, r in enumerate(recordings)
+             for s in _of_one(i, r, model.of_recordings((r.name,)))]  # fmt: skip
+    return sorted(found, key=lambda s: (s.source, s.begin))
+
+
+def share_outside(recordings: Sequence[Recording], stretches: Sequence[Stretch]) -> float:
+    """Share of the moving time, 0 to 1, that is in pushes, hands and blocked joints."""
+    total = outside = 0.0
+    for source, recording in enumerate(recordings):
+        still = still_rates(recording)
+        spans = _spans(source, [s for s in stretches if s.kind in FORCES])
+        for e in recording.episodes:
+            step = np.diff(e.t)
+            inside = _within(e.t[:-1], spans)
+            moving = (np.abs(e.dq[:-1]) > still).any(axis=1) | inside
+            total += float(step[moving].sum())
+            outside += float(step[inside].sum())
+    return outside / total if total else 0.0
+
+
+def without(recordings: Sequence[Recording], stretches: Sequence[Stretch]) -> list[Recording]:
+    """The recordings with the stretches cut out, 0.1 s before and after them too.
+
+    Episodes are split there; pieces shorter than 0.5 s are dropped. A recording of which nothing
+    remains is left out of the list, which may be empty.
+    """
+    out = []
+    for source, recording in enumerate(recordings):
+        spans = cuts(source, stretches)
+        pieces = kept(recording, spans, LEAST_SECONDS) if spans else recording
+        out += [] if pieces is None else [pieces]
+    return out
+
+
+def cuts(source: int, stretches: Sequence[Stretch]) -> list[tuple[float, float]]:
+    """Begin and end [s] of what is to be cut out of one recording, in order and apart."""
+    spans = [(a - MARGIN, b + MARGIN) for a, b in _spans(source, stretches)]
+    return list(merged(spans, LEAST_SECONDS))
+
+
+def _spans(source: int, stretches: Sequence[Stretch]) -> list[tuple[float, float]]:
+    return [(s.begin, s.end) for s in stretches if s.source == source]
+
+
+def _within(t: Array, spans: Iterable[tuple[float, float]]) -> Array:
+    inside = np.zeros(len(t), dtype=bool)
+    for begin, end in spans:
+        inside |= (t >= begin) & (t <= end)
+    return inside
+
+
+def _of_one(source: int, recording: Recording, model: Model) -> list[Stretch]:
+    found = [*_gaps(recording), *_clipped(recording), *_held(recording, model),
+             *_forces(recording, model)]
+    return [replace(s, source=source) for s in found]
+
+
+def _gaps(recording: Recording) -> list[Stretch]:
+    """Between episodes that a gap parts, and within episodes where samples are missing."""
+    steps = np.concatenate([np.diff(e.t) for e in recording.episodes])
+    limit = max(GAP_PERIODS * float(np.median(steps)), GAP_SECONDS)
+    parted = any('gaps; split there' in w for w in recording.warnings)
+    edges = [(float(a.t[-1]), float(b.t[0])) for a, b in pairwise(recording.episodes) if parted]
+    inner = [
+        (float(e.t[k]), float(e.t[k + 1]))
+        for e in recording.episodes for k in np.flatnonzero(np.diff(e.t) > limit)
+    ]  # fmt: skip
+    return [Stretch(0, a, b, 'joint states are missing', 'gap') for a, b in (*edges, *inner)
+            if b - a > limit]  # fmt: skip
+
+
+def _clipped(recording: Recording) -> list[Stretch]:
+    return [
+        Stretch(0, f.begin, f.end, f'{f.joint}: its {f.sensor} {f.how} while the joint moves',
+                'clipped')
+        for f in frozen(recording)
+    ]  # fmt: skip
+
+
+def _held(recording: Recording, model: Model) -> list[Stretch]:
+    why = 'all joints: stand before the first input where the model would move; held by a hand?'
+    return [Stretch(0, begin, end, why, 'held') for begin, end in held(recording, model)]
+
+
+def _forces(recording: Recording, model: Model) -> list[Stretch]:
+    fixed = len(model.robot.base_joints)
+    if model.robot.contacts and not recording.held:
+        return []
+    seen = flow(recording, model)
+    if seen is None:
+        return []
+    joints = list(enumerate(recording.joints))[fixed:]
+    return [s for j, joint in joints for s in _at_joint(seen, model, j, joint)]
+
+
+def _at_joint(seen: Flow, model: Model, j: int, joint: str) -> list[Stretch]:
+    fitted = seen.moving[:, j] > 0.5
+    if fitted.sum() < FEWEST:
+        return []
+    found = explained(seen, model, j, fitted)
+    if _led(seen, model, found, j, fitted):
+        return _all_of(seen, joint)
+    stands = [
+        Stretch(0, a, b, f'{joint}: stands while motor and weight push with {size:.2g}', 'blocked')
+        for a, b, size in blocked(seen, found, j, fitted)
+    ]  # fmt: skip
+    return [*(_of_burst(b, joint) for b in bursts(seen, found.rest, j, fitted)), *stands]
+
+
+def _led(seen: Flow, model: Model, found: Ordinary, j: int, fitted: Array) -> bool:
+    """Whether a hand leads the joint: nothing the robot has gives what accelerates it.
+
+    Two shares are multiplied: of all torque at work, and of what accelerates and is rubbed off.
+    Either alone is also large in a slow run on a servo that sticks. A torque that comes and goes
+    like a clock is no hand.
+    """
+    if fitted.mean() < OFTEN:
+        return False
+    spent = np.abs(found.turning[fitted]).mean() + np.abs(found.friction[fitted]).mean()
+    size = _lasting(found.rest, fitted)
+    if size**2 <= HAND * seen.own[fitted, j].mean() * spent:
+        return False
+    waving = explained(seen, model, j, fitted, strongest_wave(seen.time, found.rest, fitted))
+    return _lasting(waving.rest, fitted) > ONE_WAVE * size
+
+
+def _lasting(rest: Array, fitted: Array) -> float:
+    """Typical size of the rest that is still there one bell later: noise and jerks are not."""
+    most = float(np.quantile(np.abs(rest[fitted]), 0.9))
+    short = np.clip(rest, -most, most)
+    both = fitted[PER_BELL:] & fitted[:-PER_BELL]
+    if not both.any():
+        return 0.0
+    again = float((short[PER_BELL:] * short[:-PER_BELL])[both].mean())
+    return MEAN_OF_RMS * max(again, 0.0) ** 0.5
+
+
+def _all_of(seen: Flow, joint: str) -> list[Stretch]:
+    """The whole recording, episode by episode."""
+    why = f'{joint}: is led by a hand: no motor, weight or friction gives what accelerates it'
+    numbers = np.unique(seen.episode)
+    times = [seen.time[seen.episode == n] for n in numbers]
+    half = 0.5 * seen.bell
+    return [Stretch(0, float(t[0]) - half, float(t[-1]) + half, why, 'hand') for t in times]
+
+
+def _of_burst(burst: Burst, joint: str) -> Stretch:
+    size = f'{burst.size:.2g}'
+    if burst.stopped:
+        why, kind = f'{joint}: hits something that stops it with {size}', 'blocked'
+    elif burst.end - burst.begin > LASTING:
+        why, kind = f'{joint}: is led by a hand or a cable with up to {size}', 'hand'
+    else:
+        why, kind = f'{joint}: is pushed with up to {size}', 'push'
+    return Stretch(0, burst.begin, burst.end, why, kind)

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The angle against the integral of the measured rate: scale and lag of one joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Episode, Recording
+
+Array = np.ndarray
+SECONDS = 0.25
+FEWEST = 12
+CLEAR = 10.0
+"""Times its noise that an integral must have on average: noise makes the scale look small."""
+
+
+@dataclass(frozen=True)
+class Rate:
+    """Angle change = scale x integral of the rate `lag` later.
+
+    Attributes:
+        scale: of the angle against the rate, with its standard deviation.
+        lag: by which the rate is late [s], with its standard deviation.
+        period: from sample to sample [s].
+    """
+
+    scale: tuple[float, float]
+    lag: tuple[float, float]
+    period: float
+
+
+def relate(recording: Recording, j: int) -> Rate | None:
+    """Fit scale and lag of one joint over stretches of 0.25 s; None where it hardly moves.
+
+    The integral hardly sees the noise of the rate, so the regression is not diluted by it.
+    Weights are those of a robust fit: a mistimed sample shall not decide.
+    """
+    rows = [row for e in recording.episodes for row in _stretches(e, j)]
+    if len(rows) < FEWEST:
+        return None
+    change, integral, ends = np.array(rows).T
+    if np.abs(change).max() < 1e-9 or np.abs(integral).max() < 1e-9:
+        return None
+    period = float(np.median(np.concatenate([np.diff(e.t) for e in recording.episodes])))
+    if np.sqrt((integral**2).mean()) < CLEAR * _noise(recording, j) * np.sqrt(SECONDS * period):
+        return None
+    columns = np.stack([integral, ends], axis=1)
+    theta, covariance = _robust(columns, change)
+    scale = theta[0], float(np.sqrt(covariance[0, 0]))
+    lag = theta[1] / theta[0], float(np.sqrt(covariance[1, 1])) / abs(theta[0])
+    return Rate(scale, lag, period)
+
+
+def _noise(recording: Recording, j: int) -> float:
+    """Of the rate, from what a smooth one would not do from sample to sample [rad/s]."""
+    rough = np.concatenate([np.diff(e.dq[:, j], 3) for e in recording.episodes])
+    return 1.4826 * float(np.median(np.abs(rough))) / np.sqrt(20) if rough.size else 0.0
+
+
+def _stretches(e: Episode, j: int) -> list[tuple[float, float, float]]:
+    """Angle change, integral of the rate, and change of the rate, over stretches."""
+    period = float(np.median(np.diff(e.t)))
+    count = max(4, round(SECONDS / period))
+    area = np.r_[0.0, np.cumsum(0.5 * np.diff(e.t) * (e.dq[1:, j] + e.dq[:-1, j]))]
+    edges = np.arange(0, len(e.t), count)
+    return [
+        (e.q[b, j] - e.q[a, j], area[b] - area[a], e.dq[b, j] - e.dq[a, j])
+        for a, b in pairwise(edges)
+    ]
+
+
+def _robust(columns: Array, y: Array) -> tuple[Array, Array]:
+    weight = np.ones(len(y))
+    for _ in range(8):
+        root = np.sqrt(weight)[:, None]
+        theta = np.linalg.lstsq(columns * root, y * root[:, 0], rcond=None)[0]
+        rest = y - columns @ theta
+        size = 1.4826 * float(np.median(np.abs(rest))) + 1e-12
+        weight = np.minimum(1.0, 2.0 * size / np.maximum(np.abs(rest), 1e-300))
+    gram = columns.T @ (columns * weight[:, None])
+    return theta, size**2 * np.linalg.pinv(gram)

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is called the same thing is the same in data; with the condition off it is not."""
+
+import itertools
+
+import numpy as np
+import pytest
+from tests.searched import among
+from tests.simulate import PENDULUM, record, steps, TORQUE
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.scan import scales_of, Scanner
+from leo_diffmodel.explain.explanation import explain
+from leo_diffmodel.explain.problem.candidates import uncertain
+from leo_diffmodel.explain.problem.classes import CLASSES, Facts, pair_note, why_same
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.pose import pose
+from leo_sim.description.robot import Constant, load_robot, Robot
+from leo_sim.effects import EFFECTS, place
+from leo_sim.model import Model
+from leo_sim.model.batch import rollout
+
+SERVO, ARM = load_robot('servo_pendulum'), load_robot('double_pendulum')
+CONSTANT = 'actuators.pivot.torque_constant'
+UNSURE = PENDULUM.with_constants({CONSTANT: Constant(CONSTANT, 0.0536, 'N m/A', (0.03, 0.08))})
+DELAYS = ('command_delay', 'measurement_delay')
+
+# Members, and one truth that every one of them explains, where the class holds.
+PROOFS = [
+    (('viscous_friction', 'back_emf_scale'), PENDULUM, ('back_emf_scale', 'pivot', {'k': 1.5})),
+    (('viscous_friction', 'back_emf_scale'), PENDULUM, ('viscous_friction', 'pivot', {'b': 1e-4})),
+    (DELAYS, TORQUE, ('measurement_delay', 'pivot', {'delay': 0.013})),
+    (DELAYS, ARM, ('measurement_delay', 'all', {'delay': 0.013})),
+    (('armature', 'link_inertia'), PENDULUM, ('armature', 'pivot', {'J': 3e-5})),
+    (('armature', 'link_inertia'), TORQUE, ('link_inertia', 'bob', {'I': 0.03})),
+    (('armature', 'link_inertia'), ARM, ('link_inertia', 'upper', {'I': 0.02})),
+    (('torque_scale', 'voltage_scale'), TORQUE, ('torque_scale', 'pivot', {'k': 0.8})),
+    (('torque_scale', 'voltage_scale'), ARM, ('torque_scale', 'elbow', {'k': 0.8})),
+    (('back_emf_scale', 'torque_scale', 'voltage_scale'), UNSURE,
+     ('torque_scale', 'pivot', {'k': 0.8})),
+    (('back_emf_scale', 'torque_scale', 'viscous_friction', 'voltage_scale'), UNSURE,
+     ('viscous_friction', 'pivot', {'b': 1e-4})),
+    (('encoder_offset', 'external_force', 'link_com', 'torque_ripple'), PENDULUM,
+     ('encoder_offset', 'pivot', {'o': 0.05})),
+    (('encoder_offset', 'external_force', 'link_com', 'torque_ripple'), TORQUE,
+     ('encoder_offset', 'pivot', {'o': -0.08})),
+    (('external_force', 'torque_ripple'), ARM, ('external_force', 'upper', {'x': 0.5, 'z': 0.2})),
+]  # fmt: skip
+
+
+def thing(robot: Robot, name: str, near: str) -> tuple[str, str]:
+    """An effect and its place: at a joint, at the link that it moves, or at all."""
+    places = EFFECTS[name].places(robot)
+    joint = {j.child: j.name for j in robot.joints}.get(near, near)
+    links = {j.name: j.child for j in robot.joints}
+    if near == 'all':
+        return name, 'all' if len(places) > 1 else places[0]
+    return name, joint if joint in places else links[joint]
+
+
+def candidate(robot: Robot, name: str, where: str) -> Candidate:
+    places = EFFECTS[name].places(robot) if where == 'all' else (where,)
+    return Candidate(EFFECTS[name], where, EFFECTS[name].parameters_for(robot, places))
+
+
+def driven(robot: Robot, *effects, enabled=None) -> Recording:
+    """Ten seconds of random steps at every joint, small enough not to whirl."""
+    inputs = np.hstack([steps(robot, 10, seed) for seed in range(8, 8 + len(robot.actuators))])
+    if robot is ARM:
+        inputs = 0.4 * inputs
+    return record(robot, *effects, inputs=inputs, seed=8, enabled=enabled)
+
+
+def gains(data: Recording, robot: Robot, things) -> list[float]:
+    """Nats that each effect gains on all windows, constants refitted."""
+    model = Model(robot)
+    problem = pose([data], [], model).problem
+    null = fit(problem, Hypothesis(constants=uncertain(model)))
+    scanner = Scanner(problem, null, scales_of(model, problem.windows))
+    found = []
+    for name, where in things:
+        one = candidate(robot, name, where)
+        best = fit(problem, null.hypothesis.with_candidate(one), scanner.scan(one).theta)
+        found.append(float((null.loss - best.loss).sum()))
+    return found
+
+
+@pytest.mark.parametrize(
+    ('members', 'robot', 'truth'), PROOFS, ids=[f'{t[0]}-{t[1]}-{r.name}' for _, r, t in PROOFS]
+)
+def test_members_leave_the_same_residual(members, robot, truth):
+    name, where, values = truth
+    things = [thing(robot, member, where) for member in members]
+    found = gains(driven(robot, place(robot, name, where, **values)), robot, things)
+    assert min(found) > 50
+    assert max(found) - min(found) < max(1.5, 1e-3 * max(found))
+    facts = Facts(robot, ever_free=False)
+    for a, b in itertools.combinations(things, 2):
+        assert why_same(a, b, facts)
+
+
+def test_every_class_is_proved():
+    proved = [set(members) for members, _, _ in PROOFS]
+    for entry in CLASSES:
+        known = set(entry.names & EFFECTS.keys())
+        assert len(known) < 2 or known in proved, entry
+
+
+@pytest.mark.parametrize(('robot', 'truth', 'other'), [
+    (ARM, ('armature', 'elbow', {'J': 0.01}), ('link_inertia', 'lower')),
+    (ARM, ('external_force', 'lower', {'x': 0.5}), ('torque_ripple', 'elbow')),
+    (ARM, ('command_delay', 'elbow', {'delay': 0.013}), ('measurement_delay', 'all')),
+    (PENDULUM, ('torque_scale', 'pivot', {'k': 0.8}), ('voltage_scale', 'pivot')),
+])
+def test_elsewhere_they_are_not_the_same(robot, truth, other):
+    name, where, values = truth
+    data = driven(robot, place(robot, name, where, **values))
+    mine, others = gains(data, robot, [(name, where), other])
+    assert mine > others + 20
+    assert why_same((name, where), other, Facts(robot, ever_free=False)) is None
+
+
+def off_at_times() -> np.ndarray:
+    on = np.ones((1000, 1), dtype=bool)
+    for start in range(50, 1000, 120):
+        on[start : start + 60] = False
+    return on
+
+
+def test_a_motor_that_is_free_at_times_tells_back_emf_from_friction(monkeypatch):
+    among(monkeypatch, Model(PENDULUM), 'back_emf_scale', 'viscous_friction', 'coulomb_friction')
+    effect = place(PENDULUM, 'viscous_friction', 'pivot', b=1e-4)
+    data = driven(PENDULUM, effect, enabled=off_at_times())
+    things = [('viscous_friction', 'pivot'), ('back_emf_scale', 'pivot')]
+    mine, other = gains(data, PENDULUM, things)
+    assert mine > other + 20
+    assert why_same(*things, Facts(PENDULUM, ever_free=True)) is None
+    answer = explain([data], Model(PENDULUM))
+    assert (answer.verdict, answer.effects[0]['name']) == ('named', 'viscous_friction')
+    assert not any(r['same_thing'] for r in answer.effects[0]['confusable_with'])
+
+
+def test_friction_shows_in_a_servo_of_unknown_motor_only_where_it_is_free():
+    effect = place(SERVO, 'viscous_friction', 'pivot', b=5e-3)
+    things = [('viscous_friction', 'pivot')]
+    assert gains(driven(SERVO, effect, enabled=off_at_times()), SERVO, things)[0] > 100
+    assert gains(driven(SERVO, effect), SERVO, things)[0] < 10
+
+
+def test_a_motor_that_is_free_at_times_tells_a_late_state_from_a_late_command():
+    effect = place(SERVO, 'measurement_delay', 'pivot', delay=0.013)
+    things = [(name, 'pivot') for name in DELAYS]
+    late_command, late_state = gains(driven(SERVO, effect, enabled=off_at_times()), SERVO, things)
+    assert late_state > late_command + 20
+    assert why_same(*things, Facts(SERVO, ever_free=True)) is None
+
+
+def test_a_downward_force_is_a_heavier_link_with_less_inertia():
+    mass, arm = 0.035, 0.042
+    pair = [
+        place(PENDULUM, 'link_mass', 'bob', m=mass),
+        place(PENDULUM, 'link_inertia', 'bob', I=-mass * arm**2),
+    ]
+    force = place(PENDULUM, 'external_force', 'bob', z=-9.81 * mass)
+    (one,), (other,) = (
+        record(PENDULUM, *effects, noise=(0.0, 0.0)).episodes for effects in (pair, [force])
+    )
+    np.testing.assert_allclose(one.q, other.q, atol=1e-6)
+    note = pair_note([candidate(PENDULUM, 'external_force', 'bob')], Facts(PENDULUM, False))
+    assert note is not None and 'link_mass with a negative link_inertia' in note
+
+
+def test_links_that_are_welded_together_turn_as_one():
+    leo, name = load_robot('leo'), 'link_inertia'
+    inputs = np.random.default_rng(0).uniform(-4, 4, (1, 15, 6))
+    q = [moved(place(leo, name, link, I=0.005), inputs) for link in ('torso', 'arm', 'left_thigh')]
+    np.testing.assert_allclose(q[0], q[1], atol=1e-9)
+    assert np.abs(q[0] - q[2]).max() > 0.01
+    facts = Facts(leo, ever_free=False)
+    assert why_same((name, 'torso'), (name, 'arm'), facts)
+    assert why_same((name, 'torso'), (name, 'left_thigh'), facts) is None
+    assert why_same(('link_mass', 'torso'), ('link_mass', 'arm'), facts) is None
+
+
+def moved(effect, inputs) -> np.ndarray:
+    """How LEO moves with an effect, angles (1, K+1, J)."""
+    model = Model(load_robot('leo'), [effect], engine='rigid', scheme='search')
+    start = model.start('random', np.random.default_rng(0))
+    return rollout(model, start.q[None], start.dq[None], inputs, model.robot.control_period)[0]

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is not the robot is found in a recording, cut out, and not seen where there is nothing."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from tests.hand import led, SECONDS, shove, spoilt
+from tests.simulate import bag, NOISE, PENDULUM, record, steps, TORQUE
+
+from leo_diffmodel.bags.cut import cut_bag
+from leo_diffmodel.bags.recording import Episode, read_bag, Recording
+from leo_diffmodel.bags.span import between
+from leo_diffmodel.bags.topic_map import TopicMap
+from leo_diffmodel.check.finding import ERROR
+from leo_diffmodel.check.forces import forces
+from leo_diffmodel.compare.sizes import gravity_scale
+from leo_diffmodel.outside.outside import moved_from_outside, share_outside, without
+from leo_diffmodel.verbs.bag import main
+from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot, Robot
+from leo_sim.effects import place
+from leo_sim.model import Model
+
+SERVO = load_robot('servo_pendulum')
+WRONG = {
+    'nothing': lambda r, g: (),
+    'friction': lambda r, g: (place(r, 'coulomb_friction', 'pivot', c=0.1 * g),
+                              place(r, 'viscous_friction', 'pivot', b=0.01 * g)),
+    'payload': lambda r, g: (
+        place(r, 'link_mass', r.moving_links[-1],
+              m=r.constants[f'links.{r.moving_links[-1]}.mass'].value),
+    ),
+    'gain': lambda r, g: (place(r, 'torque_scale', 'pivot', k=0.8),),
+    'late': lambda r, g: (place(r, 'command_delay', 'pivot', delay=0.03),),
+}  # fmt: skip
+
+
+def wrong(robot: Robot, what: str) -> tuple:
+    return WRONG[what](robot, gravity_scale(robot))
+
+
+def found(recording: Recording, robot: Robot) -> list[tuple[str, float, float]]:
+    return [(s.kind, s.begin, s.end) for s in moved_from_outside([recording], Model(robot))]
+
+
+@pytest.mark.parametrize('robot', [PENDULUM, TORQUE, SERVO], ids=lambda r: r.name)
+@pytest.mark.parametrize('what', WRONG)
+def test_an_honest_recording_of_a_wrong_model_has_nothing_from_outside(robot, what):
+    assert found(record(robot, *wrong(robot, what), seconds=SECONDS, seed=3), robot) == []
+
+
+@pytest.mark.parametrize('robot', [PENDULUM, TORQUE, SERVO], ids=lambda r: r.name)
+@pytest.mark.parametrize('what', WRONG)
+def test_shoves_are_found_where_they_are(robot, what):
+    push = shove(robot, 4.0, 12.0)
+    pushed = record(robot, *wrong(robot, what), seconds=SECONDS, seed=3, push=push)
+    seen = found(pushed, robot)
+    assert len(seen) == 2 and all(kind in ('push', 'blocked') for kind, *_ in seen)
+    for (_, begin, end), at in zip(seen, (4.0, 12.0), strict=True):
+        assert begin == pytest.approx(at, abs=0.1) and end == pytest.approx(at + 0.15, abs=0.1)
+
+
+@pytest.mark.parametrize('robot', [PENDULUM, TORQUE, SERVO], ids=lambda r: r.name)
+@pytest.mark.parametrize('held', [False, True])
+def test_a_hand_is_found_all_along(robot, held):
+    recording = led(robot, 3, held)
+    stretches = moved_from_outside([recording], Model(robot))
+    assert [s.kind for s in stretches] == ['hand']
+    assert share_outside([recording], stretches) > 0.95
+    assert without([recording], stretches) == []
+    (told,) = forces(recording, Model(robot))
+    assert told.severity == ERROR and 'pivot' in told.what
+
+
+def test_a_blocked_joint_is_found():
+    """The joint stands at 0.3 rad while the motor pushes with 4 N m; then it is let go."""
+    parts = [steps(TORQUE, 8.0, 3), np.full((300, 1), 4.0), steps(TORQUE, 9.0, 4)]
+    inputs, rng = np.concatenate(parts), np.random.default_rng(0)
+    e = record(TORQUE, seconds=SECONDS, inputs=inputs).episodes[0]
+    q, dq = e.q.copy(), e.dq.copy()
+    q[800:1100] = 0.3 + rng.normal(0, NOISE[0], (300, 1))
+    dq[800:1100] = rng.normal(0, NOISE[1], (300, 1))
+    pieces = [Episode(e.t[s], q[s], dq[s], inputs[s], e.enabled[s])
+              for s in (slice(0, 800), slice(800, 1100), slice(1100, None))]  # fmt: skip
+    blocked = replace(record(TORQUE, seconds=1.0), episodes=tuple(pieces))
+    ((kind, begin, end),) = found(blocked, TORQUE)
+    assert (kind, begin, end) == ('blocked', pytest.approx(8, abs=0.2), pytest.approx(11, abs=0.2))
+
+
+def test_a_speed_at_its_largest_value_is_clipped():
+    clean = record(PENDULUM, seconds=SECONDS)
+    dq = clean.episodes[0].dq
+    most = float(np.quantile(np.abs(dq), 0.8))
+    kinds = {k for k, *_ in found(spoilt(clean, dq=np.clip(dq, -most, most)), PENDULUM)}
+    assert 'clipped' in kinds
+
+
+def test_missing_samples_are_a_gap_and_no_force():
+    (e,) = record(PENDULUM, seconds=SECONDS).episodes
+    some = np.r_[0:500, 508:2000]
+    arrays = {n: getattr(e, n)[some] for n in ('t', 'q', 'dq', 'inputs', 'enabled')}
+    gappy = replace(record(PENDULUM, seconds=SECONDS), episodes=(Episode(**arrays),))
+    stretches = moved_from_outside([gappy], Model(PENDULUM))
+    assert [(s.kind, s.begin, s.end) for s in stretches] == [('gap', 4.99, 5.08)]
+    assert share_outside([gappy], stretches) == 0.0
+
+
+def test_without_splits_there_and_drops_short_pieces():
+    pushed = record(PENDULUM, seconds=SECONDS, seed=3, push=shove(PENDULUM, 0.4, 12.0))
+    stretches = moved_from_outside([pushed], Model(PENDULUM))
+    (rest,) = without([pushed], stretches)
+    assert len(rest.episodes) == 2 and rest.episodes[0].t[0] > 0.5
+    for a, b in pairwise(rest.episodes):
+        assert a.t[-1] < 11.95 and b.t[0] > 12.2
+    assert moved_from_outside([rest], Model(PENDULUM)) == []
+    assert without([rest], []) == [rest]
+
+
+def test_between_takes_a_part_and_refuses_what_is_none():
+    clean = record(PENDULUM, seconds=SECONDS)
+    (part,) = between(clean, 2.0, 5.0).episodes
+    assert (part.t[0], part.t[-1], len(part.inputs)) == (2.0, 5.0, len(part.t))
+    assert between(clean).episodes[0].t[-1] == clean.episodes[0].t[-1]
+    for begin, end in ((5.0, 2.0), (30.0, None), (-1.0, None), (float('nan'), None)):
+        with pytest.raises(UserError):
+            between(clean, begin, end)
+
+
+def test_a_cut_bag_reads_as_the_part_of_the_recording(tmp_path):
+    whole = bag(tmp_path / 'whole', record(PENDULUM, seconds=6.0))
+    cut_bag(whole, tmp_path / 'part', 1.0, 3.0)
+    (part,), (full,) = (read_bag(p, PENDULUM).episodes for p in (tmp_path / 'part', whole))
+    inside = (full.t > 0.995) & (full.t < 3.005)
+    assert np.array_equal(part.q, full.q[inside])
+    assert np.allclose(part.inputs[:-1], full.inputs[inside][:-1])
+    with pytest.raises(UserError, match='exists'):
+        cut_bag(whole, tmp_path / 'part', 1.0, 3.0)
+    with pytest.raises(UserError, match='no joint states'):
+        cut_bag(whole, tmp_path / 'late', 50.0)
+    assert not (tmp_path / 'late').exists()
+
+
+def test_leo_bag_cut_leaves_out_a_shove(tmp_path, capsys):
+    pushed = record(PENDULUM, seconds=SECONDS, seed=3, push=shove(PENDULUM, 12.0))
+    whole, new = bag(tmp_path / 'whole', pushed), tmp_path / 'new'
+    assert main(['cut', str(whole), '-o', str(new), '--without-outside', '--model', 'pendulum',
+                 '--from', '1']) == 0  # fmt: skip
+    assert f'next: leo bag info {new}' in capsys.readouterr().out
+    episodes = read_bag(new, PENDULUM).episodes
+    assert len(episodes) == 2
+    assert moved_from_outside([read_bag(new, PENDULUM)], Model(PENDULUM))[0].kind == 'gap'
+    with pytest.raises(UserError, match='--model'):
+        main(['cut', str(whole), '-o', str(tmp_path / 'x'), '--without-outside'])
+
+
+def test_a_topic_map_says_whether_the_base_was_held(tmp_path):
+    path = bag(tmp_path / 'whole', record(PENDULUM, seconds=2.0))
+    (tmp_path / 'map.yaml').write_text('held: true\n')
+    assert not read_bag(path, PENDULUM).held
+    assert read_bag(path, PENDULUM, tmp_path / 'map.yaml').held
+    assert not read_bag(path, PENDULUM, TopicMap(held=False)).held

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a fit leaves: white where the model is right, correlated and too large where it is not."""
+
+import numpy as np
+import pytest
+from tests.simulate import PENDULUM, record
+
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.report.whiteness import by_condition, chi_squared, correlation
+from leo_sim.effects import place
+from leo_sim.model import Model
+
+FRICTION = place(PENDULUM, 'viscous_friction', 'pivot', b=1e-4)
+
+
+@pytest.fixture(scope='module')
+def problems() -> tuple[Problem, Problem]:
+    """A pendulum that rubs, posed against a model without friction and against the right one."""
+    data = [record(PENDULUM, FRICTION, seconds=20, seed=3)]
+    return tuple(pose(data, (), Model(PENDULUM, e)).problem for e in ((), (FRICTION,)))
+
+
+@pytest.fixture(scope='module')
+def fits(problems) -> tuple[Fit, Fit]:
+    return tuple(fit(problem, Hypothesis()) for problem in problems)
+
+
+def test_what_the_right_model_leaves_is_white(problems, fits):
+    found = correlation(problems[1], fits[1])
+    assert found.white and found.strength < 2.0
+    inside = (found.low <= found.value) & (found.value <= found.high)
+    assert inside.mean() > 0.75
+    assert np.median(chi_squared(fits[1])) == pytest.approx(1.0, abs=0.15)
+
+
+def test_what_a_wrong_model_leaves_is_not(problems, fits):
+    found = correlation(problems[0], fits[0])
+    assert not found.white and found.strength > 10.0
+    assert found.value[0, 0] > found.high[0, 0]
+
+
+def test_lags_are_in_seconds_and_channels_are_angles_then_rates(problems, fits):
+    found = correlation(problems[1], fits[1])
+    np.testing.assert_allclose(found.seconds, 0.01 * np.arange(1, 11))
+    assert found.value.shape == found.low.shape == found.high.shape == (10, 2)
+
+
+def test_missing_friction_shows_at_speed(problems, fits):
+    rows = by_condition(problems[0], fits[0], fits[1])
+    assert {r['variable'] for r in rows} == {'speed', 'direction', 'load'}
+    speed = sorted((r for r in rows if r['variable'] == 'speed'), key=lambda r: r['bin'])
+    assert len(speed) == 3
+    assert speed[-1]['before'] > 3 * speed[0]['before']
+    assert all(r['after'] == pytest.approx(1.0, abs=0.4) for r in speed)
