@@ -34,7 +34,10 @@ class Settings:
         singles: effects fitted on top of a set, those that a linear scan finds best.
         wholes: whole numbers of a parameter (periods of a ripple) from which it is fitted: beside
             what else is missing, the best of a scan can be wrong.
-        pairs: pairs of effects fitted on top of a set at once, found in the same way.
+        pairs: pairs of effects fitted on top of a set at once, found in the same way;
+        first_pairs: and on top of the model as given, so that two effects that only help together
+            are compared whatever leads alone.
+        dozen: leading effects of which all pairs are screened, one of each kind of answer.
         most_effects: at most so many names beside each other.
         turns: draws of left-out folds in which the choice is made again.
         left_out: share of the folds left out of each turn.
@@ -82,6 +85,8 @@ class Settings:
     singles: int = 6
     wholes: int = 3
     pairs: int = 2
+    first_pairs: int = 10
+    dozen: int = 12
     most_effects: int = 8
     turns: int = 60
     left_out: float = 0.1

@@ -14,7 +14,7 @@ from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
 from leo_diffmodel.explain.estimate.far_ahead import FarAhead
 from leo_diffmodel.explain.estimate.fit import fit, looked_at, moved, settled_as, Step
-from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.fitted import Certificate, Fit
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.imitation import imitations
 from leo_diffmodel.explain.estimate.loss import dispersion, gain, gains, MARGIN_NATS, WINDOW_NATS
@@ -38,6 +38,8 @@ RISING, LATE = 0.1, 6
 """
 STRIDES = (1.0, 0.3)
 MOST_STEPS, ENOUGH_NATS = 10, 2.0
+CONVERGED_NATS = 1.0
+"""That count: what a fit that has come to its end may still promise to save."""
 LAST_STEPS, NEARLY, FARTHEST = 3, 0.3, 3.0
 """Of a fit whose windows are linearised anew: how many; shorter ones, in standard deviations, are
 not worth one, and longer ones are cut.
@@ -85,9 +87,15 @@ class Contact(FarAhead):
         """Another hypothesis on the same settled windows; see `Estimator`."""
         return Estimate(at.posed, fit(at.problem, hypothesis, theta, at.fit.start))
 
-    def finished(self, at: Estimate) -> Estimate:
-        """The parameters brought to their best, all windows settled anew; see `Estimator`."""
-        return Estimate(*polished(at.posed, at.fit)) if at.fit.hypothesis.size else at
+    def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
+        """The parameters brought to their best, all windows settled anew; see `Estimator`.
+
+        From one start only: what another one costs here is most of a search.
+        """
+        posed, best = polished(at.posed, at.fit) if at.fit.hypothesis.size else at
+        converged = best.decrement < CONVERGED_NATS * dispersion(best)
+        certificate = Certificate(best.decrement, 1, 1, converged)
+        return Estimate(posed, replace(best, certificate=certificate))
 
 
 def successive_halving(

@@ -82,8 +82,13 @@ class Estimator(Protocol):
                  ) -> Estimate:
         """Another hypothesis on the same windows, from values near those of `at`."""
 
-    def finished(self, at: Estimate) -> Estimate:
-        """The chosen hypothesis brought to its best."""
+    def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
+        """The chosen hypothesis brought to its best, with its certificate.
+
+        Args:
+            at: the hypothesis where the search left it.
+            starts: other values to begin with, each (P,).
+        """
 
     def ends(self, at: Estimate) -> Array:
         """Errors of the states predicted far ahead, in noise floors there, (V, 2J)."""

@@ -40,18 +40,27 @@ def fit(
     theta: Array | None = None,
     start: Array | None = None,
     iterations: int = ITERATIONS,
+    thorough: bool = False,
 ) -> Fit:
     """Levenberg-Marquardt over the parameters within bounds, the start states projected out.
 
     Only the training windows move the parameters; every window has the start state that suits it
     best (variable projection, Golub and Pereyra 1973). What a step saves of what it promises sets
     the damping of the next one; the fit ends where no step promises anything.
+
+    Args:
+        problem: the windows.
+        hypothesis: what is free.
+        theta: values to begin with, shape (P,); None begins with what changes nothing.
+        start: start states to begin with, shape (W, 2J); None begins with those measured.
+        iterations: most steps.
+        thorough: every step tries the measured start states as well, not the first and last only.
     """
     theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
     at = _point(problem, hypothesis, theta, _settled(problem, hypothesis, theta, start))
     damping, settled = DAMPING, True
     for _ in range(iterations if hypothesis.size else 0):
-        there, damping = _advanced(problem, at, damping)
+        there, damping = _advanced(problem, at, damping, thorough)
         if there is None and settled:
             break
         settled = there is None
@@ -65,7 +74,8 @@ def read_at(problem: Problem, fitted: Fit) -> Fit:
     settled = _settled(problem, fitted.hypothesis, fitted.theta, fitted.start)
     point = _point(problem, fitted.hypothesis, fitted.theta, settled,
                    conditional_errors(fitted.columns[problem.train]))  # fmt: skip
-    return replace(_read_off(problem, point), theta=fitted.theta, covariance=fitted.covariance)
+    return replace(_read_off(problem, point), theta=fitted.theta, covariance=fitted.covariance,
+                   certificate=fitted.certificate)  # fmt: skip
 
 
 def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
@@ -102,7 +112,9 @@ def moved(fitted: Fit, step: Step, scale: float) -> Fit:
     return replace(fitted, theta=theta, start=np.where(np.isfinite(start), start, fitted.start))
 
 
-def _advanced(problem: Problem, at: _Point, damping: float) -> tuple[_Point | None, float]:
+def _advanced(
+    problem: Problem, at: _Point, damping: float, thorough: bool
+) -> tuple[_Point | None, float]:
     """The first step, shorter and shorter, that saves something, and the damping of the next.
 
     None where no step promises anything. The start states follow as the linearisation says; where
@@ -113,7 +125,8 @@ def _advanced(problem: Problem, at: _Point, damping: float) -> tuple[_Point | No
         theta, start = _along(at.hypothesis, at.theta, at.start, step)
         saved = at.saved(shooting.huber(residual_at(problem.fixed(at.hypothesis, theta), start)))
         if saved < KEPT * step.promised:
-            settled = settle(problem, at.hypothesis, theta, (start,), at.linear.by_start)
+            begins = problem.begins(start) if thorough else (start,)
+            settled = settle(problem, at.hypothesis, theta, begins, at.linear.by_start)
             start, saved = settled.start, at.saved(settled.loss)
         if saved > 0:
             softer = max(SOFTEST, 1.0 - (2.0 * saved / step.promised - 1.0) ** 3)

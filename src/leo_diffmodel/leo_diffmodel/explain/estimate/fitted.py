@@ -4,13 +4,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 
 Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """How surely a fit rests at the least loss there is.
+
+    Attributes:
+        decrement: what a full Gauss-Newton step still promises to save [nats].
+        starts: from how many values it was fitted.
+        reached: how many of these ended at the least loss.
+        converged: whether that is enough to trust it.
+    """
+
+    decrement: float
+    starts: int
+    reached: int
+    converged: bool
+
+    def to_json(self) -> dict[str, float]:
+        """All of it by name."""
+        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -27,6 +48,7 @@ class Fit:
         residual: whitened, start states projected out, shape (W, N).
         columns: its sensitivity to the parameters, shape (W, N, P).
         decrement: what a full Gauss-Newton step still promises to save [nats].
+        certificate: of one that was brought to its end.
     """
 
     hypothesis: Hypothesis
@@ -36,7 +58,8 @@ class Fit:
     loss: Array
     residual: Array
     columns: Array
-    decrement: float
+    decrement: float = 0.0
+    certificate: Certificate | None = None
 
     def take(self, index: Array) -> Fit:
         """The fit as it is on some of its windows."""

@@ -48,6 +48,24 @@ def best_pairs(scans: Sequence[Scan], residual: Array, most: int, least: float) 
     return list(found.values())
 
 
+def leading(scans: Sequence[Scan], residual: Array, most: int) -> list[Scan]:
+    """The first scans of as many different answers: of those that do the same thing, one.
+
+    Args:
+        scans: of the candidates, best first.
+        residual: what their signatures are to explain, shape (M,).
+        most: how many.
+    """
+    kept: list[Scan] = []
+    rows = np.zeros((0, len(residual)))
+    for scan in scans:
+        row = scan.signatures[int(np.argmax(scan.signatures @ residual))]
+        if len(kept) < most and (np.abs(rows @ row) < PARALLEL).all():
+            kept.append(scan)
+            rows = np.vstack([rows, row])
+    return kept
+
+
 def _atoms(scans: Sequence[Scan], residual: Array) -> tuple[Array, Array, Array]:
     """The points that explain most of each candidate: owner, unit signature, length."""
     owner, rows, lengths = [], [], []

@@ -14,9 +14,10 @@ from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
 from leo_diffmodel.explain.estimate.far_ahead import FarAhead
+from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.pairs import best_pairs
+from leo_diffmodel.explain.estimate.pairs import best_pairs, leading
 from leo_diffmodel.explain.estimate.scan import Scales, Scan, Scanner
 from leo_diffmodel.explain.estimate.threshold import threshold
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
@@ -71,7 +72,8 @@ class Smooth(FarAhead):
         self, base: Estimate, pool: Sequence[Candidate], told: Progress, few: bool = False
     ) -> Extension:
         """Scan all, and refit the best alone and in pairs; see `Estimator`."""
-        pairs = 0 if few else self.settings.pairs
+        pairs = self.settings.pairs if base.names else self.settings.first_pairs
+        pairs = 0 if few else pairs
         larger, scans, limit = self._larger(base, pool, self.settings.singles, pairs, told)
         return Extension(base, tuple(larger), tuple(scans), limit)
 
@@ -90,12 +92,13 @@ class Smooth(FarAhead):
         wholes = self.settings.wholes
         points: list[Point] = [((s.candidate,), v) for s in worth
                                for v in (s.own, *s.others)[:wholes]]  # fmt: skip
-        points += best_pairs(scans, scanner.residual, pairs, limit)
+        leaders = leading(scans, scanner.residual, self.settings.dozen)
+        points += best_pairs(leaders, scanner.residual, pairs, limit)
         fits = helper.spread(partial(_looked_at, problem, null), points,
                              lambda p: told(' + '.join(c.label for c in p[0])))  # fmt: skip
-        leading = _leading(problem, fits)
-        better = helper.spread(partial(_followed, problem, iterations), [fits[i] for i in leading])
-        for i, fitted in zip(leading, better, strict=True):
+        further = _leading(problem, fits)
+        better = helper.spread(partial(_followed, problem, iterations), [fits[i] for i in further])
+        for i, fitted in zip(further, better, strict=True):
             fits[i] = fitted
         named = [_named(f, null, p[0]) for f, p in zip(fits, points, strict=True)]
         return [Estimate(base.posed, f) for f in named], scans, limit
@@ -105,10 +108,9 @@ class Smooth(FarAhead):
         """Another hypothesis on the same windows; see `Estimator`."""
         return Estimate(at.posed, fit(at.problem, hypothesis, theta, at.fit.start))
 
-    def finished(self, at: Estimate) -> Estimate:
-        """The fit followed to its end; fits that are compared stop sooner."""
-        told = at.fit
-        return Estimate(at.posed, fit(at.problem, told.hypothesis, told.theta, told.start))
+    def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
+        """The least loss that several starts lead to; see `Estimator`."""
+        return Estimate(at.posed, finished(at.problem, at.fit, starts))
 
     def _weighed(self, best: Estimate) -> bool:
         """Read from a fit how much each recording counts; whether that is news."""

@@ -113,7 +113,8 @@ def search(
     best = narrowed(found, best, turns, alike)
     empty = found.known[frozenset()]
     told('the last fit')
-    final = _largest_first(fits, fits.finished(best.at))
+    scans = found.extensions[frozenset()].scans
+    final = _largest_first(fits, fits.finished(best.at, _starts(best.fit, scans)))
     plain = replace(final.problem, scale=None)
     return Search(
         null=read_at(plain, empty.fit),
@@ -121,12 +122,25 @@ def search(
         posed=replace(final.posed, problem=plain),
         chosen=best,
         sets=tuple(found.ordered()),
-        scans=found.extensions[frozenset()].scans,
+        scans=scans,
         threshold=found.threshold,
         weight=found.weight,
         turns=turns,
         complete=not found.late,
     )
+
+
+def _starts(fitted: Fit, scans: Sequence[Scan]) -> list[Array]:
+    """Other values that a fit may begin with: those scanned on the model as given, and neutral.
+
+    Whole numbers, which no fit moves, stay those of the fit.
+    """
+    hypothesis, kept = fitted.hypothesis, fitted.hypothesis.whole
+    own = {s.candidate: s.own for s in scans}
+    scanned: list[Array] = [own.get(c, np.zeros(0)) for c in hypothesis.candidates]
+    constants = np.array([c.value for c in hypothesis.constants])
+    starts = [np.concatenate([*scanned, constants]), hypothesis.neutral]
+    return [np.where(kept, fitted.theta, t) for t in starts if len(t) == len(kept)]
 
 
 def _largest_first(fits: Estimator, at: Estimate) -> Estimate:

@@ -39,7 +39,7 @@ def posed() -> tuple[Problem, Hypothesis]:
 def ended(problem: Problem, hypothesis: Hypothesis, zone: float) -> Fit:
     theta = hypothesis.neutral.copy()
     theta[0] = zone
-    return fit(problem, hypothesis, theta, iterations=30, patience=1)
+    return fit(problem, hypothesis, theta)
 
 
 def check_alike(problem: Problem, fits: Sequence[Fit]) -> None:

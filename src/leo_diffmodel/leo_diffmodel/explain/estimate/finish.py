@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bring a fit to the least loss there is, and say how surely it is there.
+
+The fit is made again from other values until two starts end at the same least loss. Laws with
+corners (dry friction, dead zones, limits) leave kinks and several valleys in the loss, in which a
+fit may rest: along each parameter, the others following, the loss is looked up on both sides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import Certificate, Fit
+from leo_diffmodel.explain.estimate.loss import dispersion
+from leo_diffmodel.explain.estimate.settle import settle
+from leo_diffmodel.explain.problem.problem import Problem
+
+Array = np.ndarray
+SAME_NATS = 0.1
+"""That count: ends no further apart are one."""
+PROFILE = (-3.0, -1.0, 1.0, 3.0)
+"""Where along a parameter the loss is looked up [standard errors]."""
+PROFILES = 3
+"""How often a fit goes on from a better value of a profile."""
+
+
+def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
+    """The fit at the least loss that several starts lead to, with its certificate.
+
+    Args:
+        problem: the windows.
+        fitted: the hypothesis where the search left it.
+        starts: other values to begin with, each (P,); as many are tried as it takes for two ends
+            to agree. The last two begin a standard error to each side of the best.
+    """
+    hypothesis = fitted.hypothesis
+    best = _profiled(problem, fit(problem, hypothesis, fitted.theta, fitted.start, thorough=True))
+    ends, tried = [_loss(problem, best)], 1
+    for theta in (*starts, None, None):
+        if _reached(ends, best) > 1:
+            break
+        tried += 1
+        begin = _aside(best, tried) if theta is None else theta
+        other = fit(problem, hypothesis, begin, thorough=True)
+        if _loss(problem, other) < min(ends) - _tolerance(best):
+            other = _profiled(problem, other)
+        ends.append(_loss(problem, other))
+        best = other if ends[-1] == min(ends) else best
+    reached = _reached(ends, best)
+    return replace(best, certificate=Certificate(best.decrement, tried, reached, reached > 1))
+
+
+def _reached(ends: Sequence[float], best: Fit) -> int:
+    """How many of the losses are the least one."""
+    return sum(loss <= min(ends) + _tolerance(best) for loss in ends)
+
+
+def _tolerance(fitted: Fit) -> float:
+    return SAME_NATS * dispersion(fitted)
+
+
+def _aside(fitted: Fit, number: int) -> Array:
+    """Values a standard error from those of a fit, to one side or the other."""
+    return fitted.hypothesis.bounded(fitted.theta + (-1) ** number * fitted.standard_errors)
+
+
+def _profiled(problem: Problem, fitted: Fit) -> Fit:
+    """The fit from the best value of a profile on, as long as one is better than its end."""
+    for _ in range(PROFILES):
+        least, begin = _loss(problem, fitted) - _tolerance(fitted), None
+        for theta in _profile(fitted):
+            settled = settle(problem, fitted.hypothesis, theta, (fitted.start,))
+            loss = float(settled.loss[problem.train].sum())
+            if loss < least:
+                least, begin = loss, (theta, settled.start)
+        if begin is None:
+            break
+        fitted = fit(problem, fitted.hypothesis, *begin, thorough=True)
+    return fitted
+
+
+def _profile(fitted: Fit) -> Iterator[Array]:
+    """Values along each parameter with a standard error, the others where they are best then."""
+    errors = fitted.standard_errors
+    for i in np.flatnonzero(errors > 0):
+        for by in PROFILE:
+            theta = fitted.theta + by / errors[i] * fitted.covariance[:, i]
+            yield fitted.hypothesis.bounded(theta)
+
+
+def _loss(problem: Problem, fitted: Fit) -> float:
+    return float(fitted.loss[problem.train].sum())
