@@ -63,7 +63,7 @@ class Contact(FarAhead):
     settings: Settings
     most_nats: float = WINDOW_NATS
 
-    def first(self, hypothesis: Hypothesis, pool: Sequence[Candidate] = ()) -> Estimate:
+    def first(self, hypothesis: Hypothesis) -> Estimate:
         """The model as given, its windows settled; see `Estimator`."""
         posed = standing(self.posed)
         return Estimate(posed, fit(posed.problem, hypothesis))

@@ -9,8 +9,6 @@ from scipy.special import stdtrit
 from leo_diffmodel.explain.problem import shooting
 
 Array = np.ndarray
-MEDIAN_CHI2 = 0.455
-"""Median of the square of a standard normal variable."""
 
 
 def gram(columns: Array) -> Array:
@@ -29,7 +27,8 @@ def conditional_errors(columns: Array) -> Array:
     return np.divide(1.0, size, out=np.full(size.shape, np.inf), where=size > 0)
 
 
-def covariance(columns: Array, residual: Array, block: Array, free: Array, spread: float) -> Array:
+def covariance(columns: Array, residual: Array, block: Array, free: Array, spread: float,
+               channels: int) -> Array:
     """Covariance of the parameters that holds where the model is wrong, shape (P, P).
 
     The sandwich H^-1 J H^-1 (Godambe 1960, White 1982): H the curvature of the loss, J the
@@ -42,10 +41,10 @@ def covariance(columns: Array, residual: Array, block: Array, free: Array, sprea
         residual: whitened residual, shape (W, N).
         block: stretch of time of each window, shape (W,).
         free: parameters that are on none of their bounds, shape (P,).
-        spread: times the residual exceeds white noise, see `shooting.dispersion`.
+        spread: times nats count less, see `shooting.dispersion`.
+        channels: how many there are, 2J.
     """
-    scale = np.sqrt(max(1.0, float(np.median(residual**2)) / MEDIAN_CHI2))
-    weight = shooting.robust_weight(residual / scale)[..., None]
+    weight = shooting.robust_weight(residual, channels)[..., None]
     inverse = _inverse(gram(columns * np.sqrt(weight)), free)
     slopes = np.einsum('wnp,wn->wp', columns * weight, residual)
     _, number = np.unique(block, return_inverse=True)

@@ -63,7 +63,7 @@ class Estimator(Protocol):
 
     most_nats: float
 
-    def first(self, hypothesis: Hypothesis, pool: Sequence[Candidate] = ()) -> Estimate:
+    def first(self, hypothesis: Hypothesis) -> Estimate:
         """The model as given, with what is uncertain refitted."""
 
     def extended(

@@ -84,9 +84,10 @@ def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
     A contact may settle in two ways; what another hypothesis gains by that alone is no gain.
     """
     fixed = problem.fixed(fitted.hypothesis, fitted.theta)
-    linear = shooting.linearise(fixed.base, fixed.windows, fixed.weight, Hypothesis(), np.zeros(0),
+    linear = shooting.linearise(fixed.base, fixed.windows, fixed.sigma, Hypothesis(), np.zeros(0),
                                 other.start, fixed.by_start)  # fmt: skip
-    loss, rest = shooting.huber(linear.residual), shooting.eliminate(linear)[0]
+    loss = shooting.loss(linear.residual, other.start.shape[-1])
+    rest = shooting.eliminate(linear)[0]
     better = loss < fitted.loss
     return replace(
         fitted,
@@ -100,7 +101,7 @@ def looked_at(problem: Problem, hypothesis: Hypothesis, theta: Array) -> tuple[F
     """A hypothesis on the ground as it is at some values, and the Gauss-Newton step from there."""
     assert problem.linearisation
     theta, start = hypothesis.bounded(theta), problem.linearisation.start
-    linear = shooting.linearise(problem.base, problem.windows, problem.weight, hypothesis, theta,
+    linear = shooting.linearise(problem.base, problem.windows, problem.sigma, hypothesis, theta,
                                 start, problem.by_start)  # fmt: skip
     point = _Point.of(problem, hypothesis, theta, start, linear)
     return _read_off(problem, point), point.step(DAMPING)
@@ -123,7 +124,8 @@ def _advanced(
     harder = HARDER
     while (step := at.step(damping)).promised > at.enough:
         theta, start = _along(at.hypothesis, at.theta, at.start, step)
-        saved = at.saved(shooting.huber(residual_at(problem.fixed(at.hypothesis, theta), start)))
+        residual = residual_at(problem.fixed(at.hypothesis, theta), start)
+        saved = at.saved(shooting.loss(residual, start.shape[-1]))
         if saved < KEPT * step.promised:
             begins = problem.begins(start) if thorough else (start,)
             settled = settle(problem, at.hypothesis, theta, begins, at.linear.by_start)
@@ -159,7 +161,7 @@ def _point(
     problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array,
     errors: Array | None = None,
 ) -> _Point:
-    linear = shooting.linearise(problem.base, problem.windows, problem.weight, hypothesis, theta,
+    linear = shooting.linearise(problem.base, problem.windows, problem.sigma, hypothesis, theta,
                                 start, problem.by_start, errors)  # fmt: skip
     return _Point.of(problem, hypothesis, theta, start, linear)
 
@@ -210,9 +212,10 @@ class _Point:
     ) -> _Point:
         """Project the start states out and sum over the windows that are in line."""
         rest, slope = shooting.eliminate(linear)[:2]
-        loss = shooting.huber(linear.residual)
+        channels = start.shape[-1]
+        loss = shooting.loss(linear.residual, channels)
         most = OUT_OF_LINE * float(np.median(loss[problem.train])) if problem.linearisation else np.inf
-        weight = shooting.robust_weight(linear.residual)
+        weight = shooting.robust_weight(linear.residual, channels)
         residual, columns, solved, gain = shooting.eliminate(linear, weight)
         chosen = problem.train & (loss < most)
         leverage = leverage_weight(problem, columns[chosen])
@@ -229,7 +232,7 @@ class _Point:
 
     def saved(self, loss: Array) -> float:
         """What other losses save of mine, no window out of line [nats]."""
-        mine = shooting.huber(self.linear.residual)
+        mine = shooting.loss(self.linear.residual, self.start.shape[-1])
         return float((np.minimum(mine, self.most) - np.minimum(loss, self.most))[self.train].sum())
 
     def step(self, damping: float) -> Step:
@@ -265,13 +268,15 @@ def _read_off(problem: Problem, point: _Point) -> Fit:
     train = problem.train
     block = np.arange(len(train)) if problem.block is None else problem.block
     free = point.hypothesis.free(point.theta)
-    spread = shooting.dispersion(point.rest[train], point.start.shape[-1])
+    channels = point.start.shape[-1]
+    spread = shooting.dispersion(point.rest[train], channels)
     return Fit(
         point.hypothesis,
         point.theta,
-        covariance(columns[train], point.rest[train], block[train], free, spread),
+        covariance(columns[train], point.rest[train], block[train], free, spread,
+                   channels),
         point.start,
-        shooting.huber(point.linear.residual),
+        shooting.loss(point.linear.residual, channels),
         point.rest,
         columns,
         point.step(LEAST_DAMPING).promised,

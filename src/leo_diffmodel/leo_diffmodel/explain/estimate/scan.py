@@ -116,11 +116,11 @@ class Scanner:
         """
         self._problem, self._null, self._scales = problem, null, scales
         self._linear = linear = shooting.linearise(
-            problem.base, problem.windows, problem.weight, null.hypothesis, null.theta, null.start,
+            problem.base, problem.windows, problem.sigma, null.hypothesis, null.theta, null.start,
             problem.by_start, conditional_errors(null.columns[problem.train]),
         )  # fmt: skip
         rest, _, _, _ = shooting.eliminate(linear)
-        self._root = np.sqrt(shooting.robust_weight(rest))
+        self._root = np.sqrt(shooting.robust_weight(rest, null.start.shape[-1]))
         self._basis = np.linalg.qr(linear.by_start * self._root[..., None])[0]
         free = null.hypothesis.free(null.theta)
         self._nuisance = self._constants(linear.by_theta[..., free])
@@ -136,7 +136,7 @@ class Scanner:
         e = shooting.whiten(
             self._problem.windows,
             shooting.predict(model, self._problem.windows, starts),
-            self._problem.weight,
+            self._problem.sigma,
         )
         change = self.residual - self._project(e)
         length2 = np.maximum((change**2).sum(-1), 1e-12)

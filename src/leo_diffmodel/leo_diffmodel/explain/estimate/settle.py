@@ -10,7 +10,7 @@ what a start does.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -86,7 +86,8 @@ class _Settling:
             residual, known = linear.residual, linear.by_start
         else:
             residual = residual_at(fixed, start)
-        self._at = Settled(start.copy(), shooting.huber(residual), residual, known.copy())
+        loss = shooting.loss(residual, start.shape[-1])
+        self._at = Settled(start.copy(), loss, residual, known.copy())
         self._fresh = np.full(len(start), by_start is None or fixed.by_start is not None)
 
     def settled(self) -> Settled:
@@ -106,13 +107,13 @@ class _Settling:
         residual, by_start = self._at.residual[index], self._at.by_start[index]
         steps = _damped_steps(residual, by_start, dampings)
         ahead = residual + (by_start @ steps[0][..., None])[..., 0]
-        return steps, self._at.loss[index] - shooting.huber(ahead)
+        return steps, self._at.loss[index] - shooting.loss(ahead, steps.shape[-1])
 
     def _step(self, index: Array, steps: Array, promised: Array) -> Array:
         """Move the windows by their best step; which of them may have another one, (w,)."""
         at, starts = self._at, self._at.start[index] + steps
         residuals = residual_at(self._fixed.take(index), starts)
-        losses = shooting.huber(residuals)
+        losses = shooting.loss(residuals, starts.shape[-1])
         best = losses.argmin(axis=0), np.arange(len(index))
         gained = at.loss[index] - losses[best]
         better = gained > 0
@@ -134,7 +135,8 @@ class _Settling:
 
 def _damped_steps(residual: Array, by_start: Array, dampings: Sequence[float]) -> Array:
     """The Levenberg-Marquardt steps of each window's start state, (D, w, 2J)."""
-    weighed = np.swapaxes(by_start * shooting.robust_weight(residual)[..., None], -1, -2)
+    weight = shooting.robust_weight(residual, by_start.shape[-1])[..., None]
+    weighed = np.swapaxes(by_start * weight, -1, -2)
     matrix, slope = weighed @ by_start, weighed @ residual[..., None]
     size = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), 1e-30))
     scaled = matrix / (size[:, :, None] * size[:, None, :])
@@ -143,11 +145,11 @@ def _damped_steps(residual: Array, by_start: Array, dampings: Sequence[float]) -
 
 
 def _linearised(fixed: Problem, start: Array) -> shooting.Linear:
-    return shooting.linearise(fixed.base, fixed.windows, fixed.weight, Hypothesis(), np.zeros(0),
+    return shooting.linearise(fixed.base, fixed.windows, fixed.sigma, Hypothesis(), np.zeros(0),
                               start)  # fmt: skip
 
 
 def residual_at(fixed: Problem, start: Array) -> Array:
     """Whitened residual of the problem as it stands from some start states, (W, N)."""
     predicted = shooting.predict(fixed.base, fixed.windows, start)
-    return shooting.whiten(fixed.windows, predicted, fixed.weight)
+    return shooting.whiten(fixed.windows, predicted, fixed.sigma)

@@ -9,8 +9,6 @@ from functools import partial
 
 import numpy as np
 
-from leo_diffmodel.compare import noise
-from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
 from leo_diffmodel.explain.estimate.far_ahead import FarAhead
@@ -21,22 +19,18 @@ from leo_diffmodel.explain.estimate.pairs import best_pairs, leading
 from leo_diffmodel.explain.estimate.scan import Scales, Scan, Scanner
 from leo_diffmodel.explain.estimate.threshold import threshold
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.problem.pose import Posed, quieter
+from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray
 Point = tuple[tuple[Candidate, ...], Array]
-WEIGHT_CHANGE, MOST_RENEWALS = 0.2, 4
-"""Weights are read again until none changes by more than this (in logs); how often at most."""
-ITERATIONS, QUICK_ITERATIONS, QUICK = 5, 3, 2
-"""Of a fit, and of those that only tell the weights; and how many single effects tell them."""
+ITERATIONS = 5
+"""Of a fit that leads."""
 WORTH = 0.3
 """Share of the threshold that a scan must promise to be fitted."""
 LOOK = 2
 """Iterations of every fit; the better half of them then goes on (successive halving)."""
-FEWEST = 4
-"""Windows of a recording from which on it tells its own size of what is left."""
 
 
 @dataclass
@@ -45,27 +39,11 @@ class Smooth(FarAhead):
 
     posed: Posed
     scales: Scales
-    short: Sequence[Windows]
     settings: Settings
     most_nats: float = np.inf
 
-    def first(self, hypothesis: Hypothesis, pool: Sequence[Candidate] = ()) -> Estimate:
-        """The model as given, in weights read from what the leading effects leave.
-
-        The noise is what the best of them leaves in short windows, where that is less: a wrong
-        model can only add to it. What it is off by beyond that sets how much a recording counts.
-        """
-        best = Estimate(self.posed, fit(self.posed.problem, hypothesis))
-        self._weighed(best)
-        best = self.refitted(best._replace(posed=self.posed), hypothesis, best.fit.theta)
-        for _ in range(MOST_RENEWALS):
-            larger = self._larger(best, pool, QUICK, 1, lambda _: None, QUICK_ITERATIONS)[0]
-            leading = min([best, *larger], key=_loss)
-            news = self._weighed(leading)
-            if leading is best or not news:
-                break
-            best = leading._replace(posed=self.posed)
-        self._calmed(leading)
+    def first(self, hypothesis: Hypothesis) -> Estimate:
+        """The model as given, with what is uncertain refitted."""
         return Estimate(self.posed, fit(self.posed.problem, hypothesis))
 
     def extended(
@@ -79,7 +57,7 @@ class Smooth(FarAhead):
 
     def _larger(
         self, base: Estimate, pool: Sequence[Candidate], singles: int, pairs: int,
-        told: Progress, iterations: int = ITERATIONS,
+        told: Progress,
     ) -> tuple[list[Estimate], list[Scan], float]:
         """Fits with one and with two more effects, the scans they come from, and the threshold."""
         null, problem = base.fit, base.problem
@@ -97,7 +75,7 @@ class Smooth(FarAhead):
         fits = helper.spread(partial(_looked_at, problem, null), points,
                              lambda p: told(' + '.join(c.label for c in p[0])))  # fmt: skip
         further = _leading(problem, fits)
-        better = helper.spread(partial(_followed, problem, iterations), [fits[i] for i in further])
+        better = helper.spread(partial(_followed, problem), [fits[i] for i in further])
         for i, fitted in zip(further, better, strict=True):
             fits[i] = fitted
         named = [_named(f, null, p[0]) for f, p in zip(fits, points, strict=True)]
@@ -111,38 +89,6 @@ class Smooth(FarAhead):
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
         """The least loss that several starts lead to; see `Estimator`."""
         return Estimate(at.posed, finished(at.problem, at.fit, starts))
-
-    def _weighed(self, best: Estimate) -> bool:
-        """Read from a fit how much each recording counts; whether that is news."""
-        problem = self.posed.problem
-        scale = np.maximum(leftover(best.problem, best.fit), 1.0)
-        change = np.abs(np.log(problem.sigma * scale / problem.weight)).max()
-        self.posed = replace(self.posed, problem=replace(problem, scale=scale))
-        return bool(change > WEIGHT_CHANGE)
-
-    def _calmed(self, best: Estimate) -> None:
-        """Read the noise again, which a good model leaves less of, and keep the weights."""
-        model = best.fit.hypothesis.model(best.problem.base, best.fit.theta)
-        problem = self.posed.problem
-        sigma = np.minimum(noise.estimate(model, self.short), problem.sigma)
-        scale = np.maximum(problem.weight / sigma, 1.0)
-        posed = quieter(self.posed, sigma)
-        self.posed = replace(posed, problem=replace(posed.problem, scale=scale))
-
-
-def _loss(at: Estimate) -> float:
-    return float(at.fit.loss[at.problem.train].sum())
-
-
-def leftover(problem: Problem, fitted: Fit) -> Array:
-    """Times the noise that each channel of each recording is off by, (R, 2J): median windows."""
-    states, count = fitted.start.shape[-1], len(problem.sigma)
-    e = fitted.residual.reshape(len(fitted.residual), -1, states)
-    square = (e**2).sum(axis=1) * (problem.weight / problem.sigma)[problem.windows.source] ** 2
-    free = e.shape[1] - 1.0
-    rows = [square[problem.train & (problem.windows.source == r)] for r in range(count)]
-    typical = [np.median(r if len(r) >= FEWEST else square, axis=0) for r in rows]
-    return np.sqrt(np.array(typical) / free)
 
 
 def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:
@@ -166,9 +112,9 @@ def _leading(problem: Problem, fits: Sequence[Fit]) -> list[int]:
             for i in sorted(kind, key=loss.__getitem__)[: (len(kind) + 1) // 2]]  # fmt: skip
 
 
-def _followed(problem: Problem, iterations: int, fitted: Fit) -> Fit:
+def _followed(problem: Problem, fitted: Fit) -> Fit:
     """A fit that looked promising, followed on."""
-    return fit(problem, fitted.hypothesis, fitted.theta, fitted.start, iterations)
+    return fit(problem, fitted.hypothesis, fitted.theta, fitted.start, ITERATIONS)
 
 
 def _between(null: Fit, values: Array) -> Array:

@@ -32,7 +32,7 @@ def other(found: Search, facts: Facts) -> str:
     shares none may have one effect more: what is little for one effect is no reason against two.
     """
     weight, chosen = found.weight, found.chosen
-    left = (1.0 - weight.settings.material) * weight.unexplained(chosen)
+    left = weight.unexplained(chosen) - weight.trifle(chosen)
     near = [s for s in found.sets if _comparable(found, s, facts) and weight.unexplained(s) < left
             and not weight.surely_ahead(chosen, s)]  # fmt: skip
     best = min(near, key=weight.unexplained, default=None)

@@ -42,7 +42,8 @@ def _of(
     recording, with Student's t.
     """
     assert problem.block is not None
-    weight, column = shooting.robust_weight(final.residual), final.columns[..., index]
+    weight = shooting.robust_weight(final.residual, final.start.shape[-1])
+    column = final.columns[..., index]
     slopes = (weight * column * final.residual).sum(axis=-1)
     curvature = (weight * column**2).sum(axis=-1)
     own = []

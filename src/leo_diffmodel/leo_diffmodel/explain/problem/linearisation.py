@@ -15,7 +15,7 @@ import numpy as np
 from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.pushes import predict, respond, tame
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.problem.shooting import huber, robust_weight
+from leo_diffmodel.explain.problem import shooting
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -207,14 +207,15 @@ def refined(
 
 def _loss(windows: Windows, predicted: Array, sigma: Array) -> Array:
     e = (windows.measured - predicted) / per_window(sigma, windows)
-    return huber(np.clip(np.nan_to_num(e, nan=LOST), -LOST, LOST).reshape(windows.count, -1))
+    cut = np.clip(np.nan_to_num(e, nan=LOST), -LOST, LOST)
+    return shooting.loss(cut.reshape(windows.count, -1), cut.shape[-1])
 
 
 def _step(windows: Windows, predicted: Array, columns: Array, sigma: Array) -> Array:
     """The robust least-squares step of the start states, (W, 2J)."""
     noise = per_window(sigma, windows)
     e = ((windows.measured - predicted) / noise).reshape(windows.count, -1)
-    root = np.sqrt(robust_weight(e))[..., None]
+    root = np.sqrt(shooting.robust_weight(e, predicted.shape[-1]))[..., None]
     a = root * (columns / noise[..., None]).reshape(*e.shape, -1)
     return (_inverse(a) @ (np.swapaxes(a, -1, -2) @ (root * e[..., None])))[..., 0]
 

@@ -105,12 +105,6 @@ def untestable(problem: Problem) -> str | None:
     return None
 
 
-def quieter(posed: Posed, sigma: Array) -> Posed:
-    """This problem with another noise."""
-    longer = posed.longer and replace(posed.longer, sigma=sigma)
-    return replace(posed, problem=replace(posed.problem, sigma=sigma), longer=longer)
-
-
 def _problem(model: Model, windows: Windows, sigma: Array, blocks: Blocks) -> Problem:
     used = blocks.train(windows) | blocks.held(windows)
     whole = np.flatnonzero(used | blocks.telling(windows) if blocks.own else used)

@@ -28,8 +28,6 @@ class Problem:
         linearisation: of a robot on the ground, the settled start states and what they do.
         block: stretch of time each window lies in, shape (W,): within one, errors are alike.
         fold: what is left out together when a prediction is judged, shape (W,).
-        scale: times `sigma` by which residuals are weighed, shape (R, 2J): what a channel of a
-            recording is off by with the best hypothesis, so that none shouts the others down.
         telling: windows of held-out recordings that tell what constants these have of their own,
             and are not judged, shape (W,); None where there are none.
     """
@@ -41,7 +39,6 @@ class Problem:
     linearisation: Linearisation | None = None
     block: Array | None = None
     fold: Array | None = None
-    scale: Array | None = None
     telling: Array | None = None
 
     @property
@@ -56,17 +53,12 @@ class Problem:
         return tuple(self.windows.recordings[s] for s in sources)
 
     @property
-    def weight(self) -> Array:
-        """What residuals are divided by, shape (R, 2J)."""
-        return self.sigma if self.scale is None else self.sigma * self.scale
-
-    @property
     def by_start(self) -> Array | None:
         """Sensitivity of the whitened residual to the start states where known, (W, N, 2J)."""
         if self.linearisation is None:
             return None
         by_start = self.linearisation.by_start
-        noise = per_window(self.weight, self.windows)[..., None]
+        noise = per_window(self.sigma, self.windows)[..., None]
         return -(by_start / noise).reshape(len(by_start), -1, by_start.shape[-1])
 
     def begins(self, start: Array) -> tuple[Array, ...]:

@@ -23,6 +23,8 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 HUBER = 2.5
+NOISE_REACHES = 0.05
+"""Share of windows in which noise alone has a mean square above what counts as noise."""
 """Standard deviations from which on the loss of a residual is linear."""
 FARTHEST = 1e6
 """Whitened residuals are cut here: a hypothesis may send a robot to infinity."""
@@ -148,18 +150,18 @@ def _times(basis: Array, columns: Array) -> Array:
 
 
 def dispersion(residual: Array, states: int) -> float:
-    """How many times residuals (W, N) exceed white noise: their size times their correlation.
+    """How many times less nats count where residuals (W, N) are correlated in time.
 
-    1 in a bag whose model is right but for noise. On real data something unmodelled is always
-    left; neighbouring samples then tell the same story, and a gain, or a parameter's confidence,
-    counts as much less. `states` start states (2J) were free in each window.
+    1 for white noise. On real data something unmodelled is always left; neighbouring samples then
+    tell the same story. Its size is no matter here: `loss` finds it in each window. `states` start
+    states (2J) were free in each window.
     """
     joints = states // 2
     angles = residual.reshape(len(residual), -1, states)[..., :joints]
     power = np.maximum((angles**2).sum(axis=(1, 2)), 1e-12)
     along = (angles[:, 1:] * angles[:, :-1]).sum(axis=(1, 2)) / power
-    follow = min(max(float(np.median(along)), 0.0), 0.95)
-    return max(1.0, excess(residual, states)) * (1 + follow) / (1 - follow)
+    follow = min(max(float(np.mean(along)), 0.0), 0.95)
+    return (1 + follow) / (1 - follow)
 
 
 def excess(residual: Array, states: int, quantile: float = 0.5) -> float:
@@ -173,7 +175,54 @@ def excess(residual: Array, states: int, quantile: float = 0.5) -> float:
     return float(np.quantile((residual**2).sum(axis=-1), quantile) / expected)
 
 
-def robust_weight(residual: Array) -> Array:
+def robust_weight(residual: Array, channels: int) -> Array:
+    """Weight of each sample, (..., W, N): of the parabola that touches `loss` there."""
+    square, most = _mean_square(residual, channels)
+    weight = np.minimum(1.0, most / np.maximum(square, 1e-12))
+    count = residual.shape[-1] // channels
+    over_time = np.broadcast_to(weight[..., None, :], (*weight.shape[:-1], count, channels))
+    return huber_weight(residual) * over_time.reshape(residual.shape)
+
+
+def loss(residual: Array, channels: int) -> Array:
+    """Loss of each window [nats], (..., W), from residuals (..., W, N) in noise units.
+
+    In each window each channel has its own size of what the model is off by, the noise at least:
+    the Gaussian likelihood with that size where it is most likely. It is half the sum of squares
+    up to what noise reaches in 19 of 20 windows, and grows with its logarithm from there on, so
+    that the windows where every hypothesis is wrong do not decide between them. Single samples
+    far off count as in Huber's loss.
+    """
+    square, most = _mean_square(residual, channels)
+    beyond = most * (1.0 + np.log(np.maximum(square / most, 1.0)))
+    each = 0.5 * (residual.shape[-1] // channels) * np.where(square <= most, square, beyond)
+    total: Array = each.sum(axis=-1)
+    return total
+
+
+def unexplained(residual: Array, channels: int) -> Array:
+    """What a model that leaves only noise would save in each window [nats], (..., W)."""
+    square, most = _mean_square(residual, channels)
+    each = most * np.log(np.maximum(square / most, 1.0))
+    total: Array = 0.5 * (residual.shape[-1] // channels) * each.sum(axis=-1)
+    return total
+
+
+def swollen(residual: Array, channels: int, share: float) -> Array:
+    """What so much more (mean square) of what is beyond noise would cost [nats], (..., W)."""
+    return (unexplained(residual * np.sqrt(1.0 + share), channels)
+            - unexplained(residual, channels))  # fmt: skip
+
+
+def _mean_square(residual: Array, channels: int) -> tuple[Array, float]:
+    """Of each channel in each window, (..., W, 2J), and what noise alone seldom exceeds."""
+    count = residual.shape[-1] // channels
+    size = np.abs(residual).reshape(*residual.shape[:-1], count, channels)
+    square = np.where(size <= HUBER, size**2, HUBER * (2.0 * size - HUBER)).mean(axis=-2)
+    return square, float(chdtri(count, NOISE_REACHES)) / count
+
+
+def huber_weight(residual: Array) -> Array:
     """Huber weights: 1 within 2.5 sigma, falling as 1/|r| outside."""
     return np.minimum(1.0, HUBER / np.maximum(np.abs(residual), 1e-12))
 

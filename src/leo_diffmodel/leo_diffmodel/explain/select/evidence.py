@@ -140,8 +140,7 @@ class Weight:
         if self.ahead(larger, smaller) <= 0:
             return False
         saved, more = self.compare(smaller, larger), len(larger.names) - len(smaller.names)
-        trifle = max(more, 1) * self.settings.material * self.unexplained(larger)
-        least = max(more * limit * self.spread, trifle)
+        least = max(more, 1) * max(limit * self.spread, self.trifle(larger))
         return saved.nats > max(least, self.settings.least_errors * saved.error)
 
     def tells_apart(self, smaller: Scored, larger: Scored) -> bool:
@@ -165,19 +164,18 @@ class Weight:
         return saved.nats > self.settings.least_errors * saved.error
 
     def unexplained(self, scored: Scored) -> float:
-        """Loss that is left beyond measurement noise [nats], no window out of line.
+        """What a model that leaves only noise would save [nats], in no window out of line."""
+        train, fitted = scored.at.problem.train, scored.fit
+        left = shooting.unexplained(fitted.residual[train], fitted.start.shape[-1])
+        most = self.settings.out_of_line * np.median(scored.left)
+        return float(self._by_fold(np.minimum(left, most), scored).sum())
 
-        Residuals are weighed by what the best hypothesis is off by, so the share of a recording
-        that is noise follows from how many times the noise that is.
-        """
-        problem = scored.at.problem
-        if problem.scale is None:
-            return 0.0
-        nearly, most = self.settings.nearly, self.settings.out_of_line
-        beyond = 1.0 - np.minimum(nearly / np.sqrt((problem.scale**2).mean(axis=-1)), 1.0) ** 2
-        share = beyond[problem.windows.source[problem.train]]
-        told = np.minimum(scored.left, most * np.median(scored.left))
-        return float(self._by_fold(share * told, scored).sum())
+    def trifle(self, scored: Scored) -> float:
+        """What it would cost to leave a small share more of what is unexplained [nats]."""
+        train, fitted = scored.at.problem.train, scored.fit
+        more = shooting.swollen(fitted.residual[train], fitted.start.shape[-1],
+                                self.settings.material)  # fmt: skip
+        return float(self._by_fold(more, scored).sum())
 
     def _saved(self, smaller: Scored, larger: Scored) -> Array:
         """What one hypothesis saves of another's loss in each window that counts, shape (W,)."""
@@ -199,7 +197,9 @@ def score(at: Estimate) -> Scored:
     for number, move in _moves(fitted, moved, columns, fold).items():
         inside = fold == number
         moved[inside] += columns[inside] @ move
-    correction = shooting.huber(moved) - shooting.huber(fitted.residual[train])
+    channels = fitted.start.shape[-1]
+    correction = (shooting.loss(moved, channels)
+                  - shooting.loss(fitted.residual[train], channels))  # fmt: skip
     return Scored(at, fitted.loss[train] + correction, fold)
 
 
@@ -219,13 +219,14 @@ def _promised(smaller: Scored, larger: Scored) -> Array:
     """Half the squared change of the prediction in each window, shape (W,)."""
     train = np.flatnonzero(larger.at.problem.train)
     change = (smaller.fit.residual - larger.fit.residual)[train]
-    weight = shooting.robust_weight(larger.fit.residual[train])
+    channels = larger.fit.start.shape[-1]
+    weight = shooting.robust_weight(larger.fit.residual[train], channels)
     return np.asarray(0.5 * (weight * change**2).sum(axis=-1))
 
 
 def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[int, Array]:
     """How far leaving each fold out moves the parameters, by one Newton step."""
-    weight = shooting.robust_weight(residual)[..., None]
+    weight = shooting.robust_weight(residual, fitted.start.shape[-1])[..., None]
     grams = np.einsum('wnp,wnq->wpq', columns * weight, columns, optimize=True)
     slopes = np.einsum('wnp,wn->wp', columns * weight, residual)
     free = fitted.hypothesis.free(fitted.theta) & (np.diagonal(grams.sum(axis=0)) > 0)
@@ -270,20 +271,16 @@ def _solved(gram: Array, slope: Array) -> Array:
 
 
 def weigh(sets: Sequence[Scored], settings: Settings, most: float = np.inf) -> Weight:
-    """What a nat counts: by the hypothesis whose residuals are nearest to white noise.
+    """What a nat counts: by how much the residuals of the best hypothesis are alike in time.
 
     Args:
         sets: the hypotheses.
         settings: the gates.
         most: what a single window may say at most, in residuals as white as noise [nats].
     """
-
-    def spread(scored: Scored) -> float:
-        train, fitted = scored.at.problem.train, scored.fit
-        return shooting.dispersion(fitted.residual[train], fitted.start.shape[-1])
-
-    whitest = min(sets, key=spread)
-    least = spread(whitest)
-    samples = whitest.fit.residual.size / least
+    best = min(sets, key=lambda s: float(s.left.sum()))
+    train, fitted = best.at.problem.train, best.fit
+    spread = shooting.dispersion(fitted.residual[train], fitted.start.shape[-1])
+    samples = fitted.residual.size / spread
     null = next((s for s in sets if not s.names), None)
-    return Weight(least, samples, most * least, settings, null=null)
+    return Weight(spread, samples, most * spread, settings, null=null)

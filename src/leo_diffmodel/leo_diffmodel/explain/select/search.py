@@ -10,10 +10,8 @@ from operator import eq
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare import noise
 from leo_diffmodel.explain.estimate.contact import Contact
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress
-from leo_diffmodel.explain.estimate.fit import read_at
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import scales_of, Scan
 from leo_diffmodel.explain.estimate.smooth import Smooth
@@ -72,13 +70,13 @@ class Search:
 
 
 def estimator(
-    posed: Posed, model: Model, recordings: Sequence[Recording], settings: Settings
+    posed: Posed, model: Model, settings: Settings
 ) -> Estimator:
     """The one for this robot: the only place where contact is asked for."""
     scales = scales_of(model, posed.problem.windows)
     if model.robot.contacts:
         return Contact(posed, scales, settings)
-    return Smooth(posed, scales, noise.short_windows(recordings), settings)
+    return Smooth(posed, scales, settings)
 
 
 def search(
@@ -103,11 +101,11 @@ def search(
         until: when to stop with the best so far [s of `time.monotonic`].
         alike: whether two effects are one, or the same thing in the data.
     """
-    fits = estimator(posed, model, recordings, settings)
+    fits = estimator(posed, model, settings)
     pool = [limited(c, model) for c in candidates(model, extra)]
     found = Sets(fits, pool, settings, told, until)
     constants = uncertain(model, posed.problem.trained)
-    best = choice.search(found, fits.first(Hypothesis(constants=constants), pool))
+    best = choice.search(found, fits.first(Hypothesis(constants=constants)))
     best = choice.canonical(found, choice.long_horizon_tie_break(found, best))
     turns = tuple(s.names for s in choice.turns(found))
     best = narrowed(found, best, turns, alike)
@@ -115,11 +113,10 @@ def search(
     told('the last fit')
     scans = found.extensions[frozenset()].scans
     final = _largest_first(fits, fits.finished(best.at, _starts(best.fit, scans)))
-    plain = replace(final.problem, scale=None)
     return Search(
-        null=read_at(plain, empty.fit),
-        final=read_at(plain, final.fit),
-        posed=replace(final.posed, problem=plain),
+        null=empty.fit,
+        final=final.fit,
+        posed=final.posed,
         chosen=best,
         sets=tuple(found.ordered()),
         scans=scans,
