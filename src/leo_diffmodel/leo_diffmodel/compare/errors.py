@@ -205,9 +205,14 @@ def observation_floor(model: Model, prediction: Prediction, step: float) -> floa
     return float((slope**2 * np.moveaxis(variance, -1, 0)[..., None]).sum(axis=0).mean())
 
 
+def errors_ahead(prediction: Prediction, seconds: float) -> Array:
+    """Error of each state `seconds` ahead in each window, (W, 2J)."""
+    return _at(prediction, seconds).of(prediction.error)
+
+
 def ahead(prediction: Prediction, seconds: float) -> list[float]:
     """Rms error of each state `seconds` ahead."""
-    return _rms(_at(prediction, seconds).of(prediction.error))
+    return _rms(errors_ahead(prediction, seconds))
 
 
 def change_at_end(prediction: Prediction, other: Array) -> float:

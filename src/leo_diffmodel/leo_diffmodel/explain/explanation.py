@@ -59,6 +59,8 @@ class Explanation:
         edit_test: bags of the changed robot, predicted without what was named; None where there
             are none (see `explain.edit_test`).
         next_command: what to type for `next_run`; None where it is not typed, or not known.
+        fit: how surely the last fit rests at the least loss (`estimate.fitted.Certificate`); None
+            where nothing was fitted.
     """
 
     verdict: str
@@ -79,13 +81,14 @@ class Explanation:
     used: tuple[Recording, ...] = field(repr=False, default=())
     edit_test: dict | None = None
     next_command: str | None = None
+    fit: dict | None = None
 
     def to_json(self) -> dict:
         """The contents of explain.json."""
         names = (
             'verdict', 'sentence', 'effects', 'constants', 'hypotheses', 'not_testable',
             'next_run', 'errors', 'stability', 'settings', 'seconds', 'provenance', 'edit_test',
-            'next_command',
+            'next_command', 'fit',
         )  # fmt: skip
         told = self.unknown.to_json() if self.unknown else None
         return {name: getattr(self, name) for name in names} | {'unknown': told}
@@ -182,6 +185,7 @@ def _answer(findings: Findings, left_out: Sequence[str]) -> Explanation:
         errors=rows.errors(findings),
         stability=rows.stability(findings),
         search=findings.search,
+        fit=findings.final.certificate and findings.final.certificate.to_json(),
         unknown=findings.unknown,
     )
 

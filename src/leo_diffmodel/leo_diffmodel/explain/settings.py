@@ -26,6 +26,8 @@ class Settings:
             set: what does less is no answer to what is missing;
         far_times: unless it does so many times what the set is itself off by at the far end (the
             noise floor at least), which anybody sees.
+        refuting_errors: a set of no more effects whose held-out error, as `leo compare` has it, is
+            smaller by so many standard errors keeps the answer from being sure.
         price: of a parameter, in logs of the effective number of samples (0.5: Schwarz 1978).
         margin_nats: sets nearer than this to the best are rivals of it [nats] (5: odds of 150).
         told_nats: what is further behind is not even told as a rival [nats].
@@ -77,6 +79,7 @@ class Settings:
     material: float = 0.2
     part: float = 0.01
     far_times: float = 2.0
+    refuting_errors: float = 3.0
     price: float = 0.5
     margin_nats: float = 5.0
     told_nats: float = 15.0

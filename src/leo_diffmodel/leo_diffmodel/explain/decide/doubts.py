@@ -57,6 +57,11 @@ def doubts(findings: Findings) -> list[str]:
     told += _disagreements(findings)
     if findings.other:
         told.append(f'{findings.other} would leave less unexplained')
+    if findings.refuted:
+        told.append(f'{findings.refuted} has a smaller held-out error')
+    certificate = findings.final.certificate
+    if certificate and not certificate.converged:
+        told.append(f'{certificate.starts} starts of the fit end at different values')
     complete = findings.search.complete
     return told if complete else [*told, 'the time was over: the best answer so far']
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -20,8 +21,10 @@ from leo_diffmodel.explain.estimate.settle import settle
 from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
-SAME_NATS = 0.1
-"""That count: ends no further apart are one."""
+SAME_NATS, SAME_VALUES = 0.1, 0.2
+"""Ends that many nats (that count) or standard errors of each value apart are one: where dry
+friction holds a joint, start states have valleys of their own, and a loss of thousands of nats is
+rough by one."""
 PROFILE = (-3.0, -1.0, 1.0, 3.0)
 """Where along a parameter the loss is looked up [standard errors]."""
 PROFILES = 3
@@ -39,24 +42,26 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     """
     hypothesis = fitted.hypothesis
     best = _profiled(problem, fit(problem, hypothesis, fitted.theta, fitted.start, thorough=True))
-    ends, tried = [_loss(problem, best)], 1
+    ends = [best]
     for theta in (*starts, None, None):
-        if _reached(ends, best) > 1:
+        if _reached(problem, ends, best) > 1:
             break
-        tried += 1
-        begin = _aside(best, tried) if theta is None else theta
+        begin = _aside(best, len(ends)) if theta is None else theta
         other = fit(problem, hypothesis, begin, thorough=True)
-        if _loss(problem, other) < min(ends) - _tolerance(best):
+        if _loss(problem, other) < _loss(problem, best) - _tolerance(best):
             other = _profiled(problem, other)
-        ends.append(_loss(problem, other))
-        best = other if ends[-1] == min(ends) else best
-    reached = _reached(ends, best)
-    return replace(best, certificate=Certificate(best.decrement, tried, reached, reached > 1))
+        ends.append(other)
+        best = min(ends, key=partial(_loss, problem))
+    reached = _reached(problem, ends, best)
+    return replace(best, certificate=Certificate(best.decrement, len(ends), reached, reached > 1))
 
 
-def _reached(ends: Sequence[float], best: Fit) -> int:
-    """How many of the losses are the least one."""
-    return sum(loss <= min(ends) + _tolerance(best) for loss in ends)
+def _reached(problem: Problem, ends: Sequence[Fit], best: Fit) -> int:
+    """How many fits ended at the least loss, or at its values."""
+    least = _loss(problem, best) + _tolerance(best)
+    near = SAME_VALUES * best.standard_errors
+    return sum(_loss(problem, end) <= least or bool((np.abs(end.theta - best.theta) <= near).all())
+               for end in ends)  # fmt: skip
 
 
 def _tolerance(fitted: Fit) -> float:

@@ -214,7 +214,9 @@ class _Point:
         rest, slope = shooting.eliminate(linear)[:2]
         channels = start.shape[-1]
         loss = shooting.loss(linear.residual, channels)
-        most = OUT_OF_LINE * float(np.median(loss[problem.train])) if problem.linearisation else np.inf
+        most = np.inf
+        if problem.linearisation:
+            most = OUT_OF_LINE * float(np.median(loss[problem.train]))
         weight = shooting.robust_weight(linear.residual, channels)
         residual, columns, solved, gain = shooting.eliminate(linear, weight)
         chosen = problem.train & (loss < most)

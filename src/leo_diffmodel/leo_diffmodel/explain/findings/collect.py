@@ -15,6 +15,7 @@ from leo_diffmodel.explain.findings.choices import choices, other
 from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.findings.own_values import own_values
+from leo_diffmodel.explain.findings.refuted import refuted
 from leo_diffmodel.explain.findings.windows import validation_windows
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
@@ -95,6 +96,7 @@ def _judged(
         own=own_values(problem, found.final, bags, gates.fewest_blocks),
         choices=choices(found, facts),
         other=other(found, facts),
+        refuted=refuted(found, held),
         rest=rest_of(found.null, found.final, bool(problem.linearisation), gates),
         unknown=unknown,
     )

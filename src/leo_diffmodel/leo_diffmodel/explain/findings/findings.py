@@ -113,6 +113,8 @@ class Findings:
             the values that recordings ask for.
         choices: what is chosen where folds are left out.
         other: a set that leaves much less unexplained than the chosen one, in words; '' for none.
+        refuted: a set of no more effects with a surely smaller held-out error, in words; '' for
+            none.
         rest: what the chosen effects leave.
         unknown: the law that is missing and no known effect; None where there is none.
     """
@@ -132,6 +134,7 @@ class Findings:
     own: tuple[dict[int, list[Own]], ...]
     choices: Choices
     other: str
+    refuted: str
     rest: Rest
     unknown: Unknown | None
 

@@ -19,6 +19,7 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
 
+Array = np.ndarray
 Values = tuple[tuple[str, ...], bytes]
 
 
@@ -64,6 +65,11 @@ class HeldOut:
             prediction = self._made.get(values) or self._without_floor(fitted)
             self._figures[values] = self.headline.figures(prediction)
         return self._figures[values]
+
+    def ahead(self, fitted: Fit) -> Array:
+        """Errors as far ahead as they are told, (W, 2J)."""
+        made = self._made.get(_values(fitted)) or self._without_floor(fitted)
+        return errors.errors_ahead(made, self.headline.seconds)
 
     def undisturbed(self, fitted: Fit) -> HeldOut:
         """The windows that hold no hand push, by the hypothesis that knows most."""

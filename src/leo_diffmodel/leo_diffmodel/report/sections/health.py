@@ -41,6 +41,7 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
     names = problem.base.robot.joint_names
     plot = health(time, chi_squared(found.null), chi_squared(found.final), not repaired, borders)
     values = {
+        'certificate': found.final.certificate,
         'ratio': number(errors['chi2_ratio']),
         'on_ground': bool(problem.linearisation),
         'white': errors['chi2_ratio'] <= SETTINGS.unexplained,
