@@ -105,12 +105,9 @@ class Sets:
 
 
 def compatible(names: Iterable[Candidate], other: Candidate) -> bool:
-    """Whether an effect may stand beside others: not what one of them holds at its place."""
+    """Whether an effect may stand beside others: not what shares a term with one at its place."""
     mine = set(other.parameters)
-    return not any(
-        _overlap(c, other) and (mine <= set(c.parameters) or set(c.parameters) <= mine)
-        for c in names
-    )
+    return not any(_overlap(c, other) and mine & set(c.parameters) for c in names)
 
 
 def _overlap(a: Candidate, b: Candidate) -> bool:
