@@ -87,10 +87,15 @@ def inertia_scale(robot: Robot) -> float:
 
 
 def reach(robot: Robot) -> float:
-    """Longest way from the base through the links' frames to the end of a link's extent [m]."""
+    """Longest way from the base through the links' frames to the end of a link's extent [m].
+
+    Slides with stops are run out.
+    """
     far = {robot.joints[0].parent: 0.0}
     for joint in robot.joints:
-        far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.translation))
+        stop = max(map(abs, joint.limits)) if joint.name in robot.slides else 0.0
+        far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.translation)) + (
+            stop if math.isfinite(stop) else 0.0)
     return max(far[joint.child] + _extent(robot, joint.child) for joint in robot.joints)
 
 

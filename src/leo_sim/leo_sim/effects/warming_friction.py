@@ -34,7 +34,8 @@ class WarmingFriction(Effect):
     def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None,
                memory: Any = 0.0) -> Any:
         """Torque at the joints, N m."""
-        level = p['c'] + (p['c_cold'] - p['c']) * np.exp(-memory / p['tau'])
+        cold = np.exp(-memory / np.maximum(p['tau'], 1e-9))
+        level = p['c'] + (p['c_cold'] - p['c']) * cold
         return -np.copysign(level, dq)
 
     def remember(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Any:

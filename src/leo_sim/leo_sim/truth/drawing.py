@@ -106,7 +106,7 @@ def of_size(
     robot = windows.robot
     names = EFFECTS[name].places(robot) if where == 'all' else (where,)
     parameters = EFFECTS[name].parameters_for(robot, names)
-    shape = _shape(name, parameters, rng)
+    shape = _shape(name, parameters, robot, rng)
     amplitudes = AMPLITUDES[MOST.get(parameters[0].unit, math.inf) >= AMPLITUDES]
 
     def sizes(tried: np.ndarray) -> np.ndarray:
@@ -143,7 +143,8 @@ def _bracket(
     return found[before : before + 2], tried[before : before + 2]
 
 
-def _shape(name: str, parameters: tuple[Parameter, ...], rng: np.random.Generator) -> Shape:
+def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot,
+           rng: np.random.Generator) -> Shape:
     """How the parameters follow one amplitude; signs, directions and angles are drawn."""
     angle = rng.uniform(-np.pi, np.pi)
     if name in NEAR_REST:
@@ -159,7 +160,7 @@ def _shape(name: str, parameters: tuple[Parameter, ...], rng: np.random.Generato
     if name == 'directional_load_friction':
         return {'mu': (0.0, 1.0), 'mu_back': (0.0, rng.choice([0.3, 3.0]))}
     if name == 'quadratic_load_friction':
-        return {'mu': (0.0, 0.3), 'mu2': (0.0, 1.0)}
+        return {'mu': (0.0, 0.3), 'mu2': (0.0, 2.0 / _strongest(robot))}
     if name == 'joint_spring':
         return {'k': (0.0, 1.0), 'rest': (angle, 0.0)}
     if name == 'torque_ripple':
@@ -170,6 +171,13 @@ def _shape(name: str, parameters: tuple[Parameter, ...], rng: np.random.Generato
     sign = 1.0 if first.low >= first.neutral or name in GROWS else rng.choice([-1.0, 1.0])
     sign = -1.0 if name in SHRINKS else float(sign)
     return {first.name: (first.neutral, sign), **{p.name: (p.neutral, 0.0) for p in others}}
+
+
+def _strongest(robot: Robot) -> float:
+    """The largest torque of a motor, N m; 1 without one."""
+    return max((a.strongest * (a.torque_constant / a.resistance
+                               if a.torque_constant and a.resistance else 1.0)
+                for a in robot.actuators), default=1.0)  # fmt: skip
 
 
 def _values(shape: Shape, parameters: tuple[Parameter, ...], amplitude: Numbers) -> dict[str, Any]:

@@ -23,6 +23,7 @@ from leo_diffmodel.explain.estimate import shooting
 from leo_diffmodel.explain.estimate.covariance import conditional_errors
 from leo_diffmodel.explain.estimate.fitted import Fit, Problem
 from leo_diffmodel.explain.estimate.hypothesis import Candidate, Hypothesis
+from leo_sim.description.robot import Robot
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
 
@@ -31,7 +32,7 @@ FRACTIONS = (0.004, 0.02, 0.08, 0.3)
 DELAYS = (0.001, 0.003, 0.006, 0.012, 0.025, 0.05)
 ANGLES = (0.003, 0.015, 0.06, 0.2)
 LIMITS = (0.97, 0.9, 0.8, 0.7, 0.55, 0.4)
-SHARES, SECONDS = (0.05, 0.25), (1.0, 4.0, 16.0, 64.0)
+SHARES, SECONDS = (0.05, 0.25), (3.0, 20.0)
 TURN = (-np.pi / 2, 0.0, np.pi / 2, np.pi)
 DEAD_BANDS = (0.004, 0.012, 0.03, 0.08, 0.2, 0.35)
 
@@ -41,8 +42,9 @@ class Scales(UnitSizes):
     """What is large on this robot and in this data.
 
     The largest torque of a motor, or else of gravity; rms rates; the largest angle, 1 or more; the
-    robot's reach; three times the largest inertia and mass of a link, and the weight of such a
-    mass, or the largest force of a motor on a slide; the largest input.
+    way and the rms speed of slides, or else the robot's reach; three times the largest inertia and
+    mass of a link; the weight of such a mass, or the largest force of a motor on a slide; the
+    largest input.
     """
 
     def amplitudes(self, effect: str, parameter: Parameter) -> Array:
@@ -276,18 +278,26 @@ def scales_of(model: Model, windows: Windows) -> Scales:
     robot = model.robot
     states = model.laws.true_state(windows.q[:, :-1], windows.dq[:, :-1])
     applied = model.laws.at_motors(windows.inputs, *states)
-    mass, length = 3 * mass_scale(robot), reach(robot)
-    rate = max(float(np.sqrt((windows.dq**2).mean())), 1e-3)
-    slides = [i for i, name in enumerate(robot.joint_names) if name in robot.slides]
-    speed = float(np.sqrt((windows.dq[..., slides] ** 2).mean())) if slides else length * rate
+    mass, rate = 3 * mass_scale(robot), max(float(np.sqrt((windows.dq**2).mean())), 1e-3)
+    length, speed = _sliding(robot, windows) or (reach(robot), reach(robot) * rate)
     return Scales(
         torque=torque_scale(robot),
         rate=rate,
         angle=max(float(np.abs(windows.q).max(initial=0.0)), 1.0),
         force=max(EARTH * mass, force_scale(robot)),
-        speed=max(speed, 1e-3 * length),
+        speed=speed,
         length=length,
         inertia=3 * inertia_scale(robot),
         mass=mass,
         input=max(float(np.abs(applied).max(initial=0.0)), 1e-9),
     )
+
+
+def _sliding(robot: Robot, windows: Windows) -> tuple[float, float] | None:
+    """The farthest position [m] and the rms speed [m/s] of slides; None without, but a base's."""
+    slides = [i for i, name in enumerate(robot.joint_names)
+              if name in robot.slides.difference(robot.base_joints)]  # fmt: skip
+    if not slides:
+        return None
+    way = float(np.abs(windows.q[..., slides]).max(initial=0.0))
+    return max(way, 1e-3), max(float(np.sqrt((windows.dq[..., slides] ** 2).mean())), 1e-3)

@@ -37,6 +37,8 @@ TURNS = (0.5, 64.0)
 """Periods of a ripple per turn: fewer make it a constant torque."""
 SLOWEST, FASTEST = 0.02, 30.0
 """rad/s: where friction falls from its static to its dynamic level; slower is sticking itself."""
+CREEP, RUN = 0.002, 10.0
+"""m/s: the same of a slide."""
 OFFSET, GAP = 1.6, 0.5
 """rad: a zero that is a quarter turn off, and a backlash that anybody sees."""
 HOUR = 3600.0
@@ -96,7 +98,8 @@ def _fixed(parameter: Parameter, candidate: Candidate) -> tuple[float, float] | 
     if unit == 'rad':
         most = _angle(parameter, candidate)
         return -most, most
-    return {'rad/s': (SLOWEST, FASTEST), '1/turn': TURNS, '1/m': TURNS}.get(unit)
+    return {'rad/s': (SLOWEST, FASTEST), 'm/s': (CREEP, RUN),
+            '1/turn': TURNS, '1/m': TURNS}.get(unit)  # fmt: skip
 
 
 def _sizes(robot: Robot, where: str) -> UnitSizes:
