@@ -148,11 +148,11 @@ def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot,
     """How the parameters follow one amplitude; signs, directions and angles are drawn."""
     angle = rng.uniform(-np.pi, np.pi)
     if name in NEAR_REST:
-        first, second, third = (p.name for p in parameters)
+        level, at_rest, v_s = (p.name for p in parameters)
         return {
-            first: (0.0, 1.0),
-            second: (0.0, rng.uniform(1.3, 2.0)),
-            third: (rng.uniform(0.2, 1.0), 0.0),
+            level: (0.0, 1.0),
+            at_rest: (0.0, rng.uniform(1.3, 2.0)),
+            v_s: (rng.uniform(0.2, 1.0), 0.0),
         }
     if name == 'warming_friction':
         return {'c': (0.0, 1.0), 'c_cold': (0.0, rng.uniform(2.0, 3.0)),
