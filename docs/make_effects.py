@@ -23,6 +23,7 @@ SHOWN: dict[str, dict[str, float]] = {
     'voltage_scale': {'k': 0.6},
     'voltage_deadband': {'v': 0.3},
     'voltage_limit': {'v': 0.6},
+    'voltage_push': {'v': 0.3},
     'actuator_lag': {'tau': 0.1},
     'torque_scale': {'k': 0.6},
     'back_emf_scale': {'k': 1.5},
@@ -30,7 +31,11 @@ SHOWN: dict[str, dict[str, float]] = {
     'coulomb_friction': {'c': 0.5},
     'stribeck_friction': {'c': 0.3, 'c_static': 0.7, 'v_s': 0.3},
     'load_dependent_friction': {'mu': 0.5},
+    'stribeck_load_friction': {'mu': 0.3, 'mu_static': 0.7, 'v_s': 0.3},
+    'quadratic_load_friction': {'mu': 0.1, 'mu2': 0.6},
+    'directional_load_friction': {'mu': 0.3, 'mu_back': 0.6},
     'quadratic_drag': {'d': 0.7},
+    'warming_friction': {'c': 0.3, 'c_cold': 0.7, 'tau': 0.15},
     'bias_torque': {'t': 0.4},
     'joint_spring': {'k': 0.25, 'rest': 0.5},
     'backlash': {'gap': 0.6},
@@ -81,6 +86,27 @@ def by_load(effect: Effect, p: dict[str, float]) -> Curve:
     still = 0 * SIGNED
     torque = effect.torque(p, still, still + 1, Motor(still, still), SIGNED)
     return 'motor torque less load', 'friction, forward', SIGNED, still, torque
+
+
+def by_load_and_rate(effect: Effect, p: dict[str, float]) -> Curve:
+    """Friction over rate, of a gear that carries 1 N m."""
+    still = 0 * SIGNED
+    torque = effect.torque(p, still, SIGNED, Motor(still, still), still + 1)
+    return 'rate', 'friction under load', SIGNED, still, torque
+
+
+def by_power(effect: Effect, p: dict[str, float]) -> Curve:
+    """Friction moving forward, over the torque of a motor that drives or brakes."""
+    still = 0 * SIGNED
+    torque = effect.torque(p, still, still + 1, Motor(SIGNED, still), still)
+    return 'torque of the motor', 'friction, forward', SIGNED, still, torque
+
+
+def over_time(effect: Effect, p: dict[str, float]) -> Curve:
+    """Friction moving forward, over the time since the start."""
+    still = 0 * TIME
+    torque = effect.torque(p, still, still + 1, Motor(still, still), 0.0, TIME)  # type: ignore
+    return 'time', 'friction, forward', TIME, still, torque
 
 
 def by_command(effect: Effect, p: dict[str, float]) -> Curve:
@@ -151,6 +177,8 @@ def height(effect: Effect, p: dict[str, float]) -> Curve:
 
 CURVES: dict[str, Callable[[Effect, dict[str, float]], Curve]] = {
     'torque_scale': by_motor_torque, 'load_dependent_friction': by_load,
+    'quadratic_load_friction': by_load, 'stribeck_load_friction': by_load_and_rate,
+    'directional_load_friction': by_power, 'warming_friction': over_time,
     'bias_torque': by_angle, 'joint_spring': by_angle, 'torque_ripple': by_angle,
     'link_mass': weight, 'link_com': weight, 'external_force': weight,
     'link_inertia': acceleration, 'armature': acceleration, 'backlash': play,

@@ -23,12 +23,11 @@ STATES = 2
 FAR = 1e6
 
 
-def posed(fold: Array, scale: Array | None = None) -> Any:
+def posed(fold: Array) -> Any:
     """What a selection reads of a problem: windows of one recording, all trained on."""
     count = len(fold)
     windows = SimpleNamespace(source=np.zeros(count, dtype=int), count=count)
-    problem = SimpleNamespace(train=np.ones(count, dtype=bool), fold=fold, scale=scale,
-                              windows=windows)  # fmt: skip
+    problem = SimpleNamespace(train=np.ones(count, dtype=bool), fold=fold, windows=windows)
     return SimpleNamespace(problem=problem, longer=None)
 
 
@@ -51,20 +50,20 @@ def solved(at: Any, hypothesis: Hypothesis, data: Array, columns: dict[str, Arra
     flat = seen.reshape(data.size, len(names))
     theta = np.linalg.lstsq(flat, data.ravel(), rcond=None)[0]
     residual = data - seen @ theta
-    loss = shooting.huber(residual)
+    loss = shooting.loss(residual, STATES)
     covariance = np.linalg.inv(flat.T @ flat) if names else np.zeros((0, 0))
     start = np.zeros((len(data), STATES))
     return Estimate(at, Fit(hypothesis, theta, covariance, start, loss, residual, -seen))
 
 
-def scored(names: Sequence[str], left: Array, fold: Array, scale: Array | None = None) -> Scored:
+def scored(names: Sequence[str], left: Array, fold: Array) -> Scored:
     """A set that leaves so much of each window, spread evenly over its samples."""
     samples = 40
     residual = np.sqrt(2 * left / samples)[:, None] * np.ones(samples)
     hypothesis, count = free(names), len(names)
     fitted = Fit(hypothesis, np.ones(count), np.eye(count), np.zeros((len(left), STATES)),
                  left, residual, np.zeros((len(left), samples, count)))  # fmt: skip
-    return Scored(Estimate(posed(fold, scale), fitted), left, fold)
+    return Scored(Estimate(posed(fold), fitted), left, fold)
 
 
 @dataclass
@@ -78,7 +77,7 @@ class Regression:
     pairs: bool = True
     most_nats: float = np.inf
 
-    def first(self, hypothesis: Hypothesis, pool: Sequence[Candidate] = ()) -> Estimate:
+    def first(self, hypothesis: Hypothesis) -> Estimate:
         """The model as given."""
         return solved(self.at, hypothesis, self.data, self.columns)
 
@@ -99,7 +98,7 @@ class Regression:
         """Another hypothesis; where it starts from does not matter."""
         return solved(self.at, hypothesis, self.data, self.columns)
 
-    def finished(self, at: Estimate) -> Estimate:
+    def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
         """As it is."""
         return at
 

@@ -56,14 +56,26 @@ def parse(text: str) -> Unit:
     Raises:
         UserError: a symbol nobody knows, naming the nearest known.
     """
-    above, _, below = text.strip().partition('/')
-    if '/' in below:
-        raise UserError(f'unit {text!r} has two slashes; write it like N m s/rad')
-    factors = [(_symbol(s, text), power) for s, power in _factors(above, text)]
-    factors += [(_symbol(s, text), -power) for s, power in _factors(below, text)]
+    factors = [(_symbol(symbol, text), power) for symbol, power in powers(text).items()]
     factor = math.prod(unit.factor**power for unit, power in factors)
     m, kg, s, a = (sum(u.powers[i] * p for u, p in factors) for i in range(4))
     return Unit(factor, (m, kg, s, a))
+
+
+def powers(text: str) -> dict[str, int]:
+    """The power of each symbol of a unit: N 1, m 1, s 1 and rad -1 of 'N m s/rad'.
+
+    Raises:
+        UserError: what is no unit.
+    """
+    above, *below = text.strip().split('/')
+    if len(below) > 1:
+        raise UserError(f'unit {text!r} has two slashes; write it like N m s/rad')
+    found: dict[str, int] = {}
+    for part, sign in ((above, 1), *((part, -1) for part in below)):
+        for symbol, power in _factors(part, text):
+            found[symbol] = found.get(symbol, 0) + sign * power
+    return found
 
 
 def same_dimension(unit: str, other: str) -> bool:

@@ -52,14 +52,15 @@ def test_the_motor_is_free_while_torque_is_off(servo):
 def test_friction_under_load_halves_the_error_of_the_usual_model(servo):
     given = load_model('servo_pendulum')
     runs, unseen = [*servo[100], *servo[800]], servo[400]
-    usual, better = (
+    usual, better, best = (
         refitted(given, [f'{n}:pivot' for n in names], runs, unseen)
         for names in (
             ('viscous_friction', 'coulomb_friction'),
             ('viscous_friction', 'load_dependent_friction'),
+            ('viscous_friction', 'quadratic_load_friction'),
         )
     )
-    before, after = (
-        float(np.sqrt((window_errors(m, unseen, 0.5) ** 2).mean())) for m in (usual, better)
+    before, after, least = (
+        float(np.sqrt((window_errors(m, unseen, 0.5) ** 2).mean())) for m in (usual, better, best)
     )
-    assert after < 0.5 * before < 0.2
+    assert after < 0.5 * before < 0.2 and least < 0.8 * after

@@ -20,8 +20,12 @@ from leo_sim.effects import Placed
 from leo_sim.model import Model
 
 SIZES, LEAST_OF_PAIR = (1.0, 30.0), 2.0
-ONE_LAW = {'coulomb_friction', 'stribeck_friction'}
-"""Together they are a Stribeck law again."""
+ONE_LAW = (
+    {'coulomb_friction', 'stribeck_friction', 'warming_friction'},
+    {'load_dependent_friction', 'stribeck_load_friction', 'quadratic_load_friction',
+     'directional_load_friction'},
+)  # fmt: skip
+"""Laws with a term in common: two of them together are no two causes."""
 
 
 class Drawn(NamedTuple):
@@ -93,7 +97,8 @@ def _differ(effects: Effects, run: Run) -> bool:
     facts = Facts(run.robot, ever_free=run.ever_free)
     things = [place_of(placed) for placed in effects]
     return all(
-        a[0] != b[0] and {a[0], b[0]} != ONE_LAW and why_same(a, b, facts) is None
+        a[0] != b[0] and not any({a[0], b[0]} <= law for law in ONE_LAW)
+        and why_same(a, b, facts) is None
         for a, b in combinations(things, 2)
     )  # fmt: skip
 

@@ -33,7 +33,7 @@ AIMED = (0.25, 0.8)
 CATALOGUE = ('link_mass', 'link_com', 'torque_scale', 'back_emf_scale')
 LAWS = ('asymmetric_friction', 'cable', 'winding_drift')
 FILTER = 'velocity_lag'
-NOT_IN_MUJOCO = ('backlash', 'load_dependent_friction')
+NOT_IN_MUJOCO = ('backlash', *(name for name, e in EFFECTS.items() if e.uses_load))
 ENCODERS = ('differenced', 'counts', 'filtered')
 AMPLITUDES = np.geomspace(1e-6, 0.5, 40)
 """Tried amplitudes, in the robot's largest torque (a turn, or a share)."""

@@ -12,6 +12,7 @@ from leo_diffmodel.check.spanned import spanned
 from leo_diffmodel.check.traces import Trace, Traces
 from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
+from leo_diffmodel.explain.select.sets import widens
 
 Array = np.ndarray
 POWER_SIGMAS = 1.645
@@ -116,7 +117,8 @@ def reaches(data: Traces, facts: Facts) -> tuple[list[Reach], Apart]:
 
 def _reach(data: Traces, i: int, rest: Array, apart: Apart) -> Reach:
     trace, labels = data.traces[i], [t.candidate.label for t in data.traces]
-    rivals = [j for j in range(len(labels)) if j != i and not apart.same[i, j]]
+    rivals = [j for j, other in enumerate(data.traces) if j != i and not apart.same[i, j]
+              and not widens(other.candidate, trace.candidate)]  # fmt: skip
     found = trace.nats / needed(data.threshold)
     with np.errstate(divide='ignore', invalid='ignore'):
         told = rest / needed(MARGIN_NATS - apart.ahead[i])

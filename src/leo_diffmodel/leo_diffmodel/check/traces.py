@@ -116,9 +116,9 @@ def scan_all(
 
 
 def size_of(candidate: Candidate, points: Array) -> Array:
-    """Amplitude of each point: the largest change of the parameters that scale the effect."""
+    """Amplitude of each point: the largest change of what scales it in the first one's unit."""
     parameters = candidate.parameters
-    scaling = [i for i, p in enumerate(parameters) if p.scales]
+    scaling = [i for i, p in enumerate(parameters) if p.scales and p.unit == parameters[0].unit]
     neutral = np.array([parameters[i].neutral for i in scaling])
     return np.asarray(np.abs(points[:, scaling] - neutral).max(axis=1))
 

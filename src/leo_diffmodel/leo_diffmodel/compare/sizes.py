@@ -43,7 +43,7 @@ def free_speed(robot: Robot, joint: str) -> float | None:
 
 def is_slide(robot: Robot, joint: str) -> bool:
     """Whether a joint slides (m, N) rather than turns (rad, N m)."""
-    return next(j.kind for j in robot.joints if j.name == joint) == 'prismatic'
+    return joint in robot.slides
 
 
 def length_unit(robot: Robot, joint: str) -> str:
@@ -58,8 +58,13 @@ def torque_unit(robot: Robot, joint: str) -> str:
 
 def torque_scale(robot: Robot) -> float:
     """The largest motor torque, or else the largest of gravity about a link's joint [N m]."""
-    torques = [stall_torque(robot, a.joint) or 0.0 for a in robot.actuators]
-    return max(torques, default=0.0) or gravity_scale(robot)
+    turning = [a.joint for a in robot.actuators if a.joint not in robot.slides]
+    return _strongest(robot, turning) or gravity_scale(robot)
+
+
+def force_scale(robot: Robot) -> float:
+    """The largest force of a motor on a slide [N]; 0 without one."""
+    return _strongest(robot, [a.joint for a in robot.actuators if a.joint in robot.slides])
 
 
 def push_scale(robot: Robot) -> np.ndarray:
@@ -82,16 +87,25 @@ def inertia_scale(robot: Robot) -> float:
 
 
 def reach(robot: Robot) -> float:
-    """Longest way from the base through the links' frames to the end of a link's extent [m]."""
+    """Longest way from the base through the links' frames to the end of a link's extent [m].
+
+    Slides with stops are run out.
+    """
     far = {robot.joints[0].parent: 0.0}
     for joint in robot.joints:
-        far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.translation))
+        stop = max(map(abs, joint.limits)) if joint.name in robot.slides else 0.0
+        far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.translation)) + (
+            stop if math.isfinite(stop) else 0.0)
     return max(far[joint.child] + _extent(robot, joint.child) for joint in robot.joints)
 
 
 def mass_scale(robot: Robot) -> float:
     """Mass of the heaviest moving link [kg]."""
     return max(robot.constants[f'links.{link}.mass'].value for link in robot.moving_links)
+
+
+def _strongest(robot: Robot, joints: list[str]) -> float:
+    return max((stall_torque(robot, joint) or 0.0 for joint in joints), default=0.0)
 
 
 def _gravity(robot: Robot) -> float:

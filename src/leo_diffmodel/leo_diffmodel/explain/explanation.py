@@ -172,7 +172,7 @@ def _untestable(model: Model, reason: str, extra: Sequence[Effect]) -> Explanati
 
 
 def _answer(findings: Findings, left_out: Sequence[str]) -> Explanation:
-    decided = decision(findings)
+    decided, certificate = decision(findings), findings.final.certificate
     return Explanation(
         verdict=decided.verdict,
         sentence=answer(findings, decided, left_out),
@@ -185,7 +185,7 @@ def _answer(findings: Findings, left_out: Sequence[str]) -> Explanation:
         errors=rows.errors(findings),
         stability=rows.stability(findings),
         search=findings.search,
-        fit=findings.final.certificate and findings.final.certificate.to_json(),
+        fit=certificate.to_json() if certificate else None,
         unknown=findings.unknown,
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from importlib.metadata import entry_points
 import os
 from pathlib import Path
@@ -131,6 +132,11 @@ class Robot:
     def base_joints(self) -> tuple[str, ...]:
         """The joints x, z and pitch of a planar base; none where the base is fixed."""
         return self.joint_names[:3] if self.base == 'planar' else ()
+
+    @cached_property
+    def slides(self) -> frozenset[str]:
+        """Joints that slide: their units are m and N."""
+        return frozenset(joint.name for joint in self.joints if joint.kind == 'prismatic')
 
     @property
     def actuated(self) -> tuple[int, ...]:

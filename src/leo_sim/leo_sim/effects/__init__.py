@@ -18,6 +18,7 @@ from leo_sim.effects.bias_torque import BiasTorque
 from leo_sim.effects.command_delay import CommandDelay
 from leo_sim.effects.consent import trust
 from leo_sim.effects.coulomb_friction import CoulombFriction
+from leo_sim.effects.directional_load_friction import DirectionalLoadFriction
 from leo_sim.effects.encoder_offset import EncoderOffset
 from leo_sim.effects.encoder_scale import EncoderScale
 from leo_sim.effects.external_force import ExternalForce
@@ -31,7 +32,9 @@ from leo_sim.effects.link_mass import LinkMass
 from leo_sim.effects.load_dependent_friction import LoadDependentFriction
 from leo_sim.effects.measurement_delay import MeasurementDelay
 from leo_sim.effects.quadratic_drag import QuadraticDrag
+from leo_sim.effects.quadratic_load_friction import QuadraticLoadFriction
 from leo_sim.effects.stribeck_friction import StribeckFriction
+from leo_sim.effects.stribeck_load_friction import StribeckLoadFriction
 from leo_sim.effects.torque_ripple import TorqueRipple
 from leo_sim.effects.torque_scale import TorqueScale
 from leo_sim.effects.user_file import read_effect
@@ -39,7 +42,9 @@ from leo_sim.effects.velocity_lag import VelocityLag
 from leo_sim.effects.viscous_friction import ViscousFriction
 from leo_sim.effects.voltage_deadband import VoltageDeadband
 from leo_sim.effects.voltage_limit import VoltageLimit
+from leo_sim.effects.voltage_push import VoltagePush
 from leo_sim.effects.voltage_scale import VoltageScale
+from leo_sim.effects.warming_friction import WarmingFriction
 
 if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
@@ -57,6 +62,8 @@ EFFECTS: dict[str, Effect] = {effect.name: effect for effect in (
     LinkMass(), LinkCom(), LinkInertia(), ExternalForce(),
     GroundFriction(), GroundCompliance(), GroundSlope(),
     EncoderOffset(), EncoderScale(), VelocityLag(), MeasurementDelay(),
+    StribeckLoadFriction(), QuadraticLoadFriction(), DirectionalLoadFriction(), VoltagePush(),
+    WarmingFriction(),
 )}
 
 

@@ -235,7 +235,7 @@ class Effect:
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
         """The parameters with the neutral values, bounds and units of this robot and place."""
-        return self.parameters
+        return at_joints(robot, where, self.parameters)
 
 
 @dataclass(frozen=True)
@@ -259,10 +259,39 @@ class Placed:
     ci95: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
-def in_input_unit(robot: Robot, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
-    """Parameters in V turned to N m where the robot takes torques."""
+def in_input_unit(robot: Robot, where: tuple[str, ...], parameters: tuple[Parameter, ...]
+                  ) -> tuple[Parameter, ...]:
+    """Parameters in V turned to N m (N on slides) where the robot takes torques."""
     unit = 'V' if robot.has_motor_law else 'N m'
-    return tuple(replace(p, unit=unit) if p.unit == 'V' else p for p in parameters)
+    made = tuple(replace(p, unit=unit) if p.unit == 'V' else p for p in parameters)
+    return at_joints(robot, where, made)
+
+
+def at_joints(robot: Robot, where: tuple[str, ...], parameters: tuple[Parameter, ...]
+              ) -> tuple[Parameter, ...]:
+    """Parameters in units of sliding (N, m) where all of these joints slide; a phase stays rad.
+
+    What slides and hinges share stays in units of turning.
+    """
+    if not (where and robot.slides.issuperset(where)):
+        return parameters
+    return tuple(p if p.role == 'phase' else replace(p, unit=_sliding(p.unit))
+                 for p in parameters)
+
+
+def has_unit(robot: Robot, where: tuple[str, ...], parameter: Parameter, unit: str) -> bool:
+    """Whether a file may give a parameter in a unit: its own, and on slides that of turning.
+
+    Files of before 2026-12 have the latter.
+    """
+    (said,) = at_joints(robot, where, (replace(parameter, unit=unit),))
+    return parameter.unit in (unit, said.unit)
+
+
+def _sliding(unit: str) -> str:
+    for turning, sliding in (('N m', 'N'), ('kg m2', 'kg'), ('rad', 'm'), ('turn', 'm')):
+        unit = unit.replace(turning, sliding)
+    return unit
 
 
 def with_roles(effect: Effect, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:

@@ -34,4 +34,4 @@ class VoltageDeadband(Effect):
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
         """Parameters in the unit of the robot's input."""
-        return in_input_unit(robot, self.parameters)
+        return in_input_unit(robot, where, self.parameters)

@@ -35,4 +35,5 @@ class VoltageLimit(Effect):
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
         """Parameters in the unit of the robot's input."""
         most = max(a.strongest for a in robot.actuators if a.joint in where)
-        return tuple(replace(p, neutral=most) for p in in_input_unit(robot, self.parameters))
+        return tuple(replace(p, neutral=most)
+                     for p in in_input_unit(robot, where, self.parameters))

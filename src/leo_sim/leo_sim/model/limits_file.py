@@ -7,7 +7,7 @@ from leo_sim.common.names import nearest
 from leo_sim.common.yaml_file import Finite, Schema
 from leo_sim.description.robot import Robot
 from leo_sim.effects import get_effect
-from leo_sim.effects.base import Effect, Parameter
+from leo_sim.effects.base import Effect, has_unit, Parameter
 
 Limits = dict[str, tuple[float, float]]
 
@@ -35,8 +35,8 @@ def checked_limits(robot: Robot, given: Mapping[str, LimitFile]) -> Limits:
 
 
 def _checked(robot: Robot, key: str, limit: LimitFile) -> tuple[float, float]:
-    parameter, (low, high) = limited_parameter(robot, key), limit.range
-    if limit.unit != parameter.unit:
+    (places, parameter), (low, high) = _named(robot, key), limit.range
+    if not has_unit(robot, places, parameter, limit.unit):
         raise UserError(f'limits: {key}: the unit is {parameter.unit!r}, found {limit.unit!r}')
     if not low < high:
         raise UserError(f'limits: {key}: {low:g} to {high:g} is no range')
@@ -48,15 +48,21 @@ def _checked(robot: Robot, key: str, limit: LimitFile) -> tuple[float, float]:
 
 def limited_parameter(robot: Robot, key: str) -> Parameter:
     """The parameter that a key of `limits` names; UserError for one that is none."""
+    return _named(robot, key)[1]
+
+
+def _named(robot: Robot, key: str) -> tuple[tuple[str, ...], Parameter]:
+    """The places and the parameter that a key names."""
     label, _, name = key.rpartition('.')
     effect_name, _, where = label.partition(':')
     effect = get_effect(effect_name)
-    known = effect.parameters_for(robot, _places(robot, effect, where, key))
+    places = _places(robot, effect, where, key)
+    known = effect.parameters_for(robot, places)
     found = next((p for p in known if p.name == name), None)
     if found is None:
         names = [p.name for p in known]
         raise UserError(f'limits: {effect_name} has no {name!r}{nearest(name, names)}')
-    return found
+    return places, found
 
 
 def _places(robot: Robot, effect: Effect, where: str, key: str) -> tuple[str, ...]:

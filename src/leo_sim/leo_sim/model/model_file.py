@@ -16,6 +16,7 @@ from leo_sim.common.yaml_file import Finite, Quantity, read, Schema
 from leo_sim.description.constants import checked
 from leo_sim.description.robot import Constant, load_robot, named_robots, Robot
 from leo_sim.effects import check_bounds, get_effect, place, Placed
+from leo_sim.effects.base import has_unit
 from leo_sim.effects.consent import require
 from leo_sim.model.limits_file import checked_limits, limited_parameter, LimitFile, Limits
 from leo_sim.model.model import Model
@@ -190,7 +191,7 @@ def _check(robot: Robot, placed: Placed, entry: EffectFile) -> None:
         given = entry.parameters.get(p.name)
         if given is None:
             continue
-        if given.unit != p.unit:
+        if not has_unit(robot, placed.where, p, given.unit):
             raise UserError(f'{entry.name}.{p.name}: the unit is {p.unit!r}, '
                             f'found {given.unit!r}')
     check_bounds(robot, placed)

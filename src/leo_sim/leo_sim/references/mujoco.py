@@ -35,8 +35,8 @@ class World:
 
     def __init__(self, robot: Robot, laws: Laws):
         if laws.gap is not None or laws.needs_load:
-            raise UserError('engine mujoco knows no backlash and no load_dependent_friction; '
-                            'use engine pybullet or rigid')
+            raise UserError('engine mujoco knows no backlash and no friction that depends on the '
+                            'load; use engine pybullet or rigid')
         text = mjcf(robot.joints, laws.bodies, robot.contacts, laws.gravity,
                     laws.ground.slope if laws.ground else 0.0)
         try:

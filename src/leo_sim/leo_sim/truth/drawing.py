@@ -44,6 +44,12 @@ SHRINKS = ('voltage_limit',)
 
 LATER = ('encoder_scale', 'velocity_lag', 'measurement_delay')
 
+BY_NAME_ALONE = ('directional_load_friction', 'quadratic_load_friction', 'stribeck_load_friction',
+                 'voltage_push', 'warming_friction')
+"""Joined the catalogue when seeds had their secrets: they are hidden by a file that names them."""
+
+NEAR_REST = ('stribeck_friction', 'stribeck_load_friction')
+
 WINDOWS, SECONDS = 16, 0.5
 
 Shape = dict[str, tuple[float, float]]
@@ -72,7 +78,8 @@ def _order(robot: Robot, rng: np.random.Generator) -> list[str]:
     Where those that joined the catalogue later come is drawn apart: a seed keeps its secret.
     """
     _, later = rng.spawn(2)
-    possible = [name for name in sorted(EFFECTS) if EFFECTS[name].applies(robot)]
+    possible = [name for name in sorted(EFFECTS)
+                if name not in BY_NAME_ALONE and EFFECTS[name].applies(robot)]
     order = rng.permutation([name for name in possible if name not in LATER]).tolist()
     for name in possible:
         if name in LATER:
@@ -99,7 +106,7 @@ def of_size(
     robot = windows.robot
     names = EFFECTS[name].places(robot) if where == 'all' else (where,)
     parameters = EFFECTS[name].parameters_for(robot, names)
-    shape = _shape(name, parameters, rng)
+    shape = _shape(name, parameters, robot, rng)
     amplitudes = AMPLITUDES[MOST.get(parameters[0].unit, math.inf) >= AMPLITUDES]
 
     def sizes(tried: np.ndarray) -> np.ndarray:
@@ -136,15 +143,24 @@ def _bracket(
     return found[before : before + 2], tried[before : before + 2]
 
 
-def _shape(name: str, parameters: tuple[Parameter, ...], rng: np.random.Generator) -> Shape:
+def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot,
+           rng: np.random.Generator) -> Shape:
     """How the parameters follow one amplitude; signs, directions and angles are drawn."""
     angle = rng.uniform(-np.pi, np.pi)
-    if name == 'stribeck_friction':
+    if name in NEAR_REST:
+        level, at_rest, v_s = (p.name for p in parameters)
         return {
-            'c': (0.0, 1.0),
-            'c_static': (0.0, rng.uniform(1.3, 2.0)),
-            'v_s': (rng.uniform(0.2, 1.0), 0.0),
+            level: (0.0, 1.0),
+            at_rest: (0.0, rng.uniform(1.3, 2.0)),
+            v_s: (rng.uniform(0.2, 1.0), 0.0),
         }
+    if name == 'warming_friction':
+        return {'c': (0.0, 1.0), 'c_cold': (0.0, rng.uniform(2.0, 3.0)),
+                'tau': (rng.uniform(3.0, 10.0), 0.0)}
+    if name == 'directional_load_friction':
+        return {'mu': (0.0, 1.0), 'mu_back': (0.0, rng.choice([0.3, 3.0]))}
+    if name == 'quadratic_load_friction':
+        return {'mu': (0.0, 0.3), 'mu2': (0.0, 2.0 / _strongest(robot))}
     if name == 'joint_spring':
         return {'k': (0.0, 1.0), 'rest': (angle, 0.0)}
     if name == 'torque_ripple':
@@ -155,6 +171,13 @@ def _shape(name: str, parameters: tuple[Parameter, ...], rng: np.random.Generato
     sign = 1.0 if first.low >= first.neutral or name in GROWS else rng.choice([-1.0, 1.0])
     sign = -1.0 if name in SHRINKS else float(sign)
     return {first.name: (first.neutral, sign), **{p.name: (p.neutral, 0.0) for p in others}}
+
+
+def _strongest(robot: Robot) -> float:
+    """The largest torque of a motor, N m; 1 without one."""
+    return max((a.strongest * (a.torque_constant / a.resistance
+                               if a.torque_constant and a.resistance else 1.0)
+                for a in robot.actuators), default=1.0)  # fmt: skip
 
 
 def _values(shape: Shape, parameters: tuple[Parameter, ...], amplitude: Numbers) -> dict[str, Any]:

@@ -19,6 +19,8 @@ PLACED = [
                  id=f'{effect.name}-{robot.name}')
     for robot in ROBOTS for effect in EFFECTS.values() if effect.applies(robot)
 ]  # fmt: skip
+UNTOLD = ('quadratic_load_friction', 'voltage_push')
+"""No unit tells that a square is an amplitude too, or that volts are added and not cut off."""
 
 
 @pytest.mark.parametrize(('effect', 'parameters'), PLACED)
@@ -28,7 +30,8 @@ def test_every_parameter_of_the_catalogue_declares_its_role(effect, parameters):
     assert with_roles(effect, parameters) == parameters
 
 
-@pytest.mark.parametrize(('effect', 'parameters'), PLACED)
+@pytest.mark.parametrize(('effect', 'parameters'), [
+    case for case in PLACED if case.values[0].name not in UNTOLD])
 def test_without_roles_an_effect_is_scanned_as_before(effect, parameters):
     """A user's effect that declares none is read by its units as the catalogue declares."""
     bare = tuple(replace(p, role='', linear=True) for p in parameters)

@@ -156,11 +156,12 @@ def test_steps_are_pure_in_contact_too():
 
 
 @pytest.mark.parametrize(('name', 'values'), [
-    ('backlash', {'gap': 0.02}), ('load_dependent_friction', {'mu': 0.1})])
+    ('backlash', {'gap': 0.02}), ('load_dependent_friction', {'mu': 0.1}),
+    ('quadratic_load_friction', {'mu2': 0.1})])
 def test_what_it_does_not_know_is_said(name, values):
     robot = load_robot('leo_ode')
     model = Model(robot, (place(robot, name, 'left_hip', **values),), engine='mujoco')
-    with pytest.raises(UserError, match='engine mujoco knows no backlash and no load_dependent'):
+    with pytest.raises(UserError, match='engine mujoco knows no backlash and no friction that'):
         model.step(model.start(), np.zeros(6), 0.03)
 
 

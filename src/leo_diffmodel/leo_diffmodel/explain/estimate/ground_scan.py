@@ -110,11 +110,12 @@ class GroundScanner(Scanner):
         """One point for each parameter that scales the effect, at every shape of it."""
         parameters = candidate.parameters
         amplitude = amplitude_indices(parameters)
-        size = float(np.sort(np.abs(self._sizes(candidate)))[1])
+        sizes = {i: float(np.sort(np.abs(self._sizes(candidate, parameters[i])))[1])
+                 for i in amplitude}  # fmt: skip
         shapes: list[list[float]] = [[]]
         for i, p in enumerate(parameters):
             if i not in amplitude:
-                values = TWO_ANGLES if p.turns else self._shape(p)
+                values = TWO_ANGLES if p.turns else self._shape(candidate, p)
                 shapes = [[*s, v] for s in shapes for v in values]
         points = []
         for shape in shapes:
@@ -122,8 +123,8 @@ class GroundScanner(Scanner):
                 rest, point = iter(shape), []
                 for k, p in enumerate(parameters):
                     point.append(p.neutral if k in amplitude else next(rest))
-                sign = 1.0 if parameters[i].neutral + size <= parameters[i].high else -1.0
-                point[i] = parameters[i].neutral + sign * size
+                sign = 1.0 if parameters[i].neutral + sizes[i] <= parameters[i].high else -1.0
+                point[i] = parameters[i].neutral + sign * sizes[i]
                 points.append(point)
         return np.array(points)
 
@@ -136,18 +137,18 @@ class GroundScanner(Scanner):
             points = points[points[:, 0] < first.neutral]  # a higher limit limits nothing
         return points
 
-    def _sizes(self, candidate: Candidate) -> Array:
+    def _sizes(self, candidate: Candidate, parameter: Parameter) -> Array:
         """Every other amplitude: what lies between is a matter of the fit.
 
         Of an inertia the largest is among them, which is many times what a light link has.
         """
-        sizes = super()._sizes(candidate)
+        sizes = super()._sizes(candidate, parameter)
         if is_straight(candidate):
             return sizes
         return sizes[1::2] if is_inertia(candidate) else sizes[::2]
 
-    def _shape(self, parameter: Parameter) -> tuple[float, ...]:
-        return super()._shape(parameter)[:MOST_SHAPES]
+    def _shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
+        return super()._shape(candidate, parameter)[:MOST_SHAPES]
 
     def _solved(
         self, candidate: Candidate, points: Array, change: Array

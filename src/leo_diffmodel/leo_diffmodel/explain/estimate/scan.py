@@ -9,13 +9,22 @@ import itertools
 
 import numpy as np
 
-from leo_diffmodel.compare.sizes import inertia_scale, mass_scale, torque_scale
+from leo_diffmodel.compare.sizes import (
+    EARTH,
+    force_scale,
+    inertia_scale,
+    mass_scale,
+    reach,
+    torque_scale,
+)
+from leo_diffmodel.compare.unit_sizes import COUNTS, UnitSizes
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.covariance import conditional_errors
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_sim.description.robot import Robot
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
 
@@ -24,48 +33,39 @@ FRACTIONS = (0.004, 0.02, 0.08, 0.3)
 DELAYS = (0.001, 0.003, 0.006, 0.012, 0.025, 0.05)
 ANGLES = (0.003, 0.015, 0.06, 0.2)
 LIMITS = (0.97, 0.9, 0.8, 0.7, 0.55, 0.4)
+SHARES, SECONDS = (0.05, 0.25), (3.0, 20.0)
+TURN = (-np.pi / 2, 0.0, np.pi / 2, np.pi)
 DEAD_BANDS = (0.004, 0.012, 0.03, 0.08, 0.2, 0.35)
 
 
 @dataclass(frozen=True)
-class Scales:
-    """Sizes that make an amplitude small or large on this robot and in this data.
+class Scales(UnitSizes):
+    """What is large on this robot and in this data.
 
-    Attributes:
-        torque: the largest the motor, or else gravity, gives [N m].
-        rate: rms joint rate [rad/s].
-        angle: the largest joint angle [rad], 1 or more.
-        inertia: at the joint [kg m2].
-        mass: of the heaviest moving link [kg].
-        input: the largest at a motor [V or N m].
+    The largest torque of a motor, or else of gravity; rms rates; the largest angle, 1 or more; the
+    way and the rms speed of slides, or else the robot's reach; three times the largest inertia and
+    mass of a link; the weight of such a mass, or the largest force of a motor on a slide; the
+    largest input.
     """
 
-    torque: float
-    rate: float
-    angle: float
-    inertia: float
-    mass: float
-    input: float
-
-    def amplitudes(self, parameter: Parameter) -> Array:
+    def amplitudes(self, effect: str, parameter: Parameter) -> Array:
         """Amplitudes of one sign to try, small to large, as change from neutral."""
         if parameter.role == 'delay':
             return np.array(DELAYS)
         if parameter.unit == 'rad':
             return np.array(ANGLES)
-        return self._size(parameter.unit) * np.array(FRACTIONS)
+        return self.large(effect, parameter) * np.array(FRACTIONS)
 
-    def _size(self, unit: str) -> float:
-        sizes = {
-            'N m': self.torque,
-            'N m s/rad': self.torque / self.rate,
-            'N m s2/rad2': self.torque / self.rate**2,
-            'N m/rad': self.torque / self.angle,
-            'kg m2': 3 * self.inertia,
-            'kg': 3 * self.mass,
-            'N': 3 * 9.81 * self.mass,
-        }
-        return sizes.get(unit, 1.0)
+    def shapes(self, effect: str, parameter: Parameter) -> tuple[float, ...]:
+        """Values to try of a parameter that shapes an effect without scaling it."""
+        if parameter.turns:
+            way = 1.0 if parameter.unit == 'rad' else self.length / np.pi
+            return tuple(way * angle for angle in TURN)
+        if parameter.unit == 's':
+            return SECONDS
+        if parameter.unit in COUNTS:
+            return tuple(float(n) for n in range(1, 17))
+        return tuple(self.large(effect, parameter) * share for share in SHARES)
 
 
 @dataclass(frozen=True)
@@ -174,37 +174,32 @@ class Scanner:
         parameters = candidate.parameters
         amplitude = amplitude_indices(parameters)
         rays = [r for r in itertools.product((-1, 0, 1), repeat=len(amplitude)) if any(r)]
-        shapes = [self._shape(p) for i, p in enumerate(parameters) if i not in amplitude]
-        sizes = self._sizes(candidate)
+        shapes = [self._shape(candidate, p)
+                  for i, p in enumerate(parameters) if i not in amplitude]  # fmt: skip
+        sizes = np.stack([self._sizes(candidate, parameters[i]) for i in amplitude], axis=1)
         if _is_linear(candidate):
             sizes = sizes[1:2]
         points = []
         for ray, size, *shape in itertools.product(rays, sizes, *shapes):
             rest = iter(shape)
-            moves = dict(zip(amplitude, ray, strict=True))
+            moves = dict(zip(amplitude, np.multiply(ray, size), strict=True))
             points.append([
-                p.neutral + moves[i] * size if i in moves else next(rest)
+                p.neutral + moves[i] if i in moves else next(rest)
                 for i, p in enumerate(parameters)
             ])
         possible = [p for p in points if _possible(parameters, p)]
         return np.array(possible or [_inside(parameters, p) for p in points])
 
-    def _sizes(self, candidate: Candidate) -> Array:
+    def _sizes(self, candidate: Candidate, parameter: Parameter) -> Array:
         """Amplitudes of one sign; the clip and the dead band are sized by the input itself."""
-        first = candidate.parameters[0]
-        if candidate.effect.hook != 'command' or first.role != 'threshold':
-            return self._scales.amplitudes(first)
-        if first.neutral > 0:
-            return np.array([f * self._scales.input - first.neutral for f in LIMITS])
+        if candidate.effect.hook != 'command' or parameter.role != 'threshold':
+            return self._scales.amplitudes(candidate.effect.name, parameter)
+        if parameter.neutral > 0:
+            return np.array([f * self._scales.input - parameter.neutral for f in LIMITS])
         return self._scales.input * np.array(DEAD_BANDS)
 
-    def _shape(self, parameter: Parameter) -> tuple[float, ...]:
-        """Values to try of a parameter that shapes an effect without scaling it."""
-        if parameter.turns:
-            return (-np.pi / 2, 0.0, np.pi / 2, np.pi)
-        if parameter.unit == 'rad/s':
-            return (0.05 * self._scales.rate, 0.25 * self._scales.rate)
-        return tuple(float(n) for n in range(1, 17))
+    def _shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
+        return self._scales.shapes(candidate.effect.name, parameter)
 
     def _constants(self, by_theta: Array) -> Array | None:
         if not by_theta.shape[-1]:
@@ -276,13 +271,29 @@ def stretch_limits(candidate: Candidate) -> tuple[float, float]:
 
 def scales_of(model: Model, windows: Windows) -> Scales:
     """Sizes of this robot and this data, for choosing amplitudes."""
+    robot = model.robot
     states = model.laws.true_state(windows.q[:, :-1], windows.dq[:, :-1])
     applied = model.laws.at_motors(windows.inputs, *states)
+    mass, rate = 3 * mass_scale(robot), max(float(np.sqrt((windows.dq**2).mean())), 1e-3)
+    length, speed = _sliding(robot, windows) or (reach(robot), reach(robot) * rate)
     return Scales(
-        torque=torque_scale(model.robot),
-        rate=max(float(np.sqrt((windows.dq**2).mean())), 1e-3),
+        torque=torque_scale(robot),
+        rate=rate,
         angle=max(float(np.abs(windows.q).max(initial=0.0)), 1.0),
-        inertia=inertia_scale(model.robot),
-        mass=mass_scale(model.robot),
+        force=max(EARTH * mass, force_scale(robot)),
+        speed=speed,
+        length=length,
+        inertia=3 * inertia_scale(robot),
+        mass=mass,
         input=max(float(np.abs(applied).max(initial=0.0)), 1e-9),
     )
+
+
+def _sliding(robot: Robot, windows: Windows) -> tuple[float, float] | None:
+    """The farthest position [m] and the rms speed [m/s] of slides; None without, but a base's."""
+    slides = [i for i, name in enumerate(robot.joint_names)
+              if name in robot.slides.difference(robot.base_joints)]  # fmt: skip
+    if not slides:
+        return None
+    way = float(np.abs(windows.q[..., slides]).max(initial=0.0))
+    return max(way, 1e-3), max(float(np.sqrt((windows.dq[..., slides] ** 2).mean())), 1e-3)

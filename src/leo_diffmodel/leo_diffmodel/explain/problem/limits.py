@@ -8,10 +8,11 @@ a measurement is no later than what a window remembers. A value on its limit is 
 from __future__ import annotations
 
 from dataclasses import replace
-from math import isfinite
+from math import inf, isfinite
 
 from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.sizes import (
+    force_scale,
     gravity_scale,
     inertia_scale,
     mass_scale,
@@ -19,6 +20,7 @@ from leo_diffmodel.compare.sizes import (
     stall_torque,
     torque_scale,
 )
+from leo_diffmodel.compare.unit_sizes import UnitSizes
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_sim.description.robot import Robot
 from leo_sim.effects import Parameter
@@ -35,8 +37,14 @@ TURNS = (0.5, 64.0)
 """Periods of a ripple per turn: fewer make it a constant torque."""
 SLOWEST, FASTEST = 0.02, 30.0
 """rad/s: where friction falls from its static to its dynamic level; slower is sticking itself."""
+CREEP, RUN = 0.002, 10.0
+"""m/s: the same of a slide."""
 OFFSET, GAP = 1.6, 0.5
 """rad: a zero that is a quarter turn off, and a backlash that anybody sees."""
+HOUR = 3600.0
+"""s: of what changes over a recording."""
+PER_LOAD = 10.0
+"""Friction takes all of the tenth part of the largest torque, at most."""
 GROUND = 100.0
 """Times harder or softer."""
 
@@ -64,27 +72,46 @@ def _limited(parameter: Parameter, candidate: Candidate, model: Model) -> Parame
 
 
 def _range(parameter: Parameter, candidate: Candidate, model: Model) -> tuple[float, float]:
-    robot, unit = model.robot, parameter.unit
+    unit, fixed = parameter.unit, _fixed(parameter, candidate)
     if candidate.effect.hook == 'ground' and parameter.neutral > 0:
         return parameter.neutral / GROUND, parameter.neutral * GROUND
     if unit in ('kg', 'kg m2'):
         return _inertial(unit, candidate, model)
+    if fixed is not None:
+        return fixed
+    sizes = _sizes(model.robot, candidate.where)
+    most = sizes.large(candidate.effect.name, parameter)
+    if sizes.of(unit) is None or (unit == 'V' and parameter.role == 'threshold'):
+        return -inf, inf
+    most *= PER_LOAD if unit in ('1/N m', '1/N') else 1.0
+    return -most, most
+
+
+def _fixed(parameter: Parameter, candidate: Candidate) -> tuple[float, float] | None:
+    """Of what no robot makes larger: scales, times, rates at which sticking ends, angles."""
+    unit = parameter.unit
     if unit == '' and parameter.neutral == 1.0:
         return GAIN
-    torque = _torque(robot, candidate.where)
-    most = {
-        'N m': torque, 'N': max(torque / reach(robot), _weight(robot)),
-        'N m s/rad': torque, 'N s/m': torque / reach(robot) ** 2,
-        'N m s2/rad2': torque, 'N m/rad': 2 * torque, 'm': reach(robot), '': 1.0,
-        's': HISTORY if candidate.effect.late else LAG_SECONDS,
-    }  # fmt: skip
-    if unit == 'rad/s':
-        return SLOWEST, FASTEST
-    if unit == '1/turn':
-        return TURNS
+    if unit == 's':
+        longest = HISTORY if candidate.effect.late else LAG_SECONDS
+        return (-longest, longest) if parameter.role == 'delay' else (-HOUR, HOUR)
     if unit == 'rad':
-        most |= {'rad': _angle(parameter, candidate)}
-    return -most.get(unit, float('inf')), most.get(unit, float('inf'))
+        most = _angle(parameter, candidate)
+        return -most, most
+    return {'rad/s': (SLOWEST, FASTEST), 'm/s': (CREEP, RUN),
+            '1/turn': TURNS, '1/m': TURNS}.get(unit)  # fmt: skip
+
+
+def _sizes(robot: Robot, where: str) -> UnitSizes:
+    """The most that is plausible of each quantity, at 1 rad/s, 0.5 rad and a reach per second."""
+    length, torque = reach(robot), _torque(robot, where)
+    return UnitSizes(
+        torque=torque, rate=1.0, angle=0.5,
+        force=max(torque / length, _weight(robot), force_scale(robot)),
+        speed=length, length=length,
+        inertia=HEAVIER * inertia_scale(robot), mass=HEAVIER * mass_scale(robot),
+        input=max((a.strongest for a in robot.actuators), default=1.0),
+    )  # fmt: skip
 
 
 def _angle(parameter: Parameter, candidate: Candidate) -> float:
@@ -95,7 +122,8 @@ def _angle(parameter: Parameter, candidate: Candidate) -> float:
 
 def _torque(robot: Robot, where: str) -> float:
     """The most that a motor there or gravity gives [N m]."""
-    stall = stall_torque(robot, where) or torque_scale(robot)
+    stall = None if where in robot.slides else stall_torque(robot, where)
+    stall = stall or torque_scale(robot)
     return max(stall, gravity_scale(robot))
 
 

@@ -14,6 +14,7 @@ from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
+from leo_sim.effects import Parameter
 
 Array = np.ndarray
 Names = frozenset[Candidate]
@@ -105,12 +106,13 @@ class Sets:
 
 
 def compatible(names: Iterable[Candidate], other: Candidate) -> bool:
-    """Whether an effect may stand beside others: not what one of them holds at its place."""
-    mine = set(other.parameters)
-    return not any(
-        _overlap(c, other) and (mine <= set(c.parameters) or set(c.parameters) <= mine)
-        for c in names
-    )
+    """Whether an effect may stand beside others: not what shares a term with one at its place."""
+    return not any(_overlap(c, other) and _terms(c) & _terms(other) for c in names)
+
+
+def _terms(candidate: Candidate) -> set[Parameter]:
+    """What scales an effect: a term of its law each."""
+    return {p for p in candidate.parameters if p.scales}
 
 
 def _overlap(a: Candidate, b: Candidate) -> bool:

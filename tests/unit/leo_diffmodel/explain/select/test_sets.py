@@ -12,7 +12,7 @@ from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.select import sets as choice
 from leo_diffmodel.explain.select.evidence import weigh, Weight
-from leo_diffmodel.explain.select.sets import chosen, compatible, Sets
+from leo_diffmodel.explain.select.sets import chosen, compatible, Sets, widens
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
@@ -112,6 +112,14 @@ def test_an_effect_stands_beside_no_other_that_holds_it_at_its_place():
     own = [c for n, c in BETWEEN.items() if n.startswith('coulomb_friction:') and c != coulomb]
     assert len(own) == 2 and compatible([own[0]], own[1])
     assert not compatible([coulomb], own[0]) and not compatible([own[0]], coulomb)
+
+
+def test_an_effect_stands_beside_no_other_with_a_term_of_its_own():
+    load, stribeck, *others = (
+        next(c for n, c in BETWEEN.items() if n == f'{name}_friction:all') for name in
+        ('load_dependent', 'stribeck', 'stribeck_load', 'quadratic_load', 'directional_load'))
+    assert all(widens(c, load) and compatible([stribeck], c) for c in others)
+    assert not any(compatible([c], d) for c in others for d in (load, *others))
 
 
 def test_of_two_fits_of_one_set_the_better_is_kept():

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where a scan begins: at what this robot and these data make large in the unit."""
+
+import numpy as np
+import pytest
+from tests.places import ROOT
+from tests.simulate import PENDULUM, record, TORQUE
+
+from leo_diffmodel.compare.sizes import torque_scale
+from leo_diffmodel.compare.windows import cut
+from leo_diffmodel.explain.estimate.scan import scales_of
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.limits import limited
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import get_effect
+from leo_sim.model import Model
+
+
+def written(folder, unit='N m s3/rad3'):
+    """The README's own example effect."""
+    code = (ROOT / 'README.md').read_text().split('```python\n')
+    (text,) = (block.split('```')[0] for block in code if 'class BearingDrag' in block)
+    file = folder / 'bearing_drag.py'
+    file.write_text(text.replace('N m s3/rad3', unit))
+    return get_effect(str(file))
+
+
+@pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
+def test_the_example_of_the_readme_starts_below_the_stall_torque(robot, tmp_path):
+    model, effect = Model(robot), written(tmp_path)
+    scales = scales_of(model, cut([record(robot, seconds=4)], 0.1))
+    (drag,) = (c for c in candidates(model, [effect]) if c.effect is effect)
+    first, *_, most = scales.amplitudes(effect.name, drag.parameters[0]) * scales.rate**3
+    np.testing.assert_allclose([first, most], np.array([0.004, 0.3]) * torque_scale(robot))
+
+
+def test_a_unit_that_has_no_size_is_one_line(tmp_path):
+    model, effect = Model(TORQUE), written(tmp_path, 'A')
+    (drag,) = (c for c in candidates(model, [effect]) if c.effect is effect)
+    with pytest.raises(UserError, match=r"^bearing_drag\.c: how large is large in 'A'\? [^\n]*$"):
+        limited(drag, model)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""At a joint that slides laws are in N and m, are found in their size, and stay in files."""
+
+import pytest
+from tests.cart import cart
+from tests.searched import FIRST, searched
+from tests.simulate import record
+import yaml
+
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.limits import limited
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import place
+from leo_sim.model import Model
+from leo_sim.model.model_file import load_model
+
+HIDDEN = {
+    'coulomb_friction': ({'c': 1.5}, ['N']),
+    'viscous_friction': ({'b': 2.0}, ['N s/m']),
+    'joint_spring': ({'k': 3.0, 'rest': 0.2}, ['N/m', 'm']),
+    'stribeck_friction': ({'c': 1.0, 'c_static': 3.0, 'v_s': 0.3}, ['N', 'N', 'm/s']),
+}
+
+
+@pytest.mark.parametrize('name', HIDDEN)
+def test_it_is_named_with_its_size_and_unit(name, tmp_path):
+    robot, (values, units) = cart(tmp_path), HIDDEN[name]
+    found = searched([record(robot, place(robot, name, 'rail', **values), seconds=8)],
+                     Model(robot), FIRST)  # fmt: skip
+    (top,) = found.chosen.names
+    assert (top.label, [p.unit for p in top.parameters]) == (f'{name}:rail', units)
+    assert found.final.theta == pytest.approx(list(values.values()), rel=0.15)
+
+
+def test_limits_are_those_of_a_slide(tmp_path):
+    model = Model(cart(tmp_path))
+    most = {(c.effect.name, p.name): (p.high, p.unit)
+            for c in candidates(model) for p in limited(c, model).parameters}  # fmt: skip
+    force = 5 * 9.81 * 2
+    assert most['coulomb_friction', 'c'] == (pytest.approx(force), 'N')
+    assert most['bias_torque', 't'][0] == pytest.approx(force)
+    assert most['stribeck_friction', 'v_s'] == (10.0, 'm/s')
+    assert most['torque_ripple', 'phase'][1] == 'rad'
+
+
+def written(folder, unit):
+    effect = {'name': 'viscous_friction', 'where': 'rail',
+              'parameters': {'b': {'value': 2.0, 'unit': unit}}}  # fmt: skip
+    file = folder / 'model.yaml'
+    file.write_text(yaml.safe_dump({'robot': str(folder), 'effects': [effect]}))
+    return file
+
+
+def test_files_with_units_of_turning_stay_readable(tmp_path):
+    cart(tmp_path)
+    for unit in ('N s/m', 'N m s/rad'):
+        (placed,) = load_model(written(tmp_path, unit)).effects
+        assert (placed.parameters['b'], placed.units['b']) == (2.0, 'N s/m')
+    with pytest.raises(UserError, match="the unit is 'N s/m', found 'N'"):
+        load_model(written(tmp_path, 'N'))

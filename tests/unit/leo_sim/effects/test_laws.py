@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Laws of friction under load, of a push and of warming, against their formulas."""
+
+import numpy as np
+import pytest
+
+from leo_sim.description.robot import load_robot
+from leo_sim.effects import EFFECTS, place
+from leo_sim.effects.motor import Motor
+from leo_sim.model import Model
+from leo_sim.model.batch import rollout
+
+TORQUE = load_robot('torque_pendulum')
+PUSH = 0.3
+
+
+def friction(name, w, motor, load, *memory, **p):
+    one = (np.array([float(x)]) for x in (0.0, w))
+    drive, weight = Motor(np.array([motor]), 0.0), np.array([load])
+    (torque,) = EFFECTS[name].torque(p, *one, drive, weight, *memory)
+    return torque
+
+
+@pytest.mark.parametrize('w', [-2.0, 0.3, 4.0])
+@pytest.mark.parametrize(('motor', 'load'), [(1.5, -0.5), (-0.4, 1.0)])
+def test_the_share_of_the_load_falls_with_speed(w, motor, load):
+    mine = friction('stribeck_load_friction', w, motor, load, mu=0.1, mu_static=0.4, v_s=1.0)
+    share = 0.1 + 0.3 * np.exp(-(w**2))
+    assert mine == pytest.approx(-np.sign(w) * share * abs(motor - load))
+
+
+@pytest.mark.parametrize('w', [-2.0, 0.3])
+def test_a_square_of_the_load(w):
+    mine = friction('quadratic_load_friction', w, 1.5, -0.5, mu=0.1, mu2=0.05)
+    assert mine == pytest.approx(-np.sign(w) * (0.1 * 2.0 + 0.05 * 4.0))
+
+
+@pytest.mark.parametrize(('w', 'motor', 'load', 'share'), [
+    (1.0, 1.5, -0.5, 0.1), (-1.0, 1.5, -0.5, 0.3), (-1.0, -0.2, -0.5, 0.1),
+    (1.0, 0.0, 0.5, 0.3), (0.0, 1.5, -0.5, 0.1), (0.0, 0.2, -0.5, 0.3),
+], ids=['lifts', 'lowers', 'drives down', 'free',
+        'begins to lift', 'begins to yield'])  # fmt: skip
+def test_the_motor_drives_or_is_driven(w, motor, load, share):
+    mine = friction('directional_load_friction', w, motor, load, mu=0.1, mu_back=0.3)
+    assert abs(mine) == pytest.approx(share * abs(motor - load))
+
+
+def test_a_push_undoes_a_dead_band():
+    u = np.array([-2.0, -0.1, 0.0, 0.1, 2.0])
+    pushed, _ = EFFECTS['voltage_push'].command({'v': PUSH}, u, None, 0.01)
+    np.testing.assert_allclose(pushed, [-2.3, -0.4, 0.0, 0.4, 2.3])
+    back, _ = EFFECTS['voltage_deadband'].command({'v': PUSH}, pushed, None, 0.01)
+    np.testing.assert_allclose(back, u, atol=1e-15)
+    inputs = np.random.default_rng(0).uniform(-1, 1, (1, 40, 1))
+    dead = place(TORQUE, 'voltage_deadband', 'all', v=PUSH)
+    both = Model(TORQUE, [dead, place(TORQUE, 'voltage_push', 'all', v=PUSH)])
+    kept = np.where(np.abs(inputs) > PUSH, inputs, 0.0)
+    plain, after = (rollout(m, [[0.1]], [[0.0]], u, 0.01)[0]
+                    for m, u in ((Model(TORQUE), kept), (both, inputs)))  # fmt: skip
+    np.testing.assert_allclose(after, plain, atol=1e-12)
+
+
+def test_friction_falls_with_the_time_since_the_recording_began():
+    values = {'c': 0.1, 'c_cold': 0.4, 'tau': 5.0}
+    assert friction('warming_friction', 1.0, 0.0, 0.0, 5.0, **values) == pytest.approx(
+        -(0.1 + 0.3 / np.e))
+    model = Model(TORQUE, [place(TORQUE, 'warming_friction', 'all', **values)])
+    runs = {'q0': [[0.0]] * 3, 'dq0': [[4.0]] * 3, 'inputs': np.zeros((3, 5, 1)), 'dt': 0.01}
+    _, rates = rollout(model, *runs.values(), start=np.array([0.0, 5.0, 500.0]))
+    for start, after in zip((0.0, 5.0, 500.0), rates[:, -1, 0], strict=True):
+        level = 0.1 + 0.3 * np.exp(-(start + 0.025) / 5.0)
+        steady = Model(TORQUE, [place(TORQUE, 'coulomb_friction', 'all', c=level)])
+        same = rollout(steady, [[0.0]], [[4.0]], np.zeros((1, 5, 1)), 0.01)[1][0, -1, 0]
+        assert after == pytest.approx(same, abs=1e-4)
