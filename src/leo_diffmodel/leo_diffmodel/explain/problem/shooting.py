@@ -177,8 +177,7 @@ def excess(residual: Array, states: int, quantile: float = 0.5) -> float:
 
 def robust_weight(residual: Array, channels: int) -> Array:
     """Weight of each sample, (..., W, N): of the parabola that touches `loss` there."""
-    square, most = _mean_square(residual, channels)
-    weight = np.minimum(1.0, most / np.maximum(square, 1e-12))
+    weight = 1.0 / np.maximum(_mean_square(residual, channels), 1.0)
     count = residual.shape[-1] // channels
     over_time = np.broadcast_to(weight[..., None, :], (*weight.shape[:-1], count, channels))
     return huber_weight(residual) * over_time.reshape(residual.shape)
@@ -189,22 +188,24 @@ def loss(residual: Array, channels: int) -> Array:
 
     In each window each channel has its own size of what the model is off by, the noise at least:
     the Gaussian likelihood with that size where it is most likely. It is half the sum of squares
-    up to what noise reaches in 19 of 20 windows, and grows with its logarithm from there on, so
-    that the windows where every hypothesis is wrong do not decide between them. Single samples
-    far off count as in Huber's loss.
+    where that is noise, and grows with its logarithm from there on, so that the windows where
+    every hypothesis is wrong do not decide between them. Single samples far off count as in
+    Huber's loss.
     """
-    square, most = _mean_square(residual, channels)
-    beyond = most * (1.0 + np.log(np.maximum(square / most, 1.0)))
-    each = 0.5 * (residual.shape[-1] // channels) * np.where(square <= most, square, beyond)
-    total: Array = each.sum(axis=-1)
+    square = _mean_square(residual, channels)
+    each = np.where(square <= 1.0, square, 1.0 + np.log(np.maximum(square, 1.0)))
+    total: Array = 0.5 * (residual.shape[-1] // channels) * each.sum(axis=-1)
     return total
 
 
 def unexplained(residual: Array, channels: int) -> Array:
-    """What a model that leaves only noise would save in each window [nats], (..., W)."""
-    square, most = _mean_square(residual, channels)
-    each = most * np.log(np.maximum(square / most, 1.0))
-    total: Array = 0.5 * (residual.shape[-1] // channels) * each.sum(axis=-1)
+    """What a model that leaves only noise would save in each window [nats], (..., W).
+
+    Of the channels that are off by more than noise alone is in 19 of 20 windows.
+    """
+    count, square = residual.shape[-1] // channels, _mean_square(residual, channels)
+    most = float(chdtri(count, NOISE_REACHES)) / count
+    total: Array = 0.5 * count * np.log(np.maximum(square / most, 1.0)).sum(axis=-1)
     return total
 
 
@@ -214,12 +215,12 @@ def swollen(residual: Array, channels: int, share: float) -> Array:
             - unexplained(residual, channels))  # fmt: skip
 
 
-def _mean_square(residual: Array, channels: int) -> tuple[Array, float]:
-    """Of each channel in each window, (..., W, 2J), and what noise alone seldom exceeds."""
+def _mean_square(residual: Array, channels: int) -> Array:
+    """Of each channel in each window, (..., W, 2J); samples far off as in Huber's loss."""
     count = residual.shape[-1] // channels
     size = np.abs(residual).reshape(*residual.shape[:-1], count, channels)
-    square = np.where(size <= HUBER, size**2, HUBER * (2.0 * size - HUBER)).mean(axis=-2)
-    return square, float(chdtri(count, NOISE_REACHES)) / count
+    square: Array = np.where(size <= HUBER, size**2, HUBER * (2.0 * size - HUBER)).mean(axis=-2)
+    return square
 
 
 def huber_weight(residual: Array) -> Array:

@@ -31,7 +31,7 @@ def findings(share=1.0, floors=(), own=({}, {}, {}), **of_choices):
     parts = tuple(Part(c, fit, (9.0, 9.0), {}, {}, share, ()) for c in CHOSEN)
     choices = {'kept': share, 'sets': ((LABELS, share),), 'instead': (), 'beside': ()}
     return SimpleNamespace(settings=SETTINGS, final=fit, effects=parts, floors=floors, own=own,
-                           choices=Choices(**choices | of_choices), other='',
+                           choices=Choices(**choices | of_choices), other='', refuted='',
                            search=SimpleNamespace(complete=True))  # fmt: skip
 
 
