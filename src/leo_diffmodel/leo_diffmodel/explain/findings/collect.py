@@ -96,7 +96,7 @@ def _judged(
         own=own_values(problem, found.final, bags, gates.fewest_blocks),
         choices=choices(found, facts),
         other=other(found, facts),
-        refuted=refuted(found, held),
+        refuted=refuted(found, held, facts),
         rest=rest_of(found.null, found.final, bool(problem.linearisation), gates),
         unknown=unknown,
     )

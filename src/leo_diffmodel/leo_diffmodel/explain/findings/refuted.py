@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether `leo compare` would refute the choice: a smaller set predicts held-out data better."""
+"""Whether `leo compare` would refute the choice: another set predicts held-out data better."""
 
 from __future__ import annotations
 
@@ -7,33 +7,35 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.findings.held_out import HeldOut
-from leo_diffmodel.explain.select.evidence import Scored
+from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
+from leo_diffmodel.explain.select.sets import Names
+from leo_diffmodel.explain.select.stable import holds
 
 Array = np.ndarray
 
 
-def refuted(found: Search, held: HeldOut) -> str:
-    """The set of no more effects with the surely smallest held-out error, in words; '' for none.
+def refuted(found: Search, held: HeldOut, facts: Facts) -> str:
+    """The set with the surely smallest held-out error, in words; '' where the chosen one has it.
 
-    The error is that of `leo compare`: squared, so far ahead of the measured start. A set is
-    better where the sum over stretches of time is so many times its standard error.
+    Of sets that lack a chosen effect, by any name, and have one effect more at most. The error is
+    that of `leo compare`: squared, so far ahead of the measured start. A set is better where the
+    sum over stretches of time is so many times its standard error.
     """
-    chosen, floor = len(found.chosen.names), held.predict(found.final).floor.mean(axis=(0, 1))
-    block = found.posed.blocks.index(held.windows)
-    mine = _squares(held, found.final, floor)
-    least = found.weight.settings.refuting_errors
-    better: list[tuple[float, Scored]] = []
+    chosen, floor = found.chosen.names, held.predict(found.final).floor.mean(axis=(0, 1))
+    _, block = np.unique(found.posed.blocks.index(held.windows), return_inverse=True)
+    mine, least = _squares(held, found.final, floor), found.weight.settings.refuting_errors
+    better: dict[Names, float] = {}
     for rival in found.sets:
-        if len(rival.names) <= chosen and rival.names != found.chosen.names:
-            saved = np.bincount(block - block.min(), mine - _squares(held, rival.fit, floor))
-            saved = saved[np.unique(block - block.min())]
+        lacks = any(not holds(rival.names, c, facts.alike) for c in chosen)
+        if lacks and len(rival.names) <= len(chosen) + 1:
+            saved = np.bincount(block, mine - _squares(held, rival.fit, floor))
             if saved.sum() > least * np.sqrt(len(saved)) * saved.std(ddof=1):
-                better.append((float(saved.sum()), rival))
-    if not better:
+                better[rival.names] = float(saved.sum())
+    best = max(better, key=better.__getitem__, default=None)
+    if best is None:
         return ''
-    names = max(better, key=lambda b: b[0])[1].names
-    return ' + '.join(sorted(c.label for c in names)) or 'the model as given'
+    return ' + '.join(sorted(c.label for c in best)) or 'the model as given'
 
 
 def _squares(held: HeldOut, fitted: Fit, floor: Array) -> Array:

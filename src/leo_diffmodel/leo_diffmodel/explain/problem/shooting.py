@@ -23,6 +23,8 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 HUBER = 2.5
+SIZE_ROUNDS = 6
+"""Of the fixed point that finds the size of what a channel is off by, to about 1 %."""
 NOISE_REACHES = 0.05
 """Share of windows in which noise alone has a mean square above what counts as noise."""
 """Standard deviations from which on the loss of a residual is linear."""
@@ -177,25 +179,22 @@ def excess(residual: Array, states: int, quantile: float = 0.5) -> float:
 
 def robust_weight(residual: Array, channels: int) -> Array:
     """Weight of each sample, (..., W, N): of the parabola that touches `loss` there."""
-    weight = 1.0 / np.maximum(_mean_square(residual, channels), 1.0)
-    count = residual.shape[-1] // channels
-    over_time = np.broadcast_to(weight[..., None, :], (*weight.shape[:-1], count, channels))
-    return huber_weight(residual) * over_time.reshape(residual.shape)
+    samples, off = _by_channel(residual, channels), size(residual, channels)
+    weight = huber_weight(samples / off) / off**2
+    return np.broadcast_to(weight, samples.shape).reshape(residual.shape)
 
 
 def loss(residual: Array, channels: int) -> Array:
     """Loss of each window [nats], (..., W), from residuals (..., W, N) in noise units.
 
     In each window each channel has its own size of what the model is off by, the noise at least:
-    the Gaussian likelihood with that size where it is most likely. It is half the sum of squares
-    where that is noise, and grows with its logarithm from there on, so that the windows where
-    every hypothesis is wrong do not decide between them. Single samples far off count as in
-    Huber's loss.
+    -log of the likelihood with the size where that is most likely. So the windows where every
+    hypothesis is wrong do not decide between them. Samples far out of that are weighed down as in
+    Huber's loss (his second proposal, 1964, has location and size together).
     """
-    square = _mean_square(residual, channels)
-    each = np.where(square <= 1.0, square, 1.0 + np.log(np.maximum(square, 1.0)))
-    total: Array = 0.5 * (residual.shape[-1] // channels) * each.sum(axis=-1)
-    return total
+    off = size(residual, channels)
+    total: Array = huber((_by_channel(residual, channels) / off).reshape(residual.shape))
+    return total + residual.shape[-1] // channels * np.log(off).sum(axis=(-2, -1))
 
 
 def unexplained(residual: Array, channels: int) -> Array:
@@ -203,10 +202,10 @@ def unexplained(residual: Array, channels: int) -> Array:
 
     Of the channels that are off by more than noise alone is in 19 of 20 windows.
     """
-    count, square = residual.shape[-1] // channels, _mean_square(residual, channels)
-    most = float(chdtri(count, NOISE_REACHES)) / count
-    total: Array = 0.5 * count * np.log(np.maximum(square / most, 1.0)).sum(axis=-1)
-    return total
+    count = residual.shape[-1] // channels
+    most = np.sqrt(chdtri(count, NOISE_REACHES) / count)
+    total: Array = np.log(np.maximum(size(residual, channels) / most, 1.0)).sum(axis=(-2, -1))
+    return count * total
 
 
 def swollen(residual: Array, channels: int, share: float) -> Array:
@@ -215,12 +214,20 @@ def swollen(residual: Array, channels: int, share: float) -> Array:
             - unexplained(residual, channels))  # fmt: skip
 
 
-def _mean_square(residual: Array, channels: int) -> Array:
-    """Of each channel in each window, (..., W, 2J); samples far off as in Huber's loss."""
+def _by_channel(residual: Array, channels: int) -> Array:
     count = residual.shape[-1] // channels
-    size = np.abs(residual).reshape(*residual.shape[:-1], count, channels)
-    square: Array = np.where(size <= HUBER, size**2, HUBER * (2.0 * size - HUBER)).mean(axis=-2)
-    return square
+    return residual.reshape(*residual.shape[:-1], count, channels)
+
+
+def size(residual: Array, channels: int) -> Array:
+    """Most likely size of each channel in each window, 1 (noise) at least, (..., W, 1, 2J)."""
+    samples = np.abs(_by_channel(residual, channels))
+    found = np.ones((*samples.shape[:-2], 1, channels))
+    for _ in range(SIZE_ROUNDS):
+        ratio = samples / found
+        square = np.minimum(ratio**2, HUBER * ratio).mean(axis=-2, keepdims=True)
+        found = np.maximum(found * np.sqrt(square), 1.0)
+    return found
 
 
 def huber_weight(residual: Array) -> Array:

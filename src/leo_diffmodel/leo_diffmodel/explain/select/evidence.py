@@ -15,6 +15,7 @@ from functools import reduce
 
 import numpy as np
 
+from leo_diffmodel.explain.estimate.covariance import derivatives
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import shooting
@@ -226,9 +227,7 @@ def _promised(smaller: Scored, larger: Scored) -> Array:
 
 def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[int, Array]:
     """How far leaving each fold out moves the parameters, by one Newton step."""
-    weight = shooting.robust_weight(residual, fitted.start.shape[-1])[..., None]
-    grams = np.einsum('wnp,wnq->wpq', columns * weight, columns, optimize=True)
-    slopes = np.einsum('wnp,wn->wp', columns * weight, residual)
+    slopes, grams = derivatives(columns, residual, fitted.start.shape[-1])
     free = fitted.hypothesis.free(fitted.theta) & (np.diagonal(grams.sum(axis=0)) > 0)
     bound = FARTHEST * fitted.standard_errors
     moves = {}
