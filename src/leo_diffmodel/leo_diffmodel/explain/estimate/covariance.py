@@ -63,7 +63,8 @@ def derivatives(columns: Array, residual: Array, channels: int) -> tuple[Array, 
     weighed = columns * shooting.robust_weight(residual, channels)[..., None]
     touching = np.einsum('wnp,wnq->wpq', weighed, columns, optimize=True)
     count = residual.shape[-1] // channels
-    each = (weighed * residual[..., None]).reshape(len(residual), count, channels, columns.shape[-1])
+    shape = len(residual), count, channels, columns.shape[-1]
+    each = (weighed * residual[..., None]).reshape(shape)
     slopes = each.sum(axis=1)
     off = slopes * (shooting.size(residual, channels)[:, 0, :, None] > 1.0)
     return slopes.sum(axis=1), touching - 2.0 / count * np.swapaxes(off, 1, 2) @ off

@@ -19,8 +19,8 @@ from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
-ROUNDS = 8
-ENOUGH_NATS = 0.01
+ROUNDS = 4
+ENOUGH_NATS = 0.05
 """What the next step of a window must promise to be taken."""
 KEPT = 0.5
 """Of what a step promises; less, and the sensitivity is found again where it was left."""

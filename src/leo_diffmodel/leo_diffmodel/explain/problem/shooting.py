@@ -187,24 +187,21 @@ def robust_weight(residual: Array, channels: int) -> Array:
 def loss(residual: Array, channels: int) -> Array:
     """Loss of each window [nats], (..., W), from residuals (..., W, N) in noise units.
 
-    In each window each channel has its own size of what the model is off by, the noise at least:
-    -log of the likelihood with the size where that is most likely. So the windows where every
-    hypothesis is wrong do not decide between them. Samples far out of that are weighed down as in
-    Huber's loss (his second proposal, 1964, has location and size together).
+    In each window each channel has its own size of what the model is off by: -log of the
+    likelihood with the size that is most likely beyond what noise alone may be. So the windows
+    where every hypothesis is wrong do not decide between them. Samples far out of that are weighed
+    down as in Huber's loss (his second proposal, 1964, has location and size together).
     """
-    off = size(residual, channels)
+    off, count = size(residual, channels), residual.shape[-1] // channels
     total: Array = huber((_by_channel(residual, channels) / off).reshape(residual.shape))
-    return total + residual.shape[-1] // channels * np.log(off).sum(axis=(-2, -1))
+    own = np.log(off) + 0.5 * _noise_beyond(count) * (1.0 - off**-2.0)
+    return total + count * own.sum(axis=(-2, -1))
 
 
 def unexplained(residual: Array, channels: int) -> Array:
-    """What a model that leaves only noise would save in each window [nats], (..., W).
-
-    Of the channels that are off by more than noise alone is in 19 of 20 windows.
-    """
+    """What a model that leaves only noise would save in each window [nats], (..., W)."""
     count = residual.shape[-1] // channels
-    most = np.sqrt(chdtri(count, NOISE_REACHES) / count)
-    total: Array = np.log(np.maximum(size(residual, channels) / most, 1.0)).sum(axis=(-2, -1))
+    total: Array = np.log(size(residual, channels)).sum(axis=(-2, -1))
     return count * total
 
 
@@ -220,14 +217,23 @@ def _by_channel(residual: Array, channels: int) -> Array:
 
 
 def size(residual: Array, channels: int) -> Array:
-    """Most likely size of each channel in each window, 1 (noise) at least, (..., W, 1, 2J)."""
+    """Size of what each channel is off by in each window, 1 where that is noise, (..., W, 1, 2J).
+
+    Its square is the mean square less what noise alone exceeds in one of 20 windows.
+    """
     samples = np.abs(_by_channel(residual, channels))
     found = np.ones((*samples.shape[:-2], 1, channels))
+    beyond = _noise_beyond(samples.shape[-2])
     for _ in range(SIZE_ROUNDS):
         ratio = samples / found
-        square = np.minimum(ratio**2, HUBER * ratio).mean(axis=-2, keepdims=True)
-        found = np.maximum(found * np.sqrt(square), 1.0)
+        square = found**2 * np.minimum(ratio**2, HUBER * ratio).mean(axis=-2, keepdims=True)
+        found = np.sqrt(np.maximum(square - beyond, 1.0))
     return found
+
+
+def _noise_beyond(count: int) -> float:
+    """How much the mean square of so many samples of noise may be above 1."""
+    return float(chdtri(count, NOISE_REACHES)) / count - 1.0
 
 
 def huber_weight(residual: Array) -> Array:
