@@ -69,8 +69,7 @@ def answers(seed: int) -> dict:
         bags = record(case, Path(folder))
         read = [read_bag(bag, case.robot) for bag in bags]
     model, both = Model(case.robot), [half for r in read for half in halves(r)]
-    with mock.patch.object(Smooth, 'first', _turned(Smooth.first)), \
-            mock.patch.object(Smooth, 'extended', _turned(Smooth.extended)):
+    with mock.patch.object(Smooth, 'extended', _turned(Smooth.extended)):
         turned = answer(both, model)
     return {
         'seed': seed,

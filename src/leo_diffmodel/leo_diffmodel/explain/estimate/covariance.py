@@ -31,7 +31,7 @@ def covariance(columns: Array, residual: Array, block: Array, free: Array, sprea
                channels: int) -> Array:
     """Covariance of the parameters that holds where the model is wrong, shape (P, P).
 
-    The sandwich H^-1 J H^-1 (Godambe 1960, White 1982): H the curvature of the loss (`derivatives`), J the
+    The sandwich H^-1 J H^-1 (Godambe 1960, White 1982): H the curvature of the loss, J the
     covariance of its slope, read from how much the slopes of the time blocks differ (Liang and
     Zeger 1986) with the correction B / (B - 1). Of few blocks J is itself uncertain, so it is
     averaged with what the size and the correlation of the residual give, and with Student's t.
@@ -44,8 +44,10 @@ def covariance(columns: Array, residual: Array, block: Array, free: Array, sprea
         spread: times nats count less, see `shooting.dispersion`.
         channels: how many there are, 2J.
     """
-    slopes, curvatures = derivatives(columns, residual, channels)
-    inverse = _inverse(curvatures.sum(axis=0), free)
+    slopes, touching = derivatives(columns, residual, channels)
+    bent = _bent(slopes, residual)
+    slopes = slopes.sum(axis=1)
+    inverse = _inverse(touching.sum(axis=0) - bent, free)
     _, number = np.unique(block, return_inverse=True)
     slopes = np.stack([np.bincount(number, s) for s in slopes.T], axis=-1) if free.size else slopes
     count = len(slopes)
@@ -55,19 +57,24 @@ def covariance(columns: Array, residual: Array, block: Array, free: Array, sprea
 
 
 def derivatives(columns: Array, residual: Array, channels: int) -> tuple[Array, Array]:
-    """Slope (W, P) and curvature (W, P, P) of the loss of each window.
-
-    The size of what a channel is off by answers to the parameters, which makes the loss bend
-    less than the parabola of its weights: the observed information (Efron and Hinkley 1978).
+    """Slope of the loss in each window and channel, (W, 2J, P), and of its touching parabola the
+    curvature in each window, (W, P, P).
     """
     weighed = columns * shooting.robust_weight(residual, channels)[..., None]
     touching = np.einsum('wnp,wnq->wpq', weighed, columns, optimize=True)
-    count = residual.shape[-1] // channels
-    shape = len(residual), count, channels, columns.shape[-1]
-    each = (weighed * residual[..., None]).reshape(shape)
-    slopes = each.sum(axis=1)
-    off = slopes * (shooting.size(residual, channels)[:, 0, :, None] > 1.0)
-    return slopes.sum(axis=1), touching - 2.0 / count * np.swapaxes(off, 1, 2) @ off
+    shape = len(residual), residual.shape[-1] // channels, channels, columns.shape[-1]
+    return (weighed * residual[..., None]).reshape(shape).sum(axis=1), touching
+
+
+def _bent(slopes: Array, residual: Array) -> Array:
+    """What the loss bends less than the parabola that touches it, (P, P).
+
+    The size of what a channel is off by answers to the parameters: the observed information
+    (Efron and Hinkley 1978) has both.
+    """
+    channels = slopes.shape[1]
+    off = slopes[shooting.size(residual, channels)[:, 0] > 1.0]
+    return 2.0 * channels / residual.shape[-1] * off.T @ off
 
 
 def _inverse(information: Array, free: Array) -> Array:

@@ -21,7 +21,7 @@ from leo_diffmodel.explain.estimate.settle import settle
 from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
-SAME_NATS, SAME_VALUES = 0.1, 0.2
+SAME_NATS, SAME_VALUES = 0.1, 0.5
 """Ends that many nats (that count) or standard errors of each value apart are one: where dry
 friction holds a joint, start states have valleys of their own, and a loss of thousands of nats is
 rough by one."""

@@ -207,8 +207,9 @@ def unexplained(residual: Array, channels: int) -> Array:
 
 def swollen(residual: Array, channels: int, share: float) -> Array:
     """What so much more (mean square) of what is beyond noise would cost [nats], (..., W)."""
-    return (unexplained(residual * np.sqrt(1.0 + share), channels)
-            - unexplained(residual, channels))  # fmt: skip
+    count = residual.shape[-1] // channels
+    beyond: Array = (size(residual, channels) > 1.0).sum(axis=(-2, -1))
+    return 0.5 * np.log1p(share) * count * beyond
 
 
 def _by_channel(residual: Array, channels: int) -> Array:

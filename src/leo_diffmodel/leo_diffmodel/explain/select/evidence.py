@@ -30,6 +30,8 @@ FARTHEST = 3.0
 """Standard deviations that leaving a fold out may move a parameter: the step is linear. A longer
 step keeps its direction, along which parameters make up for each other.
 """
+REFITS, NEARLY = 20, 0.05
+"""How often weights are found again, as long as that moves a parameter by so much of its error."""
 TINY = 1e-300
 
 
@@ -226,33 +228,47 @@ def _promised(smaller: Scored, larger: Scored) -> Array:
 
 
 def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[int, Array]:
-    """How far leaving each fold out moves the parameters, by one Newton step."""
-    slopes, grams = derivatives(columns, residual, fitted.start.shape[-1])
+    """How far leaving each fold out moves the parameters, where all is linear in them."""
+    channels, size = fitted.start.shape[-1], len(fitted.theta)
+    slopes, grams = derivatives(columns, residual, channels)
     free = fitted.hypothesis.free(fitted.theta) & (np.diagonal(grams.sum(axis=0)) > 0)
-    bound = FARTHEST * fitted.standard_errors
-    moves = {}
+    end, moves = slopes.mean(axis=0).sum(axis=0), {}
     for number in np.unique(fold):
-        other, move = fold != number, np.zeros(len(fitted.theta))
-        gram = grams[other].sum(axis=0)
-        told = free & (np.diagonal(gram) > 0)
+        other, move = fold != number, np.zeros(size)
+        told = free & (np.diagonal(grams[other].sum(axis=0)) > 0)
         alone = free & fitted.hypothesis.own & ~told
         if told.any() and other.any():
-            move[told] = _within(_step(gram, slopes, other, told), bound[told])
+            part = columns[other], residual[other], channels
+            move[told] = _refitted(part, end, told, fitted.standard_errors)
         if alone.any():
             move[alone] = _followed(grams[~other].sum(axis=0), move, alone)
         moves[int(number)] = move
     return moves
 
 
+def _refitted(
+    part: tuple[Array, Array, int], end: Array, told: Array, errors: Array
+) -> Array:
+    """The change of the parameters `told` that is best for part of the windows.
+
+    The weights of the samples are found again with each step. What slope a window has on average
+    where the joint fit ended is not followed.
+    """
+    columns, residual, channels = part
+    move = np.zeros(len(end))
+    for _ in range(REFITS):
+        slopes, grams = derivatives(columns, residual + columns @ move, channels)
+        slope = (slopes.sum(axis=(0, 1)) - len(slopes) * end)[told]
+        step = -_solved(grams.sum(axis=0)[np.ix_(told, told)], slope)
+        move[told] = _within(move[told] + step, FARTHEST * errors[told])
+        if (np.abs(step) < NEARLY * errors[told]).all():
+            break
+    return move[told]
+
+
 def _within(step: Array, bound: Array) -> Array:
     """A step shortened to stay within bounds (P,); it keeps its direction."""
     return step * min(1.0, float((bound / np.maximum(np.abs(step), TINY)).min()))
-
-
-def _step(gram: Array, slopes: Array, other: Array, free: Array) -> Array:
-    """The change of the free parameters; a slope the joint fit left at its end is not followed."""
-    inside = slopes[~other].sum(axis=0) - slopes.mean(axis=0) * (~other).sum()
-    return _solved(gram[np.ix_(free, free)], inside[free])
 
 
 def _followed(gram: Array, move: Array, alone: Array) -> Array:

@@ -137,15 +137,18 @@ def _is_whole(recordings: Sequence[Recording], found: Search, blocks: Array) -> 
 
 
 def _beats(tried: Attempt, found: Search) -> bool:
-    """Whether a law explains more than all named effects, for what either takes to write down."""
-    assert tried.fit
-    problem, gates = found.problem, found.weight.settings
+    """Whether a law explains more than every set of named effects, for what it takes to write."""
+    law, problem, gates = tried.fit, found.problem, found.weight.settings
+    assert law
     spread = min(tried.dispersion, dispersion(found.final))
     most = spread if problem.linearisation else np.inf
-    ahead = gain(found.final, tried.fit, np.ones(problem.windows.count, dtype=bool), most)
-    named = _price(problem, len(found.final.theta) - len(found.null.theta))
-    price = _price(problem, len(tried.law.values)) + gates.law_form
-    return ahead / spread > price - named + gates.margin_nats
+    price = _price(problem, len(tried.law.values)) + gates.law_form + gates.margin_nats
+
+    def ahead(named: Fit) -> float:
+        saved = gain(named, law, np.ones(problem.windows.count, dtype=bool), most)
+        return saved / spread + _price(problem, len(named.theta) - len(found.null.theta)) - price
+
+    return all(ahead(named) > 0 for named in (found.final, *(s.fit for s in found.sets)))
 
 
 def _settled(posed: Posed, tried: Attempt) -> Attempt:

@@ -8,6 +8,7 @@ import pytest
 from tests.simulate import POSITION, record, rounded
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
@@ -19,7 +20,7 @@ from leo_sim.model import Model
 
 DEAD_ZONE = 0.6
 STARTS = (0.0, 0.3, 0.5, 0.56, 0.8, 1.2)
-FEW_NATS = 2.0
+FEW_NATS = 0.5
 """Of loss between two ends of a fit; names are decided by five."""
 
 
@@ -39,7 +40,7 @@ def posed() -> tuple[Problem, Hypothesis]:
 def ended(problem: Problem, hypothesis: Hypothesis, zone: float) -> Fit:
     theta = hypothesis.neutral.copy()
     theta[0] = zone
-    return fit(problem, hypothesis, theta)
+    return finished(problem, fit(problem, hypothesis, theta), [hypothesis.neutral])
 
 
 def check_alike(problem: Problem, fits: Sequence[Fit]) -> None:
