@@ -35,7 +35,6 @@ SHOWN: dict[str, dict[str, float]] = {
     'quadratic_load_friction': {'mu': 0.1, 'mu2': 0.6},
     'directional_load_friction': {'mu': 0.3, 'mu_back': 0.6},
     'quadratic_drag': {'d': 0.7},
-    'warming_friction': {'c': 0.3, 'c_cold': 0.7, 'tau': 0.15},
     'bias_torque': {'t': 0.4},
     'joint_spring': {'k': 0.25, 'rest': 0.5},
     'backlash': {'gap': 0.6},
@@ -55,7 +54,6 @@ SHOWN: dict[str, dict[str, float]] = {
 }
 """Values that show the law on axes of about -1 to 1."""
 SIGNED, TURN = np.linspace(-1, 1, 81), np.linspace(-np.pi, np.pi, 121)
-TIME = np.arange(0, 0.6, 0.01)
 LINK = Body(1.0, (0.0, 0.0, -1.0), (1.0,) * 3 + (0.0,) * 3)
 FLOOR = Ground(1.0, 0.0, 1.0, 0.0)
 Curve = tuple[str, str, np.ndarray, np.ndarray, np.ndarray]
@@ -100,13 +98,6 @@ def by_power(effect: Effect, p: dict[str, float]) -> Curve:
     still = 0 * SIGNED
     torque = effect.torque(p, still, still + 1, Motor(SIGNED, still), still)
     return 'torque of the motor', 'friction, forward', SIGNED, still, torque
-
-
-def over_time(effect: Effect, p: dict[str, float]) -> Curve:
-    """Friction moving forward, over the time since the start."""
-    still = 0 * TIME
-    torque = effect.torque(p, still, still + 1, Motor(still, still), 0.0, TIME)  # type: ignore
-    return 'time', 'friction, forward', TIME, still, torque
 
 
 def by_command(effect: Effect, p: dict[str, float]) -> Curve:
@@ -178,7 +169,7 @@ def height(effect: Effect, p: dict[str, float]) -> Curve:
 CURVES: dict[str, Callable[[Effect, dict[str, float]], Curve]] = {
     'torque_scale': by_motor_torque, 'load_dependent_friction': by_load,
     'quadratic_load_friction': by_load, 'stribeck_load_friction': by_load_and_rate,
-    'directional_load_friction': by_power, 'warming_friction': over_time,
+    'directional_load_friction': by_power,
     'bias_torque': by_angle, 'joint_spring': by_angle, 'torque_ripple': by_angle,
     'link_mass': weight, 'link_com': weight, 'external_force': weight,
     'link_inertia': acceleration, 'armature': acceleration, 'backlash': play,

@@ -21,7 +21,7 @@ from leo_sim.model import Model
 
 SIZES, LEAST_OF_PAIR = (1.0, 30.0), 2.0
 ONE_LAW = (
-    {'coulomb_friction', 'stribeck_friction', 'warming_friction'},
+    {'coulomb_friction', 'stribeck_friction'},
     {'load_dependent_friction', 'stribeck_load_friction', 'quadratic_load_friction',
      'directional_load_friction'},
 )  # fmt: skip

@@ -26,8 +26,6 @@ class Settings:
             set: what does less is no answer to what is missing;
         far_times: unless it does so many times what the set is itself off by at the far end (the
             noise floor at least), which anybody sees.
-        refuting_errors: a set of no more effects whose held-out error, as `leo compare` has it, is
-            smaller by so many standard errors keeps the answer from being sure.
         price: of a parameter, in logs of the effective number of samples (0.5: Schwarz 1978).
         margin_nats: sets nearer than this to the best are rivals of it [nats] (5: odds of 150).
         told_nats: what is further behind is not even told as a rival [nats].
@@ -37,9 +35,8 @@ class Settings:
         wholes: whole numbers of a parameter (periods of a ripple) from which it is fitted: beside
             what else is missing, the best of a scan can be wrong.
         pairs: pairs of effects fitted on top of a set at once, found in the same way;
-        first_pairs: and on top of the model as given, so that two effects that only help together
-            are compared whatever leads alone.
-        dozen: leading effects of which all pairs are screened, one of each kind of answer.
+        first_pairs: and on top of the model as given, of the dozen leading effects, so that two
+            effects are compared whatever leads alone.
         most_effects: at most so many names beside each other.
         turns: draws of left-out folds in which the choice is made again.
         left_out: share of the folds left out of each turn.
@@ -49,7 +46,6 @@ class Settings:
         correlation: which it is where that multiplies its variance by so much.
         share: of the error beyond noise that may be left where everything is explained.
         far: times the noise (mean square) that matters however much was explained.
-        nearly: times the noise (rms) that a recording may be off by with nothing missing.
         out_of_line: times the median loss that a window may count for in what is unexplained.
         law_nats: a law that is no known effect must save so much [nats]: white noise gives the
             best of all curves 9 at most (40 draws).
@@ -79,7 +75,6 @@ class Settings:
     material: float = 0.2
     part: float = 0.01
     far_times: float = 2.0
-    refuting_errors: float = 3.0
     price: float = 0.5
     margin_nats: float = 5.0
     told_nats: float = 15.0
@@ -89,7 +84,6 @@ class Settings:
     wholes: int = 3
     pairs: int = 2
     first_pairs: int = 10
-    dozen: int = 12
     most_effects: int = 8
     turns: int = 60
     left_out: float = 0.1
@@ -99,7 +93,6 @@ class Settings:
     correlation: float = 1.5
     share: float = 0.25
     far: float = 4.0
-    nearly: float = 1.15
     out_of_line: float = 2.0
     law_nats: float = 15.0
     law_share: float = 0.1

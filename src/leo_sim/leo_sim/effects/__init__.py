@@ -44,7 +44,6 @@ from leo_sim.effects.voltage_deadband import VoltageDeadband
 from leo_sim.effects.voltage_limit import VoltageLimit
 from leo_sim.effects.voltage_push import VoltagePush
 from leo_sim.effects.voltage_scale import VoltageScale
-from leo_sim.effects.warming_friction import WarmingFriction
 
 if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
@@ -63,7 +62,6 @@ EFFECTS: dict[str, Effect] = {effect.name: effect for effect in (
     GroundFriction(), GroundCompliance(), GroundSlope(),
     EncoderOffset(), EncoderScale(), VelocityLag(), MeasurementDelay(),
     StribeckLoadFriction(), QuadraticLoadFriction(), DirectionalLoadFriction(), VoltagePush(),
-    WarmingFriction(),
 )}
 
 

@@ -45,7 +45,7 @@ SHRINKS = ('voltage_limit',)
 LATER = ('encoder_scale', 'velocity_lag', 'measurement_delay')
 
 BY_NAME_ALONE = ('directional_load_friction', 'quadratic_load_friction', 'stribeck_load_friction',
-                 'voltage_push', 'warming_friction')
+                 'voltage_push')
 """Joined the catalogue when seeds had their secrets: they are hidden by a file that names them."""
 
 NEAR_REST = ('stribeck_friction', 'stribeck_load_friction')
@@ -154,9 +154,6 @@ def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot,
             at_rest: (0.0, rng.uniform(1.3, 2.0)),
             v_s: (rng.uniform(0.2, 1.0), 0.0),
         }
-    if name == 'warming_friction':
-        return {'c': (0.0, 1.0), 'c_cold': (0.0, rng.uniform(2.0, 3.0)),
-                'tau': (rng.uniform(3.0, 10.0), 0.0)}
     if name == 'directional_load_friction':
         return {'mu': (0.0, 1.0), 'mu_back': (0.0, rng.choice([0.3, 3.0]))}
     if name == 'quadratic_load_friction':

@@ -111,7 +111,7 @@ def test_starts_settle_on_another_model_by_the_answer_of_the_first(model, braked
     _, again = settled(right, windows.take(kept), SIGMA, linearisation)
     _, anew = settled(right, windows.take(kept), SIGMA)
     noise_alone = 0.5 * (windows.measured[0].size - linearisation.start.shape[-1])
-    assert np.median(linearisation.loss) > 2.0 * noise_alone
+    assert np.median(linearisation.loss) > 1.3 * noise_alone
     assert np.median(again.loss) == pytest.approx(noise_alone, rel=0.1)
     np.testing.assert_allclose(again.loss, anew.loss, atol=1.0)  # nats; noise makes 80
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Laws of friction under load, of a push and of warming, against their formulas."""
+"""Laws of friction under load and of a push, against their formulas."""
 
 import numpy as np
 import pytest
@@ -58,17 +58,3 @@ def test_a_push_undoes_a_dead_band():
     plain, after = (rollout(m, [[0.1]], [[0.0]], u, 0.01)[0]
                     for m, u in ((Model(TORQUE), kept), (both, inputs)))  # fmt: skip
     np.testing.assert_allclose(after, plain, atol=1e-12)
-
-
-def test_friction_falls_with_the_time_since_the_recording_began():
-    values = {'c': 0.1, 'c_cold': 0.4, 'tau': 5.0}
-    assert friction('warming_friction', 1.0, 0.0, 0.0, 5.0, **values) == pytest.approx(
-        -(0.1 + 0.3 / np.e))
-    model = Model(TORQUE, [place(TORQUE, 'warming_friction', 'all', **values)])
-    runs = {'q0': [[0.0]] * 3, 'dq0': [[4.0]] * 3, 'inputs': np.zeros((3, 5, 1)), 'dt': 0.01}
-    _, rates = rollout(model, *runs.values(), start=np.array([0.0, 5.0, 500.0]))
-    for start, after in zip((0.0, 5.0, 500.0), rates[:, -1, 0], strict=True):
-        level = 0.1 + 0.3 * np.exp(-(start + 0.025) / 5.0)
-        steady = Model(TORQUE, [place(TORQUE, 'coulomb_friction', 'all', c=level)])
-        same = rollout(steady, [[0.0]], [[4.0]], np.zeros((1, 5, 1)), 0.01)[1][0, -1, 0]
-        assert after == pytest.approx(same, abs=1e-4)

@@ -16,7 +16,6 @@ IN_NONE = {'quadratic_drag': {'d': 0.1}, 'torque_ripple': {'a': 0.1, 'n': 3.0},
            'stribeck_load_friction': {'mu': 0.1, 'mu_static': 0.2, 'v_s': 0.1},
            'quadratic_load_friction': {'mu': 0.1, 'mu2': 0.1},
            'directional_load_friction': {'mu': 0.1, 'mu_back': 0.1}, 'voltage_push': {'v': 0.1},
-           'warming_friction': {'c': 0.1, 'c_cold': 0.2, 'tau': 10.0},
            'command_delay': {'delay': 0.1}, 'voltage_deadband': {'v': 1.0},
            'external_force': {'z': 1.0}, 'encoder_scale': {'k': 1.1},
            'velocity_lag': {'tau': 0.1}, 'measurement_delay': {'delay': 0.1}}

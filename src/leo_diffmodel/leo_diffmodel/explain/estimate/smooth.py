@@ -27,6 +27,8 @@ Array = np.ndarray
 Point = tuple[tuple[Candidate, ...], Array]
 ITERATIONS = 5
 """Of a fit that leads."""
+DOZEN = 12
+"""Leading effects of which all pairs are screened, one of each kind of answer."""
 WORTH = 0.3
 """Share of the threshold that a scan must promise to be fitted."""
 LOOK = 2
@@ -70,7 +72,7 @@ class Smooth(FarAhead):
         wholes = self.settings.wholes
         points: list[Point] = [((s.candidate,), v) for s in worth
                                for v in (s.own, *s.others)[:wholes]]  # fmt: skip
-        leaders = leading(scans, scanner.residual, self.settings.dozen)
+        leaders = leading(scans, scanner.residual, DOZEN)
         points += best_pairs(leaders, scanner.residual, pairs, limit)
         fits = helper.spread(partial(_looked_at, problem, null), points,
                              lambda p: told(' + '.join(c.label for c in p[0])))  # fmt: skip

@@ -205,6 +205,23 @@ def unexplained(residual: Array, channels: int) -> Array:
     return count * total
 
 
+def promised(change: Array, residual: Array, channels: int) -> Array:
+    """What a change of the prediction costs where it was right but for noise [nats], (..., W).
+
+    Args:
+        change: of the whitened residual, shape (..., W, N).
+        residual: before; its size in each channel stands for the noise, same shape.
+        channels: how many there are, 2J.
+    """
+    count = residual.shape[-1] // channels
+    more = (_by_channel(change, channels) / size(residual, channels)) ** 2
+    beyond, square = _noise_beyond(count), more.mean(axis=-2)
+    each = np.where(square <= beyond, square,
+                    beyond + np.log1p(np.maximum(square - beyond, 0.0)))  # fmt: skip
+    total: Array = 0.5 * count * each.sum(axis=-1)
+    return total
+
+
 def swollen(residual: Array, channels: int, share: float) -> Array:
     """What so much more (mean square) of what is beyond noise would cost [nats], (..., W)."""
     count = residual.shape[-1] // channels

@@ -219,12 +219,10 @@ def _typical(errors: Array) -> Array:
 
 
 def _promised(smaller: Scored, larger: Scored) -> Array:
-    """Half the squared change of the prediction in each window, shape (W,)."""
-    train = np.flatnonzero(larger.at.problem.train)
-    change = (smaller.fit.residual - larger.fit.residual)[train]
-    channels = larger.fit.start.shape[-1]
-    weight = shooting.robust_weight(larger.fit.residual[train], channels)
-    return np.asarray(0.5 * (weight * change**2).sum(axis=-1))
+    """What the change of the prediction should cost in each window, shape (W,)."""
+    train, residual = np.flatnonzero(larger.at.problem.train), larger.fit.residual
+    change = (smaller.fit.residual - residual)[train]
+    return shooting.promised(change, residual[train], larger.fit.start.shape[-1])
 
 
 def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[int, Array]:
