@@ -9,6 +9,8 @@ from scipy.special import stdtrit
 from leo_diffmodel.explain.problem import shooting
 
 Array = np.ndarray
+MOST_BENT = 0.75
+"""Of the curvature of the touching parabola."""
 
 
 def gram(columns: Array) -> Array:
@@ -45,9 +47,8 @@ def covariance(columns: Array, residual: Array, block: Array, free: Array, sprea
         channels: how many there are, 2J.
     """
     slopes, touching = derivatives(columns, residual, channels)
-    bent = _bent(slopes, residual)
+    inverse = _inverse(touching.sum(axis=0), _bent(slopes, residual), free)
     slopes = slopes.sum(axis=1)
-    inverse = _inverse(touching.sum(axis=0) - bent, free)
     _, number = np.unique(block, return_inverse=True)
     slopes = np.stack([np.bincount(number, s) for s in slopes.T], axis=-1) if free.size else slopes
     count = len(slopes)
@@ -77,14 +78,19 @@ def _bent(slopes: Array, residual: Array) -> Array:
     return 2.0 * channels / residual.shape[-1] * off.T @ off
 
 
-def _inverse(information: Array, free: Array) -> Array:
-    """Inverse of the information over the free parameters.
+def _inverse(touching: Array, bent: Array, free: Array) -> Array:
+    """Inverse of the curvature over the free parameters.
 
-    A direction the data do not determine gets a huge variance, a parameter on a bound none.
+    A direction the data do not determine gets a huge variance, a parameter on a bound none. Where
+    windows contradict each other the loss may bend the other way; at most `MOST_BENT` is taken
+    off a direction.
     """
-    scale = np.sqrt(np.maximum(np.diag(information), 1e-30))
-    scaled = information / np.outer(scale, scale)
-    values, vectors = np.linalg.eigh(scaled[np.ix_(free, free)])
-    inverse = np.zeros_like(information)
-    inverse[np.ix_(free, free)] = (vectors / np.maximum(values, 1e-12)) @ vectors.T
-    return inverse / np.outer(scale, scale)
+    scale = np.sqrt(np.maximum(np.diag(touching), 1e-30))
+    part, outer = np.ix_(free, free), np.outer(scale, scale)
+    values, vectors = np.linalg.eigh((touching / outer)[part])
+    root = vectors / np.sqrt(np.maximum(values, 1e-12))
+    shares, turned = np.linalg.eigh(root.T @ (bent / outer)[part] @ root)
+    root = root @ turned / np.sqrt(1.0 - np.minimum(shares, MOST_BENT))
+    inverse = np.zeros_like(touching)
+    inverse[part] = root @ root.T
+    return inverse / outer

@@ -25,8 +25,6 @@ from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray
 Point = tuple[tuple[Candidate, ...], Array]
-ITERATIONS = 5
-"""Of a fit that leads."""
 DOZEN = 12
 """Leading effects of which all pairs are screened, one of each kind of answer."""
 WORTH = 0.3
@@ -116,7 +114,7 @@ def _leading(problem: Problem, fits: Sequence[Fit]) -> list[int]:
 
 def _followed(problem: Problem, fitted: Fit) -> Fit:
     """A fit that looked promising, followed on."""
-    return fit(problem, fitted.hypothesis, fitted.theta, fitted.start, ITERATIONS)
+    return fit(problem, fitted.hypothesis, fitted.theta, fitted.start)
 
 
 def _between(null: Fit, values: Array) -> Array:

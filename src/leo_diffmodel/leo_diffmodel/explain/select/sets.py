@@ -166,7 +166,7 @@ def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: flo
         return False
     parts = [s for s in sets if s.size < scored.size and _holds(scored, s)]
     fewer = [s for s in sets if len(s.names) < len(scored.names)]
-    return (all(weight.supports(s, scored, limit) for s in parts)
+    return (all(weight.supports(s, scored, limit) for s in (*parts, *fewer))
             and all(weight.tells_apart(s, scored) for s in fewer))  # fmt: skip
 
 
