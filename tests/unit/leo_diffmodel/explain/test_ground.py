@@ -113,7 +113,7 @@ def test_starts_settle_on_another_model_by_the_answer_of_the_first(model, braked
     noise_alone = 0.5 * (windows.measured[0].size - linearisation.start.shape[-1])
     assert np.median(linearisation.loss) > 1.3 * noise_alone
     assert np.median(again.loss) == pytest.approx(noise_alone, rel=0.1)
-    np.testing.assert_allclose(again.loss, anew.loss, atol=1.0)  # nats; noise makes 80
+    np.testing.assert_allclose(again.loss, anew.loss, atol=3.0)  # nats; noise makes 80
 
 
 def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
