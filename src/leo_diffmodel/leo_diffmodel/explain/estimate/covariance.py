@@ -58,8 +58,10 @@ def covariance(columns: Array, residual: Array, block: Array, free: Array, sprea
 
 
 def derivatives(columns: Array, residual: Array, channels: int) -> tuple[Array, Array]:
-    """Slope of the loss in each window and channel, (W, 2J, P), and of its touching parabola the
-    curvature in each window, (W, P, P).
+    """Slope of the loss in each window and channel, and curvature of the touching parabola.
+
+    Returns:
+        shapes (W, 2J, P) and (W, P, P).
     """
     weighed = columns * shooting.robust_weight(residual, channels)[..., None]
     touching = np.einsum('wnp,wnq->wpq', weighed, columns, optimize=True)
