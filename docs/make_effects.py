@@ -54,6 +54,7 @@ SHOWN: dict[str, dict[str, float]] = {
 }
 """Values that show the law on axes of about -1 to 1."""
 SIGNED, TURN = np.linspace(-1, 1, 81), np.linspace(-np.pi, np.pi, 121)
+TIME = np.arange(0, 0.6, 0.01)
 LINK = Body(1.0, (0.0, 0.0, -1.0), (1.0,) * 3 + (0.0,) * 3)
 FLOOR = Ground(1.0, 0.0, 1.0, 0.0)
 Curve = tuple[str, str, np.ndarray, np.ndarray, np.ndarray]
