@@ -213,11 +213,10 @@ def promised(change: Array, residual: Array, channels: int) -> Array:
         residual: before; its size in each channel stands for the noise, same shape.
         channels: how many there are, 2J.
     """
-    count = residual.shape[-1] // channels
-    more = (_by_channel(change, channels) / size(residual, channels)) ** 2
-    beyond, square = _noise_beyond(count), more.mean(axis=-2)
-    each = np.where(square <= beyond, square,
-                    beyond + np.log1p(np.maximum(square - beyond, 0.0)))  # fmt: skip
+    count, off = residual.shape[-1] // channels, size(residual, channels)
+    square = ((_by_channel(change, channels) / off) ** 2).mean(axis=-2)
+    beyond = np.where(off[..., 0, :] > 1.0, 0.0, _noise_beyond(count))
+    each = np.minimum(square, beyond) + np.log1p(np.maximum(square - beyond, 0.0))
     total: Array = 0.5 * count * each.sum(axis=-1)
     return total
 

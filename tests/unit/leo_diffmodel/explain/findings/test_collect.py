@@ -3,24 +3,32 @@
 
 from dataclasses import FrozenInstanceError, replace
 
+import numpy as np
 import pytest
 from tests.searched import among, searched
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.explain.decide.verdict import decision
+from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.findings.collect import collect
+from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.classes import Facts
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.select.evidence import score
 from leo_sim.effects import place
 from leo_sim.model import Model
 
 MODEL, STEP = Model(TORQUE), 0.01
 
 
+EFFECTS = (place(TORQUE, 'viscous_friction', 'pivot', b=0.05),
+           place(TORQUE, 'bias_torque', 'pivot', t=0.2))  # fmt: skip
+
+
 @pytest.fixture(scope='module')
 def data():
-    effects = [place(TORQUE, 'viscous_friction', 'pivot', b=0.05),
-               place(TORQUE, 'bias_torque', 'pivot', t=0.2)]  # fmt: skip
-    return [record(TORQUE, *effects, seconds=10)]
+    return [record(TORQUE, *EFFECTS, seconds=10)]
 
 
 @pytest.fixture(scope='module')
@@ -58,3 +66,25 @@ def test_findings_stay_as_they_are(findings):
         findings.rest = None
     assert decision(findings).verdict == 'named'
     assert decision(replace(findings, other='armature:pivot')).verdict == 'ambiguous'
+
+
+def test_a_choice_that_compare_would_refute_is_not_sure(data, monkeypatch):
+    """Coulomb friction alone, where the two effects that do act were fitted as well."""
+    among(monkeypatch, MODEL, 'viscous_friction', 'bias_torque', 'coulomb_friction')
+    held = [record(TORQUE, *EFFECTS, seconds=10, seed=7)]
+    found = searched(data, MODEL, hold_out=held)
+    right = collect([*data, *held], MODEL, found, Facts(TORQUE, False), STEP)
+    assert right.refuted == '' and decision(right).verdict == 'named'
+    other = next(c for c in candidates(MODEL) if c.label == 'coulomb_friction:pivot')
+    less = score(Estimate(found.posed, fit(found.problem, Hypothesis((other,)), np.array([0.1]))))
+    wrong = collect([*data, *held], MODEL, replace(found, chosen=less, final=less.fit),
+                    Facts(TORQUE, False), STEP)  # fmt: skip
+    assert wrong.refuted == 'bias_torque:pivot + viscous_friction:pivot'
+    assert decision(replace(wrong, unknown=None)).verdict != 'named'
+
+
+def test_what_did_not_converge_is_not_sure(findings):
+    assert findings.final.certificate.converged and findings.final.certificate.reached > 1
+    lost = replace(findings.final.certificate, converged=False)
+    search = replace(findings.search, final=replace(findings.final, certificate=lost))
+    assert decision(replace(findings, search=search)).verdict == 'ambiguous'

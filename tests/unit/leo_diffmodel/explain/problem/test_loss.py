@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The loss of a window, whose channels each have a size of what the model is off by."""
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.explain.problem.shooting import (
+    loss,
+    promised,
+    robust_weight,
+    swollen,
+    unexplained,
+)
+
+CHANNELS, SAMPLES, WINDOWS = 2, 60, 400
+
+
+def noise(times: float, seed: int = 0) -> np.ndarray:
+    shape = WINDOWS, SAMPLES * CHANNELS
+    return times * np.random.default_rng(seed).standard_normal(shape)
+
+
+def test_noise_costs_half_its_sum_of_squares():
+    residual = noise(1.0)
+    half = 0.5 * (residual**2).sum(axis=1)
+    assert loss(residual, CHANNELS).mean() == pytest.approx(half.mean(), rel=0.03)
+    assert unexplained(residual, CHANNELS).mean() < 0.5
+
+
+def test_ten_times_as_much_costs_the_logarithm_of_ten_more():
+    far, farther = (loss(noise(t), CHANNELS) for t in (30.0, 300.0))
+    assert farther - far == pytest.approx(SAMPLES * CHANNELS * np.log(10.0), rel=0.01)
+    left = unexplained(noise(30.0), CHANNELS).mean()
+    assert left == pytest.approx(SAMPLES * CHANNELS * np.log(30.0), rel=0.02)
+
+
+@pytest.mark.parametrize('times', [0.5, 1.0, 1.5, 4.0, 40.0])
+def test_the_weighed_residual_is_the_slope(times):
+    residual, step = noise(times)[:3, :40], 1e-6
+    moved = residual[:, None] + step * np.array([1.0, -1.0])[:, None, None, None] * np.eye(40)
+    up, down = loss(moved, CHANNELS)
+    slope = (up - down) / (2 * step)
+    assert robust_weight(residual, CHANNELS) * residual == pytest.approx(slope, abs=1e-3)
+
+
+def test_one_channel_off_by_much_takes_no_say_from_the_other():
+    residual = noise(1.0).reshape(WINDOWS, SAMPLES, CHANNELS)
+    residual[..., 1] *= 50.0
+    weight = robust_weight(residual.reshape(WINDOWS, -1), CHANNELS).reshape(residual.shape)
+    assert weight[..., 0].mean() > 0.9 and weight[..., 1].mean() < 1e-3
+
+
+def test_a_change_costs_what_was_promised():
+    change, residual = 3.0 * noise(1.0, 1), 2.0 * noise(1.0)
+    cost = (loss(residual + change, CHANNELS) - loss(residual, CHANNELS)).mean()
+    assert promised(change, residual, CHANNELS).mean() == pytest.approx(cost, rel=0.1)
+
+
+def test_a_share_more_costs_nothing_where_only_noise_is_left():
+    assert swollen(noise(1.0), CHANNELS, 0.2).mean() < 1.0
+    more = loss(noise(30.0) * np.sqrt(1.2), CHANNELS) - loss(noise(30.0), CHANNELS)
+    assert swollen(noise(30.0), CHANNELS, 0.2) == pytest.approx(more, rel=0.02)
