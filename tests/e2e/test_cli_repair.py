@@ -165,7 +165,8 @@ def test_ctrl_c_leaves_nothing_half_done(folder, tmp_path):
     for attempt in range(3):
         out = tmp_path / str(attempt)
         found = interrupted(folder, out)
-        if 'Exception ignored' not in found[2]:  # Python drops an interrupt during a callback
+        dropped = 'Exception ignored', 'numba/core/dispatcher'  # an interrupt during a callback
+        if not any(words in found[2] for words in dropped):
             break
     assert found == (130, '', '')
     assert not out.exists()

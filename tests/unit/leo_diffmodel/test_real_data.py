@@ -49,7 +49,7 @@ def test_the_motor_is_free_while_torque_is_off(servo):
     assert all(run.episodes[0].enabled.all() for run in servo[400][:1])
 
 
-def test_friction_under_load_halves_the_error_of_the_usual_model(servo):
+def test_friction_under_load_thirds_the_error_of_the_usual_model(servo):
     given = load_model('servo_pendulum')
     runs, unseen = [*servo[100], *servo[800]], servo[400]
     usual, better, best = (
@@ -63,4 +63,4 @@ def test_friction_under_load_halves_the_error_of_the_usual_model(servo):
     before, after, least = (
         float(np.sqrt((window_errors(m, unseen, 0.5) ** 2).mean())) for m in (usual, better, best)
     )
-    assert after < 0.5 * before < 0.2 and least < 0.8 * after
+    assert least < 0.4 * before and least < 0.8 * after < 0.6 * before < 0.12
