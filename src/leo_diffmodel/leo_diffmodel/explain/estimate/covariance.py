@@ -30,7 +30,7 @@ def conditional_errors(columns: Array) -> Array:
 
 
 def covariance(columns: Array, residual: Array, block: Array, free: Array, spread: float,
-               channels: int) -> Array:
+               channels: int, typical: Array | None = None) -> Array:
     """Covariance of the parameters that holds where the model is wrong, shape (P, P).
 
     The sandwich H^-1 J H^-1 (Godambe 1960, White 1982): H the curvature of the loss, J the
@@ -45,9 +45,10 @@ def covariance(columns: Array, residual: Array, block: Array, free: Array, sprea
         free: parameters that are on none of their bounds, shape (P,).
         spread: times nats count less, see `shooting.dispersion`.
         channels: how many there are, 2J.
+        typical: size of each in most windows, see `shooting.loss`.
     """
-    slopes, touching = derivatives(columns, residual, channels)
-    inverse = _inverse(touching.sum(axis=0), _bent(slopes, residual), free)
+    slopes, touching = derivatives(columns, residual, channels, typical)
+    inverse = _inverse(touching.sum(axis=0), _bent(slopes, residual, typical), free)
     slopes = slopes.sum(axis=1)
     _, number = np.unique(block, return_inverse=True)
     slopes = np.stack([np.bincount(number, s) for s in slopes.T], axis=-1) if free.size else slopes
@@ -57,27 +58,29 @@ def covariance(columns: Array, residual: Array, block: Array, free: Array, sprea
     return mixed * (stdtrit(max(count - 1, 1), 0.975) / 1.96) ** 2
 
 
-def derivatives(columns: Array, residual: Array, channels: int) -> tuple[Array, Array]:
+def derivatives(columns: Array, residual: Array, channels: int, typical: Array | None = None
+                ) -> tuple[Array, Array]:
     """Slope of the loss in each window and channel, and curvature of the touching parabola.
 
     Returns:
         shapes (W, 2J, P) and (W, P, P).
     """
-    weighed = columns * shooting.robust_weight(residual, channels)[..., None]
+    weighed = columns * shooting.robust_weight(residual, channels, typical)[..., None]
     touching = np.einsum('wnp,wnq->wpq', weighed, columns, optimize=True)
     shape = len(residual), residual.shape[-1] // channels, channels, columns.shape[-1]
     return (weighed * residual[..., None]).reshape(shape).sum(axis=1), touching
 
 
-def _bent(slopes: Array, residual: Array) -> Array:
+def _bent(slopes: Array, residual: Array, typical: Array | None) -> Array:
     """What the loss bends less than the parabola that touches it, (P, P).
 
     The size of what a channel is off by answers to the parameters: the observed information
     (Efron and Hinkley 1978) has both.
     """
     channels = slopes.shape[1]
-    off = slopes[shooting.size(residual, channels)[:, 0] > 1.0]
-    return 2.0 * channels / residual.shape[-1] * off.T @ off
+    off = slopes[shooting.size(residual, channels, typical)[:, 0] > 1.0]
+    shared = 1.0 if typical is None else 1.0 + shooting.SHARED
+    return 2.0 * channels / (shared * residual.shape[-1]) * off.T @ off
 
 
 def _inverse(touching: Array, bent: Array, free: Array) -> Array:

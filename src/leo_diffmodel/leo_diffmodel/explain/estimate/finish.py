@@ -77,8 +77,9 @@ def _profiled(problem: Problem, fitted: Fit) -> Fit:
     """The fit from the best value of a profile on, as long as one is better than its end."""
     for _ in range(PROFILES):
         least, begin = _loss(problem, fitted) - _tolerance(fitted), None
+        told = replace(problem, typical=fitted.typical)
         for theta in _profile(fitted):
-            settled = settle(problem, fitted.hypothesis, theta, (fitted.start,))
+            settled = settle(told, fitted.hypothesis, theta, (fitted.start,))
             loss = float(settled.loss[problem.train].sum())
             if loss < least:
                 least, begin = loss, (theta, settled.start)

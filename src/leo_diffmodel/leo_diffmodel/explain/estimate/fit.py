@@ -71,7 +71,8 @@ def fit(
 
 def read_at(problem: Problem, fitted: Fit) -> Fit:
     """A fit as it is in another weighting of the residuals, its values and their errors kept."""
-    settled = _settled(problem, fitted.hypothesis, fitted.theta, fitted.start)
+    told = replace(problem, typical=fitted.typical)
+    settled = _settled(told, fitted.hypothesis, fitted.theta, fitted.start)
     point = _point(problem, fitted.hypothesis, fitted.theta, settled,
                    conditional_errors(fitted.columns[problem.train]))  # fmt: skip
     return replace(_read_off(problem, point), theta=fitted.theta, covariance=fitted.covariance,
@@ -86,7 +87,7 @@ def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
     fixed = problem.fixed(fitted.hypothesis, fitted.theta)
     linear = shooting.linearise(fixed.base, fixed.windows, fixed.sigma, Hypothesis(), np.zeros(0),
                                 other.start, fixed.by_start)  # fmt: skip
-    loss = shooting.loss(linear.residual, other.start.shape[-1])
+    loss = shooting.loss(linear.residual, other.start.shape[-1], fitted.typical)
     rest = shooting.eliminate(linear)[0]
     better = loss < fitted.loss
     return replace(
@@ -125,11 +126,11 @@ def _advanced(
     while (step := at.step(damping)).promised > at.enough:
         theta, start = _along(at.hypothesis, at.theta, at.start, step)
         residual = residual_at(problem.fixed(at.hypothesis, theta), start)
-        saved = at.saved(shooting.loss(residual, start.shape[-1]))
+        saved = at.saved(residual)
         if saved < KEPT * step.promised:
             begins = problem.begins(start) if thorough else (start,)
-            settled = settle(problem, at.hypothesis, theta, begins, at.linear.by_start)
-            start, saved = settled.start, at.saved(settled.loss)
+            settled = settle(at.told(problem), at.hypothesis, theta, begins, at.linear.by_start)
+            start, saved = settled.start, at.saved(settled.residual)
         if saved > 0:
             softer = max(SOFTEST, 1.0 - (2.0 * saved / step.promised - 1.0) ** 3)
             return (_point(problem, at.hypothesis, theta, start, at.errors),
@@ -188,6 +189,8 @@ class _Point:
 
     Attributes:
         rest, slope: residual and sensitivity with the start states projected out.
+        typical: size of what it is off by in most windows, (1, 2J).
+        loss: of each window [nats], shape (W,).
         most: that a window may lose to have a say [nats].
         matrix, descent: of the robust normal equations of the windows that have one.
     """
@@ -199,6 +202,8 @@ class _Point:
     rest: Array
     slope: Array
     train: Array
+    typical: Array
+    loss: Array
     most: float
     enough: float
     matrix: Array
@@ -213,29 +218,37 @@ class _Point:
         """Project the start states out and sum over the windows that are in line."""
         rest, slope = shooting.eliminate(linear)[:2]
         channels = start.shape[-1]
-        loss = shooting.loss(linear.residual, channels)
+        typical = shooting.typical_size(linear.residual[problem.train], channels)
+        loss = shooting.loss(linear.residual, channels, typical)
         most = np.inf
         if problem.linearisation:
             most = OUT_OF_LINE * float(np.median(loss[problem.train]))
-        weight = shooting.robust_weight(linear.residual, channels)
+        weight = shooting.robust_weight(linear.residual, channels, typical)
         residual, columns, solved, gain = shooting.eliminate(linear, weight)
         chosen = problem.train & (loss < most)
         leverage = leverage_weight(problem, columns[chosen])
         columns = columns[chosen] * leverage
         descent = -np.einsum('wnp,wn->p', columns, residual[chosen] * leverage[..., 0])
         enough = ENOUGH_ON_GROUND if problem.linearisation else ENOUGH_NATS
-        return cls(hypothesis, theta, start, linear, rest, slope, problem.train, most, enough,
-                   gram(columns), descent, (-solved, -gain))
+        return cls(hypothesis, theta, start, linear, rest, slope, problem.train, typical, loss,
+                   most, enough, gram(columns), descent, (-solved, -gain))
 
     @property
     def errors(self) -> Array:
         """Standard error of each parameter with the others fixed, (P,); inf where none shows."""
         return conditional_errors(self.slope[self.train])
 
-    def saved(self, loss: Array) -> float:
-        """What other losses save of mine, no window out of line [nats]."""
-        mine = shooting.loss(self.linear.residual, self.start.shape[-1])
-        return float((np.minimum(mine, self.most) - np.minimum(loss, self.most))[self.train].sum())
+    def told(self, problem: Problem) -> Problem:
+        """The problem with the size of what the hypothesis is off by."""
+        return replace(problem, typical=self.typical)
+
+    def saved(self, residual: Array) -> float:
+        """What another residual (W, N) saves of mine, no window out of line [nats]."""
+        channels = self.start.shape[-1]
+        typical = shooting.typical_size(residual[self.train], channels)
+        loss = shooting.loss(residual, channels, typical)
+        return float((np.minimum(self.loss, self.most)
+                      - np.minimum(loss, self.most))[self.train].sum())  # fmt: skip
 
     def step(self, damping: float) -> Step:
         """The damped Gauss-Newton step that is best within the bounds."""
@@ -276,12 +289,13 @@ def _read_off(problem: Problem, point: _Point) -> Fit:
         point.hypothesis,
         point.theta,
         covariance(columns[train], point.rest[train], block[train], free, spread,
-                   channels),
+                   channels, point.typical),
         point.start,
-        shooting.loss(point.linear.residual, channels),
+        point.loss,
         point.rest,
         columns,
         point.step(LEAST_DAMPING).promised,
+        point.typical,
     )
 
 

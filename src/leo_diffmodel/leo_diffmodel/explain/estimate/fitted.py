@@ -48,6 +48,7 @@ class Fit:
         residual: whitened, start states projected out, shape (W, N).
         columns: its sensitivity to the parameters, shape (W, N, P).
         decrement: what a full Gauss-Newton step still promises to save [nats].
+        typical: size of what it is off by in most windows [noise], (1, 2J), see `shooting.loss`.
         certificate: of one that was brought to its end.
     """
 
@@ -59,6 +60,7 @@ class Fit:
     residual: Array
     columns: Array
     decrement: float = 0.0
+    typical: Array | None = None
     certificate: Certificate | None = None
 
     def take(self, index: Array) -> Fit:

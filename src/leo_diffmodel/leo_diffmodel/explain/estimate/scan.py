@@ -120,7 +120,7 @@ class Scanner:
             problem.by_start, conditional_errors(null.columns[problem.train]),
         )  # fmt: skip
         rest, _, _, _ = shooting.eliminate(linear)
-        self._root = np.sqrt(shooting.robust_weight(rest, null.start.shape[-1]))
+        self._root = np.sqrt(shooting.robust_weight(rest, null.start.shape[-1], null.typical))
         self._basis = np.linalg.qr(linear.by_start * self._root[..., None])[0]
         free = null.hypothesis.free(null.theta)
         self._nuisance = self._constants(linear.by_theta[..., free])

@@ -86,7 +86,7 @@ class _Settling:
             residual, known = linear.residual, linear.by_start
         else:
             residual = residual_at(fixed, start)
-        loss = shooting.loss(residual, start.shape[-1])
+        loss = shooting.loss(residual, start.shape[-1], fixed.typical)
         self._at = Settled(start.copy(), loss, residual, known.copy())
         self._fresh = np.full(len(start), by_start is None or fixed.by_start is not None)
 
@@ -105,15 +105,16 @@ class _Settling:
     def _planned(self, index: Array, dampings: Sequence[float]) -> tuple[Array, Array]:
         """The next steps of some windows, (D, w, 2J), and what the first promises [nats]."""
         residual, by_start = self._at.residual[index], self._at.by_start[index]
-        steps = _damped_steps(residual, by_start, dampings)
+        typical = self._fixed.typical
+        steps = _damped_steps(residual, by_start, dampings, typical)
         ahead = residual + (by_start @ steps[0][..., None])[..., 0]
-        return steps, self._at.loss[index] - shooting.loss(ahead, steps.shape[-1])
+        return steps, self._at.loss[index] - shooting.loss(ahead, steps.shape[-1], typical)
 
     def _step(self, index: Array, steps: Array, promised: Array) -> Array:
         """Move the windows by their best step; which of them may have another one, (w,)."""
         at, starts = self._at, self._at.start[index] + steps
         residuals = residual_at(self._fixed.take(index), starts)
-        losses = shooting.loss(residuals, starts.shape[-1])
+        losses = shooting.loss(residuals, starts.shape[-1], self._fixed.typical)
         best = losses.argmin(axis=0), np.arange(len(index))
         gained = at.loss[index] - losses[best]
         better = gained > 0
@@ -133,9 +134,11 @@ class _Settling:
             self._at.by_start[index], self._fresh[index] = part.by_start, True
 
 
-def _damped_steps(residual: Array, by_start: Array, dampings: Sequence[float]) -> Array:
+def _damped_steps(
+    residual: Array, by_start: Array, dampings: Sequence[float], typical: Array | None
+) -> Array:
     """The Levenberg-Marquardt steps of each window's start state, (D, w, 2J)."""
-    weight = shooting.robust_weight(residual, by_start.shape[-1])[..., None]
+    weight = shooting.robust_weight(residual, by_start.shape[-1], typical)[..., None]
     weighed = np.swapaxes(by_start * weight, -1, -2)
     matrix, slope = weighed @ by_start, weighed @ residual[..., None]
     size = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), 1e-30))

@@ -42,7 +42,7 @@ def _of(
     recording, with Student's t.
     """
     assert problem.block is not None
-    weight = shooting.robust_weight(final.residual, final.start.shape[-1])
+    weight = shooting.robust_weight(final.residual, final.start.shape[-1], final.typical)
     column = final.columns[..., index]
     slopes = (weight * column * final.residual).sum(axis=-1)
     curvature = (weight * column**2).sum(axis=-1)

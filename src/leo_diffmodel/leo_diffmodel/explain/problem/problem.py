@@ -30,6 +30,8 @@ class Problem:
         fold: what is left out together when a prediction is judged, shape (W,).
         telling: windows of held-out recordings that tell what constants these have of their own,
             and are not judged, shape (W,); None where there are none.
+        typical: size of what a hypothesis is off by in most windows [noise], (1, 2J), see
+            `shooting.loss`; None before one was fitted.
     """
 
     base: Model
@@ -40,6 +42,7 @@ class Problem:
     block: Array | None = None
     fold: Array | None = None
     telling: Array | None = None
+    typical: Array | None = None
 
     @property
     def judged(self) -> Array:

@@ -23,8 +23,10 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 HUBER = 2.5
-SIZE_ROUNDS = 6
-"""Of the fixed point that finds the size of what a channel is off by, to about 1 %."""
+SIZE_ROUNDS = 8
+"""Of the fixed points that find the size of what a channel is off by, to about 1 %."""
+SHARED = 1.0
+"""How many times as much all windows tell of the size in one of them as that window itself."""
 NOISE_REACHES = 0.05
 """Share of windows in which noise alone has a mean square above what counts as noise."""
 """Standard deviations from which on the loss of a residual is linear."""
@@ -177,54 +179,68 @@ def excess(residual: Array, states: int, quantile: float = 0.5) -> float:
     return float(np.quantile((residual**2).sum(axis=-1), quantile) / expected)
 
 
-def robust_weight(residual: Array, channels: int) -> Array:
+def robust_weight(residual: Array, channels: int, typical: Array | None = None) -> Array:
     """Weight of each sample, (..., W, N): of the parabola that touches `loss` there."""
-    samples, off = _by_channel(residual, channels), size(residual, channels)
+    samples, off = _by_channel(residual, channels), size(residual, channels, typical)
     weight = huber_weight(samples / off) / off**2
     return np.broadcast_to(weight, samples.shape).reshape(residual.shape)
 
 
-def loss(residual: Array, channels: int) -> Array:
+def loss(residual: Array, channels: int, typical: Array | None = None) -> Array:
     """Loss of each window [nats], (..., W), from residuals (..., W, N) in noise units.
 
     In each window each channel has its own size of what the model is off by: -log of the
-    likelihood with the size that is most likely beyond what noise alone may be. So the windows
-    where every hypothesis is wrong do not decide between them. Samples far out of that are weighed
-    down as in Huber's loss (his second proposal, 1964, has location and size together).
+    likelihood with the size that is most likely beyond what noise alone may be, where sizes are
+    spread about a typical one as an inverse gamma variable is. So neither the windows where every
+    hypothesis is wrong decide between them, nor those where nothing happens. Samples far out are
+    weighed down as in Huber's loss (his second proposal, 1964, has location and size together).
+
+    Args:
+        residual: in noise units.
+        channels: how many there are, 2J.
+        typical: size of each, (1, 2J), see `typical_size`; None lets each window speak for itself.
     """
-    off, count = size(residual, channels), residual.shape[-1] // channels
+    off, count = size(residual, channels, typical), residual.shape[-1] // channels
     total: Array = huber((_by_channel(residual, channels) / off).reshape(residual.shape))
     own = np.log(off) + 0.5 * _noise_beyond(count) * (1.0 - off**-2.0)
+    if typical is not None:
+        own = own + SHARED * (np.log(off / typical) + 0.5 * ((typical / off) ** 2 - 1.0))
     return total + count * own.sum(axis=(-2, -1))
 
 
-def unexplained(residual: Array, channels: int) -> Array:
+def unexplained(residual: Array, channels: int, typical: Array | None = None) -> Array:
     """What a model that leaves only noise would save in each window [nats], (..., W)."""
     count = residual.shape[-1] // channels
-    total: Array = np.log(size(residual, channels)).sum(axis=(-2, -1))
+    total: Array = np.log(size(residual, channels, typical)).sum(axis=(-2, -1))
     return count * total
 
 
-def promised(change: Array, residual: Array, channels: int) -> Array:
+def promised(
+    change: Array, residual: Array, channels: int, typical: Array | None = None
+) -> Array:
     """What a change of the prediction costs where it was right but for noise [nats], (..., W).
 
     Args:
         change: of the whitened residual, shape (..., W, N).
         residual: before; its size in each channel stands for the noise, same shape.
         channels: how many there are, 2J.
+        typical: see `loss`.
     """
-    count, off = residual.shape[-1] // channels, size(residual, channels)
+    count, off = residual.shape[-1] // channels, size(residual, channels, typical)
     square = ((_by_channel(change, channels) / off) ** 2).mean(axis=-2)
     beyond = np.where(off[..., 0, :] > 1.0, 0.0, _noise_beyond(count))
-    each = np.minimum(square, beyond) + np.log1p(np.maximum(square - beyond, 0.0))
+    more, times = np.maximum(square - beyond, 0.0), 1.0 if typical is None else 1.0 + SHARED
+    each = np.minimum(square, beyond) + times * np.log1p(more / times)
     total: Array = 0.5 * count * each.sum(axis=-1)
     return total
 
 
-def swollen(residual: Array, channels: int, share: float) -> Array:
+def swollen(
+    residual: Array, channels: int, share: float, typical: Array | None = None
+) -> Array:
     """What so much more (mean square) of what is beyond noise would cost [nats], (..., W)."""
     count = residual.shape[-1] // channels
-    beyond: Array = (size(residual, channels) > 1.0).sum(axis=(-2, -1))
+    beyond: Array = (size(residual, channels, typical) > 1.0).sum(axis=(-2, -1))
     return 0.5 * np.log1p(share) * count * beyond
 
 
@@ -233,10 +249,11 @@ def _by_channel(residual: Array, channels: int) -> Array:
     return residual.reshape(*residual.shape[:-1], count, channels)
 
 
-def size(residual: Array, channels: int) -> Array:
+def size(residual: Array, channels: int, typical: Array | None = None) -> Array:
     """Size of what each channel is off by in each window, 1 where that is noise, (..., W, 1, 2J).
 
-    Its square is the mean square less what noise alone exceeds in one of 20 windows.
+    Its square is the mean square less what noise alone exceeds in one of 20 windows, and as far
+    as it is shared that of the typical size.
     """
     samples = np.abs(_by_channel(residual, channels))
     found = np.ones((*samples.shape[:-2], 1, channels))
@@ -244,8 +261,22 @@ def size(residual: Array, channels: int) -> Array:
     for _ in range(SIZE_ROUNDS):
         ratio = samples / found
         square = found**2 * np.minimum(ratio**2, HUBER * ratio).mean(axis=-2, keepdims=True)
-        found = np.sqrt(np.maximum(square - beyond, 1.0))
+        square = np.maximum(square - beyond, 1.0)
+        if typical is not None:
+            square = (square + SHARED * typical**2) / (1.0 + SHARED)
+        found = np.sqrt(square)
     return found
+
+
+def typical_size(residual: Array, channels: int) -> Array:
+    """The size that is most likely typical of all windows (W, N) in each channel, (1, 2J)."""
+    if not len(residual):
+        return np.ones((1, channels))
+    own = size(residual, channels) ** 2
+    found: Array = np.exp(np.log(own).mean(axis=0))
+    for _ in range(SIZE_ROUNDS):
+        found = 1.0 / ((1.0 + SHARED) / (own + SHARED * found)).mean(axis=0)
+    return np.sqrt(found)
 
 
 def _noise_beyond(count: int) -> float:

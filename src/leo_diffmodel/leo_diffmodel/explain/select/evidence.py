@@ -169,7 +169,8 @@ class Weight:
     def unexplained(self, scored: Scored) -> float:
         """What a model that leaves only noise would save [nats], in no window out of line."""
         train, fitted = scored.at.problem.train, scored.fit
-        left = shooting.unexplained(fitted.residual[train], fitted.start.shape[-1])
+        left = shooting.unexplained(fitted.residual[train], fitted.start.shape[-1],
+                                    fitted.typical)  # fmt: skip
         most = self.settings.out_of_line * np.median(scored.left)
         return float(self._by_fold(np.minimum(left, most), scored).sum())
 
@@ -177,7 +178,7 @@ class Weight:
         """What it would cost to leave a small share more of what is unexplained [nats]."""
         train, fitted = scored.at.problem.train, scored.fit
         more = shooting.swollen(fitted.residual[train], fitted.start.shape[-1],
-                                self.settings.material)  # fmt: skip
+                                self.settings.material, fitted.typical)  # fmt: skip
         return float(self._by_fold(more, scored).sum())
 
     def _saved(self, smaller: Scored, larger: Scored) -> Array:
@@ -201,8 +202,8 @@ def score(at: Estimate) -> Scored:
         inside = fold == number
         moved[inside] += columns[inside] @ move
     channels = fitted.start.shape[-1]
-    correction = (shooting.loss(moved, channels)
-                  - shooting.loss(fitted.residual[train], channels))  # fmt: skip
+    correction = (shooting.loss(moved, channels, fitted.typical)
+                  - shooting.loss(fitted.residual[train], channels, fitted.typical))  # fmt: skip
     return Scored(at, fitted.loss[train] + correction, fold)
 
 
@@ -222,13 +223,14 @@ def _promised(smaller: Scored, larger: Scored) -> Array:
     """What the change of the prediction should cost in each window, shape (W,)."""
     train, residual = np.flatnonzero(larger.at.problem.train), larger.fit.residual
     change = (smaller.fit.residual - residual)[train]
-    return shooting.promised(change, residual[train], larger.fit.start.shape[-1])
+    return shooting.promised(change, residual[train], larger.fit.start.shape[-1],
+                             larger.fit.typical)  # fmt: skip
 
 
 def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[int, Array]:
     """How far leaving each fold out moves the parameters, where all is linear in them."""
     channels, size = fitted.start.shape[-1], len(fitted.theta)
-    slopes, grams = derivatives(columns, residual, channels)
+    slopes, grams = derivatives(columns, residual, channels, fitted.typical)
     free = fitted.hypothesis.free(fitted.theta) & (np.diagonal(grams.sum(axis=0)) > 0)
     end, moves = slopes.mean(axis=0).sum(axis=0), {}
     for number in np.unique(fold):
@@ -236,7 +238,7 @@ def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[in
         told = free & (np.diagonal(grams[other].sum(axis=0)) > 0)
         alone = free & fitted.hypothesis.own & ~told
         if told.any() and other.any():
-            part = columns[other], residual[other], channels
+            part = columns[other], residual[other], channels, fitted.typical
             move[told] = _refitted(part, end, told, fitted.standard_errors)
         if alone.any():
             move[alone] = _followed(grams[~other].sum(axis=0), move, alone)
@@ -245,17 +247,17 @@ def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[in
 
 
 def _refitted(
-    part: tuple[Array, Array, int], end: Array, told: Array, errors: Array
+    part: tuple[Array, Array, int, Array | None], end: Array, told: Array, errors: Array
 ) -> Array:
     """The change of the parameters `told` that is best for part of the windows.
 
     The weights of the samples are found again with each step. What slope a window has on average
     where the joint fit ended is not followed.
     """
-    columns, residual, channels = part
+    columns, residual, channels, typical = part
     move = np.zeros(len(end))
     for _ in range(REFITS):
-        slopes, grams = derivatives(columns, residual + columns @ move, channels)
+        slopes, grams = derivatives(columns, residual + columns @ move, channels, typical)
         slope = (slopes.sum(axis=(0, 1)) - len(slopes) * end)[told]
         step = -_solved(grams.sum(axis=0)[np.ix_(told, told)], slope)
         move[told] = _within(move[told] + step, FARTHEST * errors[told])

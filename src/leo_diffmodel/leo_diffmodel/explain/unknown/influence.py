@@ -100,7 +100,7 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1)
     answer = answer / (1e-3 * torque_scale(model.robot))
     leverage = leverage_weight(problem, answer)[..., 0] ** 2
-    weight = shooting.robust_weight(fitted.residual, 2 * joints) * leverage
+    weight = shooting.robust_weight(fitted.residual, 2 * joints, fitted.typical) * leverage
     everything = np.concatenate([linear.by_theta, -answer], axis=-1)
     rest, columns, _, _ = shooting.eliminate(
         shooting.Linear(linear.residual, linear.by_start, everything), weight
