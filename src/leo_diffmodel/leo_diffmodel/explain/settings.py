@@ -72,7 +72,7 @@ class Settings:
     noise_times: float = 1.5
     least_nats: float = 8.0
     least_errors: float = 2.0
-    material: float = 0.2
+    material: float = 0.1
     part: float = 0.01
     far_times: float = 2.0
     price: float = 0.5

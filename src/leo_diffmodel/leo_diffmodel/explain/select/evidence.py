@@ -129,22 +129,26 @@ class Weight:
         error = np.sqrt((apart**2).sum() * count / max(count - 1, 1))
         return Saved(float(saved.sum()), float(error))
 
-    def supports(self, smaller: Scored, larger: Scored, limit: float) -> bool:
-        """Whether a set with more parameters predicts better than one with fewer, all counted.
+    def saves(self, smaller: Scored, larger: Scored, limit: float) -> bool:
+        """Whether a set predicts better than one of fewer effects or parameters, all counted.
 
-        What it saves must be beyond what noise gives, more than a trifle of what nothing explains,
-        and beyond how far the folds disagree about it.
+        What it saves must be beyond what noise gives, and more than a trifle of what nothing
+        explains.
 
         Args:
             smaller: a hypothesis; the larger need not hold its effects.
-            larger: a hypothesis with more parameters.
+            larger: a hypothesis with more parameters or effects.
             limit: gain that noise alone can give an effect [nats].
         """
         if self.ahead(larger, smaller) <= 0:
             return False
-        saved, more = self.compare(smaller, larger), len(larger.names) - len(smaller.names)
-        least = max(more, 1) * max(limit * self.spread, self.trifle(larger))
-        return saved.nats > max(least, self.settings.least_errors * saved.error)
+        more = max(len(larger.names) - len(smaller.names), 1)
+        least = more * max(limit * self.spread, self.trifle(larger))
+        return bool(self._saved(smaller, larger).sum() > least)
+
+    def supports(self, smaller: Scored, larger: Scored, limit: float) -> bool:
+        """Whether a set `saves`, beyond how far the folds disagree about it too."""
+        return self.saves(smaller, larger, limit) and self.surely_ahead(larger, smaller)
 
     def tells_apart(self, smaller: Scored, larger: Scored) -> bool:
         """Whether a set predicts another thing than a smaller one.

@@ -157,7 +157,7 @@ def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:
 
 
 def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: float) -> bool:
-    """Whether every part of a set is known and predicts worse; and no set of fewer effects alike.
+    """Whether every part of a set is known and surely predicts worse, and all of fewer effects do.
 
     What takes more effects to predict what fewer predict as well is no better answer, even where
     it saves more.
@@ -166,8 +166,9 @@ def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: flo
         return False
     parts = [s for s in sets if s.size < scored.size and _holds(scored, s)]
     fewer = [s for s in sets if len(s.names) < len(scored.names)]
-    return (all(weight.supports(s, scored, limit) for s in (*parts, *fewer))
-            and all(weight.tells_apart(s, scored) for s in fewer))  # fmt: skip
+    return (all(weight.supports(s, scored, limit) for s in parts)
+            and all(weight.saves(s, scored, limit) and weight.tells_apart(s, scored)
+                    for s in fewer))  # fmt: skip
 
 
 def _supported(sets: Sets) -> list[Scored]:
