@@ -78,7 +78,7 @@ def _bent(slopes: Array, residual: Array, typical: Array | None) -> Array:
     (Efron and Hinkley 1978) has both.
     """
     channels = slopes.shape[1]
-    off = slopes[shooting.size(residual, channels, typical)[:, 0] > 1.0]
+    off = slopes[shooting.size(residual, channels)[:, 0] > 1.0]
     shared = 1.0 if typical is None else 1.0 + shooting.SHARED
     return 2.0 * channels / (shared * residual.shape[-1]) * off.T @ off
 

@@ -208,10 +208,10 @@ def loss(residual: Array, channels: int, typical: Array | None = None) -> Array:
     return total + count * own.sum(axis=(-2, -1))
 
 
-def unexplained(residual: Array, channels: int, typical: Array | None = None) -> Array:
+def unexplained(residual: Array, channels: int) -> Array:
     """What a model that leaves only noise would save in each window [nats], (..., W)."""
     count = residual.shape[-1] // channels
-    total: Array = np.log(size(residual, channels, typical)).sum(axis=(-2, -1))
+    total: Array = np.log(size(residual, channels)).sum(axis=(-2, -1))
     return count * total
 
 
@@ -228,19 +228,18 @@ def promised(
     """
     count, off = residual.shape[-1] // channels, size(residual, channels, typical)
     square = ((_by_channel(change, channels) / off) ** 2).mean(axis=-2)
-    beyond = np.where(off[..., 0, :] > 1.0, 0.0, _noise_beyond(count))
+    noisy = size(residual, channels)[..., 0, :] == 1.0
+    beyond = np.where(noisy, _noise_beyond(count), 0.0)
     more, times = np.maximum(square - beyond, 0.0), 1.0 if typical is None else 1.0 + SHARED
     each = np.minimum(square, beyond) + times * np.log1p(more / times)
     total: Array = 0.5 * count * each.sum(axis=-1)
     return total
 
 
-def swollen(
-    residual: Array, channels: int, share: float, typical: Array | None = None
-) -> Array:
+def swollen(residual: Array, channels: int, share: float) -> Array:
     """What so much more (mean square) of what is beyond noise would cost [nats], (..., W)."""
     count = residual.shape[-1] // channels
-    beyond: Array = (size(residual, channels, typical) > 1.0).sum(axis=(-2, -1))
+    beyond: Array = (size(residual, channels) > 1.0).sum(axis=(-2, -1))
     return 0.5 * np.log1p(share) * count * beyond
 
 

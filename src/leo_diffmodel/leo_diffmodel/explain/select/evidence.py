@@ -173,8 +173,7 @@ class Weight:
     def unexplained(self, scored: Scored) -> float:
         """What a model that leaves only noise would save [nats], in no window out of line."""
         train, fitted = scored.at.problem.train, scored.fit
-        left = shooting.unexplained(fitted.residual[train], fitted.start.shape[-1],
-                                    fitted.typical)  # fmt: skip
+        left = shooting.unexplained(fitted.residual[train], fitted.start.shape[-1])
         most = self.settings.out_of_line * np.median(scored.left)
         return float(self._by_fold(np.minimum(left, most), scored).sum())
 
@@ -182,7 +181,7 @@ class Weight:
         """What it would cost to leave a small share more of what is unexplained [nats]."""
         train, fitted = scored.at.problem.train, scored.fit
         more = shooting.swollen(fitted.residual[train], fitted.start.shape[-1],
-                                self.settings.material, fitted.typical)  # fmt: skip
+                                self.settings.material)  # fmt: skip
         return float(self._by_fold(more, scored).sum())
 
     def _saved(self, smaller: Scored, larger: Scored) -> Array:

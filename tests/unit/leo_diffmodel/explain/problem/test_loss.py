@@ -9,6 +9,7 @@ from leo_diffmodel.explain.problem.shooting import (
     promised,
     robust_weight,
     swollen,
+    typical_size,
     unexplained,
 )
 
@@ -34,13 +35,30 @@ def test_ten_times_as_much_costs_the_logarithm_of_ten_more():
     assert left == pytest.approx(SAMPLES * CHANNELS * np.log(30.0), rel=0.02)
 
 
+@pytest.mark.parametrize('typical', [None, np.array([[3.0, 1.0]])])
 @pytest.mark.parametrize('times', [0.5, 1.0, 1.5, 4.0, 40.0])
-def test_the_weighed_residual_is_the_slope(times):
+def test_the_weighed_residual_is_the_slope(times, typical):
     residual, step = noise(times)[:3, :40], 1e-6
     moved = residual[:, None] + step * np.array([1.0, -1.0])[:, None, None, None] * np.eye(40)
-    up, down = loss(moved, CHANNELS)
+    up, down = loss(moved, CHANNELS, typical)
     slope = (up - down) / (2 * step)
-    assert robust_weight(residual, CHANNELS) * residual == pytest.approx(slope, abs=1e-3)
+    weighed = robust_weight(residual, CHANNELS, typical) * residual
+    assert weighed == pytest.approx(slope, abs=1e-3)
+
+
+def test_the_typical_size_is_the_most_likely_one():
+    residual = np.concatenate([noise(2.0), noise(20.0, 1)])
+    found = typical_size(residual, CHANNELS)
+    assert found == pytest.approx(np.full((1, CHANNELS), np.sqrt(2.0 * 20.0)), rel=0.05)
+    least = loss(residual, CHANNELS, found).sum()
+    assert all(loss(residual, CHANNELS, t * found).sum() > least for t in (0.8, 1.25))
+    assert typical_size(noise(0.9), CHANNELS) == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_quiet_window_says_no_more_than_a_typical_one_allows():
+    quiet, typical = noise(1.0), np.full((1, CHANNELS), 10.0)
+    assert robust_weight(quiet, CHANNELS).mean() > 0.9
+    assert robust_weight(quiet, CHANNELS, typical).mean() == pytest.approx(2.0 / 101.0, rel=0.05)
 
 
 def test_one_channel_off_by_much_takes_no_say_from_the_other():

@@ -70,7 +70,7 @@ def test_the_left_out_loss_is_nearly_that_of_a_refit_of_a_robot(misfit):
         refitted[found.fold == fold] = again.loss[train][found.fold == fold]
     assert found.left.sum() == pytest.approx(refitted.sum(), rel=0.03)
     more, truth = (x - joint.loss[train] for x in (found.left, refitted))
-    assert truth.sum() > 50.0 and more.sum() == pytest.approx(truth.sum(), rel=0.1)
+    assert truth.sum() > 50.0 and more.sum() == pytest.approx(truth.sum(), rel=0.2)
     weight = weigh([found], SETTINGS)
     assert weight.spread > 1.0 and weight.samples < joint.residual.size
 
@@ -133,7 +133,7 @@ def test_nothing_is_unexplained_where_the_residual_is_noise(times, nats):
 
 def test_what_saves_a_trifle_of_what_nothing_explains_is_not_supported():
     empty = scored([], np.full(40, 200.0), FOLD)
-    larger = scored(['armature'], np.full(40, 198.0), FOLD)
-    assert PLAIN.trifle(larger) > 80.0 and not PLAIN.supports(empty, larger, 8.0)
+    larger = scored(['armature'], np.full(40, 199.0), FOLD)
+    assert PLAIN.trifle(larger) > 60.0 and not PLAIN.supports(empty, larger, 8.0)
     best = scored(['armature'], np.full(40, 190.0), FOLD)
     assert PLAIN.supports(empty, best, 8.0)
