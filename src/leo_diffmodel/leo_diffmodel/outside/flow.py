@@ -69,8 +69,17 @@ class Flow:
     @property
     def own(self) -> Array:
         """The largest torque at work at each instant and joint [N m, N], shape (N, J)."""
-        turning = np.abs(np.diagonal(self.inertial, axis1=1, axis2=2))
-        return np.maximum(np.maximum(np.abs(self.motor), np.abs(self.load)), turning)
+        return np.maximum(np.maximum(np.abs(self.motor), np.abs(self.load)), self._turning)
+
+    @property
+    def unbalanced(self) -> Array:
+        """The larger of what motor and weight leave of each other, and what turns, (N, J)."""
+        return np.maximum(np.abs(self.motor + self.load), self._turning)
+
+    @property
+    def _turning(self) -> Array:
+        turning: Array = np.abs(np.diagonal(self.inertial, axis1=1, axis2=2))
+        return turning
 
 
 DELAYS = (0.02, 0.06)
