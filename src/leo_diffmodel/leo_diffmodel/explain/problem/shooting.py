@@ -11,6 +11,7 @@ noise propagated through the window, and it stays right for long ones
 from __future__ import annotations
 
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from scipy.special import chdtri
@@ -19,17 +20,18 @@ from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.pushes import predict as predict
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_sim.common.compiled import compiled
 from leo_sim.model import Model
 
 Array = np.ndarray
 HUBER = 2.5
+"""Standard deviations from which on the loss of a residual is linear."""
 SIZE_ROUNDS = 8
 """Of the fixed points that find the size of what a channel is off by, to about 1 %."""
 SHARED = 1.0
 """How many times as much all windows tell of the size in one of them as that window itself."""
 NOISE_REACHES = 0.05
 """Share of windows in which noise alone has a mean square above what counts as noise."""
-"""Standard deviations from which on the loss of a residual is linear."""
 FARTHEST = 1e6
 """Whitened residuals are cut here: a hypothesis may send a robot to infinity."""
 MOST_STEP = 0.1
@@ -254,16 +256,31 @@ def size(residual: Array, channels: int, typical: Array | None = None) -> Array:
     Its square is the mean square less what noise alone exceeds in one of 20 windows, and as far
     as it is shared that of the typical size.
     """
-    samples = np.abs(_by_channel(residual, channels))
-    found = np.ones((*samples.shape[:-2], 1, channels))
-    beyond = _noise_beyond(samples.shape[-2])
-    for _ in range(SIZE_ROUNDS):
-        ratio = samples / found
-        square = found**2 * np.minimum(ratio**2, HUBER * ratio).mean(axis=-2, keepdims=True)
-        square = np.maximum(square - beyond, 1.0)
-        if typical is not None:
-            square = (square + SHARED * typical**2) / (1.0 + SHARED)
-        found = np.sqrt(square)
+    samples = _by_channel(residual, channels)
+    beyond, lead = _noise_beyond(samples.shape[-2]), samples.shape[:-2]
+    rows = np.array(samples, dtype=float).reshape(-1, *samples.shape[-2:])
+    shared = 0.0 if typical is None else SHARED
+    about = np.ones(channels) if typical is None else np.array(typical[0], dtype=float)
+    return _sizes(rows, beyond, about, shared).reshape(*lead, 1, channels)
+
+
+@compiled
+def _sizes(samples: Array, beyond: float, typical: Array, shared: float) -> Array:
+    """Size of each channel in each row, (R, 2J), of samples (R, K + 1, 2J)."""
+    rows, count, channels = samples.shape
+    found = np.ones((rows, channels))
+    for r in range(rows):
+        for c in range(channels):
+            for _ in range(SIZE_ROUNDS):
+                most, total = HUBER * found[r, c], 0.0
+                for k in range(count):
+                    off = abs(samples[r, k, c])
+                    total += off * min(off, most)
+                square = max(total / count - beyond, 1.0)
+                size = math.sqrt((square + shared * typical[c] ** 2) / (1.0 + shared))
+                if size == found[r, c]:
+                    break
+                found[r, c] = size
     return found
 
 
