@@ -180,7 +180,7 @@ def test_where_the_last_fit_came_from_does_not_show_in_it(model):
     for way in (-2.0, 0.0, 2.0):
         off = replace(best.fit, theta=best.fit.theta + way * sure)
         again = polished(best.posed, off)[1]
-        assert np.all(np.abs(again.theta - best.fit.theta) < sure)
+        assert np.all(np.abs(again.theta - best.fit.theta) < 0.7 * sure)
 
 
 @pytest.mark.parametrize('seed', [pytest.param(1, marks=pytest.mark.slow), 4])

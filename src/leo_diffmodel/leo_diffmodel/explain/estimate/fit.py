@@ -189,7 +189,7 @@ class _Point:
 
     Attributes:
         rest, slope: residual and sensitivity with the start states projected out.
-        typical: size of what it is off by in most windows, (1, 2J).
+        typical: size of what it is off by in most windows, (1, 2J); see `Problem.typical_of`.
         loss: of each window [nats], shape (W,).
         most: that a window may lose to have a say [nats].
         matrix, descent: of the robust normal equations of the windows that have one.
@@ -202,7 +202,7 @@ class _Point:
     rest: Array
     slope: Array
     train: Array
-    typical: Array
+    typical: Array | None
     loss: Array
     most: float
     enough: float
@@ -218,7 +218,7 @@ class _Point:
         """Project the start states out and sum over the windows that are in line."""
         rest, slope = shooting.eliminate(linear)[:2]
         channels = start.shape[-1]
-        typical = shooting.typical_size(linear.residual[problem.train], channels)
+        typical = problem.typical_of(linear.residual)
         loss = shooting.loss(linear.residual, channels, typical)
         most = np.inf
         if problem.linearisation:
@@ -245,7 +245,9 @@ class _Point:
     def saved(self, residual: Array) -> float:
         """What another residual (W, N) saves of mine, no window out of line [nats]."""
         channels = self.start.shape[-1]
-        typical = shooting.typical_size(residual[self.train], channels)
+        typical = self.typical
+        if typical is not None:
+            typical = shooting.typical_size(residual[self.train], channels)
         loss = shooting.loss(residual, channels, typical)
         return float((np.minimum(self.loss, self.most)
                       - np.minimum(loss, self.most))[self.train].sum())  # fmt: skip

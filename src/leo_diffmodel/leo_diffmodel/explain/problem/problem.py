@@ -11,6 +11,7 @@ from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.linearisation import Linearisation
+from leo_diffmodel.explain.problem.shooting import typical_size
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -63,6 +64,15 @@ class Problem:
         by_start = self.linearisation.by_start
         noise = per_window(self.sigma, self.windows)[..., None]
         return -(by_start / noise).reshape(len(by_start), -1, by_start.shape[-1])
+
+    def typical_of(self, residual: Array) -> Array | None:
+        """Size of what most training windows are off by, (1, 2J), of whitened residuals (W, N).
+
+        None on the ground, where what settles the start states looks at each window by itself.
+        """
+        if self.linearisation:
+            return None
+        return typical_size(residual[self.train], 2 * self.windows.q.shape[-1])
 
     def begins(self, start: Array) -> tuple[Array, ...]:
         """Where start states may begin, each (W, 2J): where they were, and where measured.
