@@ -27,7 +27,7 @@ MARGIN, LEAST_SECONDS = 0.1, 0.5
 """s: cut off on each side of a stretch; the shortest piece that is kept."""
 HAND = 0.003
 """Of three shares multiplied (see `_led`): of a real pendulum that a hand leads while its motor
-carries its weight 0.030, of 33 joints of real robots in other runs 0.0007 at most."""
+carries its weight 0.030, of 38 joints of real robots in other runs 0.0007 at most."""
 ONE_WAVE, OFTEN, MEAN_OF_RMS = 0.15, 0.15, 0.8
 LASTING = 1.0
 """s: a push that lasts so long is a hand."""
