@@ -72,15 +72,9 @@ def _sensed(laws: Laws, cut: Pieces, memory: Memory, q: Array, dq: Array) -> tup
     at = [0, *(cut.ends + 1)]
     if not laws.sensors.dynamic:
         return laws.sense(q[at], dq[at], memory)
-    read = []
-    for n in range(len(q)):
-        if n:
-            memory = laws.remember(q[n], dq[n], memory, cut.h[n - 1][:, None])
-        if n in at:
-            *states, memory = laws.sensors.sense(q[n], dq[n], memory, 0.0)
-            read.append(states)
-    angles, rates = (np.stack(np.broadcast_arrays(*each)) for each in zip(*read, strict=True))
-    return angles, rates
+    dt = cut.h.reshape(len(cut.h), *(1,) * (q.ndim - 3), -1, 1)
+    angles, rates = laws.sensors.readings(q, dq, memory, dt)
+    return angles[at], rates[at]
 
 
 def _play(laws: Laws, q: Array, dq: Array, held: Held) -> tuple[Any, Any, Any]:

@@ -2,7 +2,7 @@
 """What an effect is: a law with named parameters, placed at joints or links of a robot."""
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple, TYPE_CHECKING
 
@@ -201,7 +201,36 @@ class Effect:
         """
         raise NotImplementedError
 
-    def unsensed(self, p: Values, q: Array, dq: Array, past: Sequence[tuple[Any, Any]]
+    def readings(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
+                 ) -> tuple[Any, Any]:
+        """Measured angles and rates of a motion.
+
+        Args:
+            p: Parameter values.
+            q: True joint angles rad at N + 1 instants, (N + 1, ..., joints).
+            dq: True joint rates rad/s there.
+            memory: What the sensor hook returned at the first of them.
+            dt: s from each instant to the next, (N, ..., joints or 1).
+        """
+        read = [self.sensor(p, q[0], dq[0], memory, 0.0)]
+        for n, after in enumerate(dt, start=1):
+            read.append(self.sensor(p, q[n], dq[n], read[-1][2], after))
+        angles, rates = (np.stack(np.broadcast_arrays(*each))
+                         for each in zip(*((r[0], r[1]) for r in read), strict=True))
+        return angles, rates
+
+    def recall(self, p: Values, recalled: Any, faster: Array, dt: Numbers) -> Any:
+        """What `unsensed` needs of the motion so far.
+
+        Args:
+            p: Parameter values.
+            recalled: What this method returned before; None at first.
+            faster: True acceleration of the joints, rad/s2.
+            dt: How long it held, s.
+        """
+        return None
+
+    def unsensed(self, p: Values, q: Array, dq: Array, recalled: Any = None
                  ) -> tuple[Any, Any, Any]:
         """True angles and rates of measured ones, and the memory of the sensor hook with them.
 
@@ -211,7 +240,7 @@ class Effect:
             p: Parameter values.
             q: Measured joint angles rad.
             dq: Measured joint rates rad/s.
-            past: True accelerations of the joints and how long each held, s, up to now.
+            recalled: What `recall` returned last; None of a sensor that had settled.
         """
         zero_q, zero_dq, _ = self.sensor(p, np.zeros_like(q), np.zeros_like(dq), None, 0.0)
         one_q, one_dq, _ = self.sensor(p, np.ones_like(q), np.ones_like(dq), None, 0.0)

@@ -20,12 +20,11 @@ from leo_sim.effects.motor import Motor, torque_source, voltage_motor
 from leo_sim.laws.late_readings import act_late
 from leo_sim.laws.placement import added, Index, index_of, put, stacked, Use
 from leo_sim.laws.sensors import Memory as Memory
-from leo_sim.laws.sensors import Sensors
+from leo_sim.laws.sensors import NOTHING, Sensors
 from leo_sim.laws.servo import around_loop, Servos
 
 TIME = 'time'
 HELD = 'held'  # in the memory of a state whose base does not move
-NOTHING: Memory = {}
 
 
 class Torques(NamedTuple):

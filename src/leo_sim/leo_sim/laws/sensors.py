@@ -7,7 +7,7 @@ from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.laws.placement import put, Use
 
 Memory = Mapping[str, Any]
-Past = Sequence[tuple[Any, Any]]
+NOTHING: Memory = {}
 
 
 class Sensors:
@@ -40,20 +40,41 @@ class Sensors:
                 changed[use.key] = kept
         return q, dq, changed
 
-    def true_state(self, q: Array, dq: Array, past: Past = ()) -> tuple[Any, Any, Memory]:
+    def readings(self, q: Array, dq: Array, memory: Memory, dt: Array) -> tuple[Any, Any]:
+        """Measured angles and rates of a motion.
+
+        Args:
+            q: True angles at N + 1 instants, (N + 1, ..., J).
+            dq: True rates there.
+            memory: What the sensors remember at the first.
+            dt: s from each instant to the next, (N, ..., 1).
+        """
+        if self._offset is not None:
+            q = q + self._offset
+        for use in self._uses:
+            angle, rate = use.effect.readings(use.values, q[..., use.at], dq[..., use.at],
+                                              memory.get(use.key), dt)
+            q, dq = put(q, use.at, angle), put(dq, use.at, rate)
+        return q, dq
+
+    def recall(self, recalled: Memory, faster: Array, dt: Numbers) -> Memory:
+        """What `true_state` needs of the motion so far, after it was faster (..., J) for dt s."""
+        return {use.key: use.effect.recall(use.values, recalled.get(use.key),
+                                           faster[..., use.at], dt) for use in self._uses}
+
+    def true_state(self, q: Array, dq: Array, recalled: Memory = NOTHING
+                   ) -> tuple[Any, Any, Memory]:
         """True angles and rates of measured ones, and what the sensors then remember.
 
         Args:
             q: Measured angles, (..., J).
             dq: Measured rates, (..., J).
-            past: Accelerations of the joints (..., J) and how long each held, s, up to now;
-                without them the sensors had settled.
+            recalled: What `recall` returned last; without it the sensors had settled.
         """
         memory = {}
         for use in reversed(self._uses):
             angle, rate, kept = use.effect.unsensed(
-                use.values, q[..., use.at], dq[..., use.at],
-                [(faster[..., use.at], dt) for faster, dt in past])
+                use.values, q[..., use.at], dq[..., use.at], recalled.get(use.key))
             q, dq = put(q, use.at, angle), put(dq, use.at, rate)
             if kept is not None:
                 memory[use.key] = kept

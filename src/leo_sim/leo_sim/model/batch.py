@@ -86,10 +86,10 @@ def _rolled(model: Model, q0: Array, dq0: Array, inputs: Array, periods: Array,
             held: Array | None) -> tuple[Any, Any]:
     laws, dynamics = model.laws if history is None else model.reading_laws, model.rigid
     memory: Memory = {TIME: start[..., None]} | ({} if held is None else {HELD: held})
-    past: list[tuple[Any, Any]] = []
+    recalled: Memory = {}
     if history is not None:
-        memory, past = warmed(model, history, laws.true_state(q0, dq0)[1], memory)
-    q, dq, settled = laws.sensors.true_state(q0, dq0, past)
+        memory, recalled = warmed(model, history, laws.true_state(q0, dq0)[1], memory)
+    q, dq, settled = laws.sensors.true_state(q0, dq0, recalled)
     memory = {**memory, **settled}
     if whole_windows.possible(laws, q, inputs):
         given = Held(inputs, periods, enabled, push, memory)
@@ -106,7 +106,7 @@ def _rolled(model: Model, q0: Array, dq0: Array, inputs: Array, periods: Array,
 
 
 def warmed(model: Model, history: History, dq: Array, memory: Memory
-           ) -> tuple[Memory, list[tuple[Any, Any]]]:
+           ) -> tuple[Memory, Memory]:
     """What the effects remember after the history, with the joints held to its states.
 
     Args:
@@ -116,46 +116,48 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory
         memory: Where nothing went before; in it the time at the start of the windows.
 
     Returns:
-        The memory, and accelerations and durations where a sensor needs them.
+        The memory, and what the sensors recall of the motion.
     """
     laws = model.reading_laws
-    past: list[tuple[Any, Any]] = []
+    recalled: Memory = {}
     if not (laws.dynamic or laws.remembers) and laws.gap is None:
-        return memory, past
+        return memory, recalled
     inputs = np.asarray(history.inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(history.dt, dtype=float), inputs.shape[-3:-1])
     states = [(np.asarray(history.q, dtype=float)[..., k, :],
                np.asarray(history.dq, dtype=float)[..., k, :]) for k in range(inputs.shape[-2])]
-    rates = [laws.true_state(*state)[1] for state in states] + [dq]
-    memory = rested(laws, laws.true_state(*states[0])[0], rates[0],
+    true = [laws.true_state(*state) for state in states]
+    rates = [state[1] for state in true] + [dq]
+    memory = rested(laws, *true[0],
                     {**memory, TIME: memory[TIME] - periods.sum(axis=-1)[:, None]})
+    moved = laws.recalls or laws.gap is not None
     for k, state in enumerate(states):
         h, count = _substep(periods[:, k], model.integration_step)
         held = inputs[..., k, :], _on(history.enabled, k), h
         if laws.sensors.dynamic:
-            past.append(_faster(model, state, past, memory, held, count))
-        q = laws.true_state(*state)[0]
-        if not laws.remembers and laws.gap is None:  # commands need no substeps
+            faster = _faster(model, state, recalled, memory, held, count)
+            recalled = laws.sensors.recall(recalled, faster, h * count)
+        if not moved:  # commands need no substeps
             h, count = h * count, 1
         for i in range(count):
             if i == 0 or laws.dynamic:
                 u, on, memory = laws.command(*held[:2], memory, h)
             share = (i + 1) / count
             rate = (1 - share) * rates[k] + share * rates[k + 1]
-            if laws.remembers:
-                memory = laws.remember(q, rate, memory, h)
+            if laws.recalls:
+                memory = laws.remember(true[k][0], rate, memory, h)
             if laws.gap is not None:
-                memory = _play(model, memory, q + (i + 0.5) * h * rate, rate, u, on, h)
-    return memory, past
+                memory = _play(model, memory, true[k][0] + (i + 0.5) * h * rate, rate, u, on, h)
+    return memory, recalled
 
 
-def _faster(model: Model, state: tuple[Any, Any], past: list[tuple[Any, Any]], memory: Memory,
-            held: tuple[Any, Any, Any], count: int) -> tuple[Any, Any]:
-    """Mean acceleration of the joints over one interval from a reading, and its length."""
+def _faster(model: Model, state: tuple[Any, Any], recalled: Memory, memory: Memory,
+            held: tuple[Any, Any, Any], count: int) -> Any:
+    """Mean acceleration of the joints over one interval from a reading."""
     laws, (inputs, enabled, h) = model.reading_laws, held
-    q, dq, _ = laws.sensors.true_state(*state, past)
+    q, dq, _ = laws.sensors.true_state(*state, recalled)
     after = model.integrate(laws, model.rigid, q, dq, memory, inputs, enabled, h, count)[1]
-    return (after - dq) / np.maximum(h * count, 1e-12), h * count
+    return (after - dq) / np.maximum(h * count, 1e-12)
 
 
 def _play(model: Model, memory: Memory, q: Array, dq: Array, u: Array, enabled: np.ndarray | None,
