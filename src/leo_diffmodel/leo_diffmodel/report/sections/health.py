@@ -44,7 +44,7 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
         'certificate': found.final.certificate,
         'ratio': number(errors['chi2_ratio']),
         'on_ground': bool(problem.linearisation),
-        'white': errors['chi2_ratio'] <= SETTINGS.unexplained,
+        'white': errors['chi2_ratio'] <= SETTINGS.gates.unexplained,
         'left': percent(errors['unexplained_share']),
         'repaired': repaired,
         'legend': _legend(repaired),
@@ -104,7 +104,7 @@ def _conditions(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             'windows': r['windows'],
             'before': number(r['before']),
             'after': number(r['after']),
-            'bad': r['after'] > SETTINGS.unexplained,
+            'bad': r['after'] > SETTINGS.gates.unexplained,
         }
         for r in rows
     ]

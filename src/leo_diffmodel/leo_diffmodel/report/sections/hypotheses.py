@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import (
@@ -91,11 +90,12 @@ def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
 
 def _supported(effect: Row) -> str:
     rivals = [
-        c for c in effect['confusable_with'] if c['separable_nats'] < MARGIN_NATS and not _why(c)
-    ]
+        c for c in effect['confusable_with']
+        if c['separable_nats'] < SETTINGS.gates.margin_nats and not _why(c)
+    ]  # fmt: skip
     if rivals:
         return 'supported, but not told apart from its rivals'
-    if effect['inclusion_probability'] < SETTINGS.stable:
+    if effect['inclusion_probability'] < SETTINGS.gates.stable:
         return 'supported, but not in enough of the held-out turns'
     return 'supported by training and held-out data'
 
@@ -108,7 +108,7 @@ def _status(
     rival = near.get(label(row))
     if rival and _why(rival):
         return 'same', f'the same thing in this data: {_why(rival)}'
-    if rival and rival['separable_nats'] < MARGIN_NATS:
+    if rival and rival['separable_nats'] < SETTINGS.gates.margin_nats:
         return 'rival', f'cannot be ruled out: {nats(rival["separable_nats"])} nats behind'
     if rival:
         return 'out', _distance(rival['separable_nats'])
@@ -120,7 +120,7 @@ def _status(
         return 'out', 'gains no more than noise would'
     if row['gain_held_out'] <= 0:
         return 'out', 'does not hold on held-out data'
-    if named and behind < MARGIN_NATS:
+    if named and behind < SETTINGS.gates.margin_nats:
         return 'out', 'overtaken by the supported effects together'
     if named:
         return 'out', f'{nats(behind)} nats behind'
