@@ -5,13 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import shooting
-from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.settings import Gates
+
+if TYPE_CHECKING:
+    from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
 
