@@ -208,7 +208,7 @@ def test_what_a_law_does_at_two_angles_tells_what_it_does_at_any(model, name, sh
         return knee.effect.torque(values, q, 0 * q, Motor(0.0, 0.0), 0.0)
 
     points = np.array([(0.1, *shape, angle) for angle in two_angles()])
-    turned, done = turned_to_any(knee, points, np.array([law(p) for p in points]))
+    turned, done = turned_to_any(knee, points, np.array([law(p) for p in points]), 24)
     assert len(turned) > 20 and np.ptp(turned[:, -1]) > 1.8 * np.pi
     np.testing.assert_allclose(done, [law(p) for p in turned], atol=1e-12)
 

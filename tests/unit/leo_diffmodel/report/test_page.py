@@ -281,7 +281,8 @@ def test_every_hypothesis_has_a_status_in_words():
         hypothesis('g', 11.0, None),
         hypothesis('h', 99.0, None),
     ]
-    section = hypotheses.section([named], [named, *others], {}, 12.0, 'rms, 0.5 s ahead')
+    section = hypotheses.section([named], [named, *others], {}, 12.0, 'rms, 0.5 s ahead',
+                                 SETTINGS.gates)  # fmt: skip
     assert [r['name'] for r in section.values['more']] == ['f', 'g', 'h']
     rows = [*section.values['rows'], *section.values['more']]
     status = {r['name']: (r['kind'], r['status']) for r in rows}

@@ -182,7 +182,8 @@ class GroundScanner(Scanner):
         heard = change * np.stack([self._leverage(row[None]) for row in change])
         length2 = np.maximum((heard * change).sum(-1), 1e-12)
         along = heard @ self.residual
-        (low, high), by = stretch_limits(candidate), self._problem.numerics.between
+        low, high = stretch_limits(candidate, self._problem.grids)
+        by = self._problem.numerics.between
         stretch = np.clip(along / length2, min(low, 1 / by), max(high, by))
         taken = stretch[:, None] * change
         gains = self._saved(taken)

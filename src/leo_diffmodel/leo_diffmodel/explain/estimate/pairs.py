@@ -9,14 +9,14 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate.scan import Scan, stretch_limits
 from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.explain.settings import Numerics
+from leo_diffmodel.explain.settings import Numerics, Settings
 
 Array = np.ndarray
 Point = tuple[tuple[Candidate, ...], Array]
 
 
 def best_pairs(
-    scans: Sequence[Scan], residual: Array, most: int, least: float, numerics: Numerics
+    scans: Sequence[Scan], residual: Array, most: int, least: float, settings: Settings
 ) -> list[Point]:
     """The pairs that save most, each with the values at which it does.
 
@@ -25,20 +25,21 @@ def best_pairs(
         residual: what the signatures of the scans are to explain, shape (M,).
         most: how many pairs.
         least: by how many nats a pair must be better than the better of its two.
-        numerics: how many points of each take part, and which are too much alike.
+        settings: how many points of each take part, which are too much alike, how far they reach.
     """
+    numerics = settings.numerics
     owner, rows, lengths = _atoms(scans, residual, numerics.pair_points)
     if len(owner) < 2:
         return []
     along, cosine = rows @ residual, rows @ rows.T
-    saved, first = _saved(along, cosine, lengths, [scans[o] for o in owner], numerics.parallel)
+    saved, first = _saved(along, cosine, lengths, [scans[o] for o in owner], settings)
     alone = 0.5 * np.maximum(along, 0.0) ** 2
     best = np.zeros(len(scans))
     np.maximum.at(best, owner, alone)
     both = np.maximum(best[owner][:, None], best[owner][None, :])
     saved = np.where(saved > both + least, saved, -np.inf)
     found: dict[frozenset[int], Point] = {}
-    for flat in np.argsort(-saved, axis=None)[: 50 * most]:
+    for flat in np.argsort(-saved, axis=None)[: numerics.pair_looks * most]:
         i, j = np.unravel_index(flat, saved.shape)
         if not np.isfinite(saved[i, j]) or len(found) == most:
             break
@@ -83,13 +84,13 @@ def _atoms(
 
 
 def _saved(
-    along: Array, cosine: Array, lengths: Array, scans: Sequence[Scan], parallel: float
+    along: Array, cosine: Array, lengths: Array, scans: Sequence[Scan], settings: Settings
 ) -> tuple[Array, Array]:
     """Nats that atoms i and j save together, and the stretch of i then; -inf where impossible."""
-    free = np.where(np.abs(cosine) < parallel, 1 - cosine**2, np.inf)
+    free = np.where(np.abs(cosine) < settings.numerics.parallel, 1 - cosine**2, np.inf)
     share = (along[:, None] - cosine * along[None, :]) / free
     stretch = share / lengths[:, :1]
-    limits = np.array([stretch_limits(s.candidate) for s in scans])
+    limits = np.array([stretch_limits(s.candidate, settings.grids) for s in scans])
     able = (stretch >= 0.5 * limits[:, :1]) & (stretch <= 2 * limits[:, 1:])
     saved = 0.5 * (share * along[:, None] + share.T * along[None, :])
     return np.where(able & able.T, saved, -np.inf), np.clip(stretch, limits[:, :1], limits[:, 1:])

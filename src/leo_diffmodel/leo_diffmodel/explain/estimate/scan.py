@@ -140,7 +140,7 @@ class Scanner:
         change = self.residual - self._project(e)
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         along = change @ self.residual
-        stretch = np.clip(along / length2, *stretch_limits(candidate))
+        stretch = np.clip(along / length2, *stretch_limits(candidate, self._problem.grids))
         gains = stretch * along - 0.5 * stretch**2 * length2
         best = int(np.argmax(gains))
         theta = stretched(candidate, grid[best], float(stretch[best]))
@@ -260,13 +260,13 @@ def _is_linear(candidate: Candidate) -> bool:
     return candidate.effect.hook == 'torque' and candidate.parameters[0].linear
 
 
-def stretch_limits(candidate: Candidate) -> tuple[float, float]:
+def stretch_limits(candidate: Candidate, grids: Grids) -> tuple[float, float]:
     """How far from a grid point the prediction still changes in proportion to the amplitude."""
     if _is_linear(candidate):
-        return 0.01, 20.0
+        return grids.linear_stretch
     hook = 'command' if candidate.effect.late else candidate.effect.hook
     bent = candidate.parameters[0].role in ('threshold', 'delay')
-    return (1.0, 1.0) if bent and hook in ('command', 'drive') else (0.2, 5.0)
+    return (1.0, 1.0) if bent and hook in ('command', 'drive') else grids.bent_stretch
 
 
 def scales_of(model: Model, windows: Windows) -> Scales:

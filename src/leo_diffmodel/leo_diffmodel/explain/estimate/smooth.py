@@ -63,7 +63,8 @@ class Smooth(FarAhead):
         points: list[Point] = [((s.candidate,), v) for s in worth
                                for v in (s.own, *s.others)[:wholes]]  # fmt: skip
         leaders = leading(scans, scanner.residual, numerics)
-        points += best_pairs(leaders, scanner.residual, pairs, limit, numerics)
+        points += best_pairs(leaders, scanner.residual, pairs, limit,
+                             problem.settings)  # fmt: skip
         fits = helper.spread(partial(_looked_at, problem, null), points,
                              lambda p: told(' + '.join(c.label for c in p[0])))  # fmt: skip
         further = _leading(problem, fits)

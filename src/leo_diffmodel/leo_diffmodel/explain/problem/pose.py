@@ -72,7 +72,7 @@ def pose(
     if model.robot.contacts:
         return Posed(problem, None, blocks)
     for longer in settings.grids.longer_seconds:
-        if longer < 1.3 * seconds or not _fits(everything, longer):
+        if longer < settings.numerics.wider * seconds or not _fits(everything, longer):
             continue
         wider = _problem(
             model, cut(everything, longer, history=noise.HISTORY), sigma, blocks, settings
@@ -130,7 +130,7 @@ def _fits(recordings: Sequence[Recording], seconds: float) -> bool:
 
 
 def _is_tame(problem: Problem) -> bool:
-    """Whether start noise moves the ends of nine windows in ten by little, and grows by little."""
+    """Whether start noise moves the ends of most windows by little, and grows by little."""
     windows, joints = problem.windows, problem.windows.q.shape[-1]
     none = np.zeros((0, *windows.dt.shape, joints))
     _, columns = respond(problem.base, windows, windows.measured[:, 0], none)
@@ -138,6 +138,6 @@ def _is_tame(problem: Problem) -> bool:
     moved = end * noise.per_window(problem.sigma, windows)
     spread = np.sqrt((moved**2).sum(axis=-1)).max(axis=-1)
     growth = np.abs(end[..., :joints]).max(axis=(1, 2))
-    widest, fastest = np.quantile(spread, 0.9), np.quantile(growth, 0.9)
     numerics = problem.numerics
+    widest, fastest = (np.quantile(x, numerics.tame_share) for x in (spread, growth))
     return bool(widest < numerics.most_spread and fastest < numerics.most_growth)

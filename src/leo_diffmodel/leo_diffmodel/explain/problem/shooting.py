@@ -81,7 +81,7 @@ def linearise(
     moved = hypothesis.together
     states, size = start.shape[-1] if by_start is None else 0, len(moved)
     nudge = 0.5 * sigma.min(axis=0)
-    step = difference_steps(hypothesis, theta, errors, numerics.longest_difference)
+    step = difference_steps(hypothesis, theta, errors, numerics)
     starts = np.broadcast_to(start, (1 + states + size, *start.shape)).copy()
     thetas = np.broadcast_to(theta, (1 + states + size, len(theta))).copy()
     for i in range(states):
@@ -106,19 +106,18 @@ def _seen(windows: Windows, recording: str) -> Array | slice:
 
 
 def difference_steps(
-    hypothesis: Hypothesis, theta: Array, errors: Array | None, longest: float
+    hypothesis: Hypothesis, theta: Array, errors: Array | None, numerics: Numerics
 ) -> Array:
     """Finite steps: as far as the data can tell a parameter, turned off the bounds.
 
     A law with a corner (dry friction, a dead zone) is straight only between two samples that
     change sides; a step that holds many of these sees the slope that the loss has over the width
-    of its minimum. Without standard errors 0.5 % of what a parameter is away from neutral.
-    `longest` is a share of the parameter, of that, or of a tenth of its range.
+    of its minimum. Without standard errors a small share of what it is away from neutral.
     """
     away = np.abs(theta - hypothesis.neutral)
-    step = 0.005 * np.maximum(away, 1e-2 * np.maximum(np.abs(theta), 1e-6))
+    step = numerics.difference * np.maximum(away, 1e-2 * np.maximum(np.abs(theta), 1e-6))
     if errors is not None:
-        width = hypothesis.high - hypothesis.low
+        width, longest = hypothesis.high - hypothesis.low, numerics.longest_difference
         most = np.maximum(np.maximum(np.abs(theta), away),
                           np.where(np.isfinite(width), longest * width, 0.0))
         step = np.clip(errors, step, np.maximum(step, longest * most))

@@ -63,6 +63,10 @@ class Grids:
     """Limits of the input, of its largest value in the data."""
     dead_bands: tuple[float, ...] = (0.004, 0.012, 0.03, 0.08, 0.2, 0.35)
     """Of the same."""
+    linear_stretch: tuple[float, float] = (0.01, 20.0)
+    """Times a scanned amplitude, between which a law is straight that is linear in it,"""
+    bent_stretch: tuple[float, float] = (0.2, 5.0)
+    """and that is not."""
     shape_shares: tuple[float, ...] = (0.05, 0.25)
     """What shapes an effect without scaling it, such as the rate at which friction falls;"""
     shape_seconds: tuple[float, ...] = (3.0, 20.0)
@@ -92,7 +96,9 @@ class Grids:
     reaches: tuple[float, ...] = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6)
     """rad: distances over which friction may build up, tried one by one."""
     fastest_hz: float = 10.0
-    """Of a wave in time;"""
+    """Of a wave in time,"""
+    of_rate: float = 0.4
+    """and of the rate of the samples, which cannot show half of it;"""
     per_period: int = 4
     """frequencies tried per period in the length of the data, finer tell nothing apart."""
     smooth_sign: float = 0.02
@@ -101,6 +107,10 @@ class Grids:
     # readable laws
     corners: int = 25
     """Where the corner of a hinge or the centre of a bump is tried."""
+    corner_tail: float = 0.005
+    """Share of the values at each end where no corner is tried,"""
+    bump_tail: float = 0.02
+    """no bump, and no corner where values lie close."""
     widths: tuple[float, ...] = (0.04, 0.08, 0.15, 0.3)
     """Of a bump, of the range of its variable."""
     settling_seconds: tuple[float, ...] = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)

@@ -23,6 +23,10 @@ class Numerics:
     """Windows of a problem; more tell little that is new, and cost as much each."""
     enough_windows: int = 16
     """To train on, for longer windows to be worth it."""
+    wider: float = 1.3
+    """Times as long as those of the search at least."""
+    tame_share: float = 0.9
+    """Share of the longer windows whose start states can be found:"""
     most_spread: float = 0.12
     """rad: by which the noise of the start may move the end of a longer window,"""
     most_growth: float = 15.0
@@ -40,6 +44,9 @@ class Numerics:
     """Share of windows in which noise alone has a mean square above what counts as noise."""
     farthest: float = 1e6
     """Whitened residuals are cut here: a hypothesis may send a robot to infinity."""
+    difference: float = 0.005
+    """The finite step where it is not known how well the data tell a parameter, of what that is
+    away from neutral."""
     longest_difference: float = 0.1
     """Of a parameter, of its distance from neutral, or of a tenth of its range: the longest finite
     step, for what the data hardly tell."""
@@ -132,6 +139,8 @@ class Numerics:
     """Leading effects of which all pairs are screened, one of each kind of answer."""
     pair_points: int = 4
     """Points of each candidate's grid that take part in that."""
+    pair_looks: int = 50
+    """Pairs of points looked at for each pair that is fitted."""
     parallel: float = 0.98
     """Cosine from which on two effects do the same thing: together they can do anything."""
     look: int = 2
@@ -222,8 +231,13 @@ class Numerics:
     """In which a window's missing torque is free, at most;"""
     ground_stretches: int = 3
     """on the ground, where each is a rollout with contacts."""
+    small_torque: float = 1e-3
+    """Of the robot's largest, by which its answer to a torque is found."""
     runaway: float = 100.0
     """Times the largest measured rate: a law that gets there has run away."""
+
+    told_half: float = 4.0
+    """Times the median interval of a curve's values; one that is surer than that is told."""
 
     # findings
     overlapping_windows: int = 40

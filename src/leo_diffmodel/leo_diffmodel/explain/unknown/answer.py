@@ -165,7 +165,7 @@ def _curve(recordings: Sequence[Recording], found: Found) -> dict[str, list | st
     basis = variable.hats(variable.values) * carried[..., None]
     free = Regression(left, found.blocks, law.curve.joint).of(basis[:, :, None]).at(0)
     half = 1.96 * free.spread
-    told = half < 4 * np.median(half)
+    told = half < left.problem.numerics.told_half * np.median(half)
     return {
         'x': variable.knots[told].tolist(),
         'x_unit': variable.unit,

@@ -88,7 +88,8 @@ def _along(left: Influence, regression: Regression, joint: int, reach: float, z:
 def _periodic(left: Influence, regression: Regression, joint: int, variable: Variable) -> Curve:
     """The best sine in time."""
     span, grids = float(np.ptp(variable.values)), left.problem.grids
-    highest = min(grids.fastest_hz, 0.4 / float(np.median(left.problem.windows.dt)))
+    period = float(np.median(left.problem.windows.dt))
+    highest = min(grids.fastest_hz, grids.of_rate / period)
     grid = np.arange(1.0 / span, highest, 1.0 / (grids.per_period * span))
     parts = max(1, len(grid) // left.problem.numerics.at_once)
     tried = [(f, s) for part in np.array_split(grid, parts)

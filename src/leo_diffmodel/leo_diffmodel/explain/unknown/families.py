@@ -56,7 +56,7 @@ def families(curve: Curve, grids: Grids) -> list[Family]:
         if curve.hertz:
             return [_wave(curve.hertz, x, grids.nearby)]
         return [_polynomial(1), _settling(grids.settling_seconds)]
-    forms = [_hinge(x, side, grids.corners) for side in (1.0, -1.0)]
+    forms = [_hinge(x, side, grids) for side in (1.0, -1.0)]
     forms += [_bump(x, variable.period, grids, constant) for constant in (False, True)]
     if variable.name == 'angle':
         forms += [_sine(grids.most_periods, constant) for constant in (False, True)]
@@ -97,9 +97,10 @@ def _size() -> Family:
     )  # fmt: skip
 
 
-def _hinge(x: Array, side: float, points: int) -> Family:
-    low, high = np.quantile(x, (0.005, 0.995))
-    dense = np.quantile(x, np.linspace(0.02, 0.98, points))
+def _hinge(x: Array, side: float, grids: Grids) -> Family:
+    tail, inner, points = grids.corner_tail, grids.bump_tail, grids.corners
+    low, high = np.quantile(x, (tail, 1 - tail))
+    dense = np.quantile(x, np.linspace(inner, 1 - inner, points))
     grid = np.sort(np.concatenate([dense, np.linspace(low, high, points)]))
     inside, words = ('x - x0', '{x} - x0') if side > 0 else ('x0 - x', 'x0 - {x}')
     return Family(
@@ -114,7 +115,8 @@ def _hinge(x: Array, side: float, points: int) -> Family:
 
 
 def _bump(x: Array, period: float | None, grids: Grids, constant: bool) -> Family:
-    low, high = (0.0, period) if period else np.quantile(x, (0.02, 0.98))
+    tail = grids.bump_tail
+    low, high = (0.0, period) if period else np.quantile(x, (tail, 1 - tail))
     centres = np.linspace(low, high, grids.corners)
     pairs = np.array([(c, w * (high - low)) for c in centres for w in grids.widths])
 

@@ -89,14 +89,15 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     numerics = problem.numerics
     most = numerics.ground_stretches if problem.linearisation else numerics.stretches
     stretch = np.arange(windows.steps) * min(windows.steps, most) // windows.steps
-    torques = _torques(stretch, windows.dt.shape, joints, 1e-3 * torque_scale(model.robot))
+    size = numerics.small_torque * torque_scale(model.robot)
+    torques = _torques(stretch, windows.dt.shape, joints, size)
     predicted, columns = respond(model, windows, fitted.start, torques)
     if problem.linearisation:  # an extra torque there may throw the robot out of the ground
         lost = ~tame(columns)
         predicted[lost], columns[lost] = windows.measured[lost], 0.0
     noise = problem.sigma[windows.source][:, None, :, None]
     answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1)
-    answer = answer / (1e-3 * torque_scale(model.robot))
+    answer = answer / size
     leverage = leverage_weight(problem, answer)[..., 0] ** 2
     weight = leverage * shooting.robust_weight(
         fitted.residual, 2 * joints, numerics, fitted.typical
