@@ -27,7 +27,7 @@ from rich.progress import track
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.blind.case import draw_case
 from leo_diffmodel.blind.record import record
-from leo_diffmodel.explain.estimate.finish import finished, SAME_NATS, SAME_VALUES
+from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.loss import dispersion
@@ -37,6 +37,7 @@ from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
 
@@ -74,8 +75,9 @@ def ends(problem: Problem, hypothesis: Hypothesis, begin: Array, seed: int) -> E
     best = min((*fits, told), key=loss)
     unit = dispersion(best)
     above = [(loss(f) - loss(best)) / unit for f in (*fits, told)]
-    near = SAME_VALUES * best.standard_errors
-    same = [a <= SAME_NATS or bool((np.abs(f.theta - best.theta) <= near).all())
+    numerics = SETTINGS.numerics
+    near = numerics.same_values * best.standard_errors
+    same = [a <= numerics.same_nats or bool((np.abs(f.theta - best.theta) <= near).all())
             for a, f in zip(above, fits, strict=False)]  # fmt: skip
     assert told.certificate
     return Ends(above[:-1], sum(same), above[-1], told.certificate.converged)
@@ -84,9 +86,9 @@ def ends(problem: Problem, hypothesis: Hypothesis, begin: Array, seed: int) -> E
 def posed(recordings: list[Recording], model: Model, labels: list[str]
           ) -> tuple[Problem, Hypothesis]:
     """The problem that `leo explain` would pose, and the hypothesis of these effects."""
-    data, _ = Cut.of(recordings, [], model).thinned
+    data, _ = Cut.of(recordings, [], SETTINGS, model).thinned
     problem = pose(data, [], model).problem
-    pool = {c.label: limited(c, model) for c in candidates(model)}
+    pool = {c.label: limited(c, model, problem.grids) for c in candidates(model)}
     unknown = [name for name in labels if name not in pool]
     if unknown:
         raise SystemExit(f'convergence: no candidate is named {unknown[0]}; there are: '

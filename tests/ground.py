@@ -14,6 +14,7 @@ from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.linearisation import settled
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
@@ -49,8 +50,9 @@ def recorded(*effects, start='hanging', seconds=1.5, seed=1):
 def scanned(model, bag):
     """The settled windows of a bag, the model as given fitted to them, and its scanner."""
     windows = cut([bag], 0.1)
-    kept, linearisation = settled(model, windows, SIGMA)
-    problem = Problem(model, windows.take(kept), SIGMA, np.ones(len(kept), bool), linearisation)
+    kept, linearisation = settled(model, windows, SIGMA, SETTINGS)
+    problem = Problem(model, windows.take(kept), SIGMA, np.ones(len(kept), bool), SETTINGS,
+                      linearisation)  # fmt: skip
     null = fit(problem, Hypothesis())
     return problem, null, GroundScanner(problem, null, scales_of(model, windows))
 

@@ -15,6 +15,7 @@ from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import Scored
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -27,7 +28,8 @@ def posed(fold: Array) -> Any:
     """What a selection reads of a problem: windows of one recording, all trained on."""
     count = len(fold)
     windows = SimpleNamespace(source=np.zeros(count, dtype=int), count=count)
-    problem = SimpleNamespace(train=np.ones(count, dtype=bool), fold=fold, windows=windows)
+    problem = SimpleNamespace(train=np.ones(count, dtype=bool), fold=fold, windows=windows,
+                              gates=SETTINGS.gates, numerics=SETTINGS.numerics)  # fmt: skip
     return SimpleNamespace(problem=problem, longer=None)
 
 
@@ -50,7 +52,7 @@ def solved(at: Any, hypothesis: Hypothesis, data: Array, columns: dict[str, Arra
     flat = seen.reshape(data.size, len(names))
     theta = np.linalg.lstsq(flat, data.ravel(), rcond=None)[0]
     residual = data - seen @ theta
-    loss = shooting.loss(residual, STATES)
+    loss = shooting.loss(residual, STATES, SETTINGS.numerics)
     covariance = np.linalg.inv(flat.T @ flat) if names else np.zeros((0, 0))
     start = np.zeros((len(data), STATES))
     return Estimate(at, Fit(hypothesis, theta, covariance, start, loss, residual, -seen))

@@ -2,7 +2,6 @@
 """A search on recordings in memory, without the sentence and the tables of an answer."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import pytest
 
@@ -14,14 +13,14 @@ from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.settings import SETTINGS, Settings
 from leo_sim.model import Model
 
-FIRST = replace(SETTINGS, most_effects=1, pairs=0)
+FIRST = SETTINGS.changed(most_effects=1, pairs=0)
 """Single effects against the model as given, and nothing on top of them."""
 
 
 def searched(data: Sequence[Recording], model: Model, settings: Settings = SETTINGS,
              hold_out: Sequence[Recording] = ()) -> Search:
     """What is chosen from all effects of the catalogue."""
-    return search([*data, *hold_out], model, pose(data, hold_out, model), settings)
+    return search([*data, *hold_out], model, pose(data, hold_out, model, settings))
 
 
 def among(patch: pytest.MonkeyPatch, model: Model, *names: str) -> None:

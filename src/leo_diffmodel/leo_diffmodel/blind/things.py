@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.problem.classes import Facts, why_same
+from leo_diffmodel.explain.settings import SETTINGS
 
 LARGEST_SET = 3
 Thing = tuple[str, str]
@@ -27,7 +27,7 @@ def thing(row: dict) -> Thing:
 
 def left_open(row: dict) -> set[Thing]:
     """The effects that a row leaves open, itself included."""
-    near = [r for r in row['confusable_with'] if r['separable_nats'] < MARGIN_NATS]
+    near = [r for r in row['confusable_with'] if r['separable_nats'] < SETTINGS.gates.margin_nats]
     return {thing(row), *map(thing, near)}
 
 

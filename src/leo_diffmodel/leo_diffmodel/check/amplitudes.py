@@ -10,9 +10,9 @@ import numpy as np
 from leo_diffmodel.check.likeness import explained
 from leo_diffmodel.check.spanned import spanned
 from leo_diffmodel.check.traces import Trace, Traces
-from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
 from leo_diffmodel.explain.select.sets import widens
+from leo_diffmodel.explain.settings import SETTINGS
 
 Array = np.ndarray
 POWER_SIGMAS = 1.645
@@ -90,7 +90,8 @@ class Apart:
     def longer(self) -> Array:
         """How many times as much data tells i from j in 95 % of runs; 0 where any does."""
         with np.errstate(divide='ignore', invalid='ignore'):
-            return np.nan_to_num(needed(MARGIN_NATS - self.ahead) / self.nats, nan=0.0)
+            least = needed(SETTINGS.gates.margin_nats - self.ahead)
+            return np.nan_to_num(least / self.nats, nan=0.0)
 
 
 def reaches(data: Traces, facts: Facts) -> tuple[list[Reach], Apart]:
@@ -121,7 +122,7 @@ def _reach(data: Traces, i: int, rest: Array, apart: Apart) -> Reach:
               and not widens(other.candidate, trace.candidate)]  # fmt: skip
     found = trace.nats / needed(data.threshold)
     with np.errstate(divide='ignore', invalid='ignore'):
-        told = rest / needed(MARGIN_NATS - apart.ahead[i])
+        told = rest / needed(SETTINGS.gates.margin_nats - apart.ahead[i])
     both = np.minimum(found, np.nan_to_num(told[:, rivals], nan=np.inf).min(axis=1))
     nearest = min(rivals, key=lambda j: apart.separable[i, j])
     candidate = trace.candidate

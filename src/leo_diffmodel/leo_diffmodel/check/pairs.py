@@ -10,7 +10,7 @@ import itertools
 import numpy as np
 
 from leo_diffmodel.check.amplitudes import Apart, Reach
-from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
+from leo_diffmodel.explain.settings import SETTINGS
 
 MOST_TIMES = 1000.0
 
@@ -48,14 +48,15 @@ def alike(rows: Sequence[Reach], apart: Apart, seconds: float) -> list[Pair]:
         seconds: how much data there is.
     """
     seen = {r.label for r in rows if (r.seconds_to_detect or np.inf) <= seconds}
-    near = np.minimum(apart.separable, apart.separable.T) < MARGIN_NATS
+    margin = SETTINGS.gates.margin_nats
+    near = np.minimum(apart.separable, apart.separable.T) < margin
     found = [
         _pair(rows, apart, i, j, seconds) for i, j in itertools.combinations(range(len(rows)), 2)
         if near[i, j] or apart.same[i, j]
     ]
     close = [
         p for p in found
-        if p.same_thing or (p.separable_nats < MARGIN_NATS and {p.a, p.b} <= seen)
+        if p.same_thing or (p.separable_nats < margin and {p.a, p.b} <= seen)
     ]  # fmt: skip
     return sorted(close, key=lambda p: (not p.same_thing, p.separable_nats))
 

@@ -13,7 +13,8 @@ from leo_diffmodel.compare.noise import HISTORY, spread_out
 from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
-from leo_diffmodel.explain.problem.shooting import HUBER, huber
+from leo_diffmodel.explain.problem.shooting import huber, huber_weight
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -45,7 +46,7 @@ def misfit(recording: Recording, model: Model, sigma: Array) -> tuple[Array, Arr
     predicted, columns = respond(model, windows, windows.measured[:, 0], _torques(model, windows))
     e = ((windows.measured - predicted) / sigma).reshape(windows.count, -1)
     a = (columns / sigma[:, None]).reshape(windows.count, e.shape[1], -1)
-    return windows.start, huber(_without(e, a))
+    return windows.start, huber(_without(e, a), SETTINGS.numerics.huber)
 
 
 def short(recording: Recording, model: Model) -> Windows:
@@ -87,5 +88,5 @@ def _without(e: Array, a: Array) -> Array:
         inverse = np.where(good, 1 / np.where(good, size, 1.0), 0.0)
         seen = (np.swapaxes(left, -1, -2) @ (e * root)[..., None])[..., 0] * inverse
         rest = e - (a @ (np.swapaxes(right, -1, -2) @ seen[..., None]))[..., 0]
-        weight = np.minimum(1.0, HUBER / np.maximum(np.abs(rest), 1e-12))
+        weight = huber_weight(rest, SETTINGS.numerics.huber)
     return rest

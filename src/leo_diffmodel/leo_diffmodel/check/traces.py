@@ -85,7 +85,7 @@ def traces_of(
     scans = scan_all(problem, model, candidates(model, extra), progress)
     traces = tuple(_trace(s, max(seconds / share, 1.0)) for s in scans)
     price = 0.5 * float(np.log(whole.windows.measured.size))
-    return Traces(traces, threshold(scans), seconds, price)
+    return Traces(traces, threshold(scans, problem.settings), seconds, price)
 
 
 def fewer(problem: Problem) -> Problem:

@@ -115,7 +115,7 @@ def explain(
         progress: told what is being tried.
         step: length of the one step that errors are given for [s]; by default the control
             period of the data.
-        settings: the gates.
+        settings: every number by which it is answered; they travel with the problem.
         within: time for the search [s]; the best answer so far is given after it, and says so.
         keep: use what looks moved from outside, too; so is done where effects are of the user's
             own, which may do what a hand does.
@@ -130,22 +130,23 @@ def explain(
 
     def told(answer: Explanation) -> Explanation:
         return replace(answer, seconds=time.monotonic() - began, provenance=origin,
-                       settings=settings.to_json())  # fmt: skip
+                       settings=settings.gates.to_json())  # fmt: skip
 
     foreign = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
     helper.prepare(search, not foreign)
     as_given = keep or foreign  # what a user's own law does cannot be told from a hand
-    cut = Cut(recordings, hold_out) if as_given else Cut.of(recordings, hold_out, model)
-    if cut.share > settings.outside:
+    cut = (Cut(recordings, hold_out, settings) if as_given
+           else Cut.of(recordings, hold_out, settings, model))  # fmt: skip
+    if cut.share > settings.gates.outside:
         sentence, record = cut.answer
         return told(Explanation('unknown', sentence, model, next_run=record))
     recordings, hold_out = cut.thinned
-    posed, reason = _posed(recordings, hold_out, model)
+    posed, reason = _posed(recordings, hold_out, model, settings)
     if reason or posed is None:
         return told(_untestable(model, reason, extra))
     step, everything = errors.step_seconds(recordings, step), [*recordings, *hold_out]
     facts = Facts.of(model.robot, recordings)
-    found = search(everything, model, posed, settings, extra, progress, began + within,
+    found = search(everything, model, posed, extra, progress, began + within,
                    alike=facts.alike)  # fmt: skip
     findings = collect(everything, model, found, facts, step, own_constants(model, hold_out),
                        progress)  # fmt: skip
@@ -153,11 +154,12 @@ def explain(
 
 
 def _posed(
-    recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model
+    recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model,
+    settings: Settings,
 ) -> tuple[Posed | None, str]:
     """The problem, and why it cannot be tested; '' where it can."""
     try:
-        posed = pose(recordings, hold_out, model)
+        posed = pose(recordings, hold_out, model, settings)
     except ValueError as error:
         return None, f'{error}: record 20 s or more with a changing input'
     return posed, untestable(posed.problem) or ''

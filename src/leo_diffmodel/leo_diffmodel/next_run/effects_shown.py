@@ -49,9 +49,10 @@ def shown(
     for run in range(len(runs)):
         own = windows.source == run
         part = windows.take(own)
-        problem = Problem(model, part, np.tile(sigma, (len(runs), 1)), np.ones(own.sum(), bool))
+        problem = Problem(model, part, np.tile(sigma, (len(runs), 1)), np.ones(own.sum(), bool),
+                          SETTINGS)  # fmt: skip
         if on_ground:
-            kept, linearisation = settled(model, part, problem.sigma)
+            kept, linearisation = settled(model, part, problem.sigma, problem.settings)
             problem = replace(problem.take(kept), linearisation=linearisation)
         out.append([s.nats.max() * weight[own].mean() for s in scan_all(problem, model, wanted)])
     return np.array(out)
@@ -59,4 +60,4 @@ def shown(
 
 def is_shown(nats: float | Array) -> Array:
     """Where an effect would stand out of noise in 19 runs of 20."""
-    return np.asarray(nats > needed(SETTINGS.least_nats))
+    return np.asarray(nats > needed(SETTINGS.gates.least_nats))

@@ -15,7 +15,6 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
 from leo_diffmodel.explain.estimate.scan import scales_of, Scanner
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.classes import Facts, why_same
@@ -23,6 +22,7 @@ from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose, Posed
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.next_run.on_ground import fit_in_turn, linearised
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
@@ -68,7 +68,8 @@ def questions(answer: dict[str, Any], facts: Facts) -> list[Question]:
     What is the same thing in any run is no open question. What is so only as long as the motors
     are never free is one where there is no other.
     """
-    close = [[c for c in row['confusable_with'] if c['separable_nats'] < MARGIN_NATS]
+    margin = SETTINGS.gates.margin_nats
+    close = [[c for c in row['confusable_with'] if c['separable_nats'] < margin]
              + _in_its_place(row, answer) for row in answer['effects']]  # fmt: skip
     truly = [[c for c in rivals if not c['same_thing']] for rivals in close]
     if any(truly):
@@ -124,7 +125,7 @@ def fit_all(
     fitted = partial(fit_labels, problem)
     if problem.base.robot.contacts:
         fitted = partial(_fit_on_ground, *linearised(posed))
-    known = {c.label: limited(c, model) for c in candidates(model, extra)}
+    known = {c.label: limited(c, model, problem.grids) for c in candidates(model, extra)}
     out = []
     for question in wanted:
         fits = []

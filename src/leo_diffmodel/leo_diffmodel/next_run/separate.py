@@ -11,14 +11,9 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.loss import WINDOW_NATS
 from leo_diffmodel.explain.problem import shooting
-from leo_diffmodel.explain.problem.pose import (
-    GROUND_SAMPLES,
-    GROUND_SECONDS,
-    LEAST_SAMPLES,
-    SEARCH_SECONDS,
-)
+from leo_diffmodel.explain.problem.pose import window_seconds
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -33,9 +28,7 @@ def windows_of(
     Returns:
         the windows, `source` the number of the run, and their weights, shape (W,).
     """
-    seconds = max(SEARCH_SECONDS, LEAST_SAMPLES * period)
-    if on_ground:
-        seconds = max(GROUND_SECONDS, GROUND_SAMPLES * period)
+    seconds = window_seconds(SETTINGS.grids, on_ground, period)
     windows = cut(runs, seconds, history=noise.HISTORY)
     kept, weight = [], []
     for run in range(len(runs)):
@@ -70,11 +63,12 @@ def separable(
     windows, weight = windows_of(runs, period, on_ground)
     noises = np.tile(sigma, (len(runs), 1))
     linear = shooting.linearise(
-        base, windows, noises, other.hypothesis, other.theta, windows.measured[:, 0]
-    )
+        base, windows, noises, SETTINGS.numerics, other.hypothesis, other.theta,
+        windows.measured[:, 0],
+    )  # fmt: skip
     rest, by_theta, _, _ = shooting.eliminate(linear)
     prior = np.linalg.pinv(other.covariance) if other.theta.size else np.zeros((0, 0))
-    most, out = WINDOW_NATS if on_ground else np.inf, []
+    most, out = SETTINGS.gates.window_nats if on_ground else np.inf, []
     for run in range(len(runs)):
         own = windows.source == run
         out.append(_least(rest[own], by_theta[own], weight[own], prior, most))

@@ -92,6 +92,7 @@ def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list
             explanation.constants,
             found.threshold,
             Headline(errors['statistic'], errors['ladder'][0]['seconds']).short,
+            found.problem.gates,
         ),
         stability.section(explanation.stability, explanation.effects, explanation.settings),
         horizon.held_out(errors, bool(explanation.effects), _training(explanation, recordings)),

@@ -52,8 +52,8 @@ def correlation(problem: Problem, fitted: Fit) -> Correlation:
     windows = problem.windows
     inliers = np.flatnonzero(chi_squared(fitted) < PUSH_TIMES * np.median(chi_squared(fitted)))
     linear = shooting.linearise(
-        problem.base, windows.take(inliers), problem.sigma, fitted.hypothesis, fitted.theta,
-        fitted.start[inliers],
+        problem.base, windows.take(inliers), problem.sigma, problem.numerics,
+        fitted.hypothesis, fitted.theta, fitted.start[inliers],
     )  # fmt: skip
     basis = np.linalg.qr(linear.by_start)[0]
     lags = np.arange(1, 1 + min(LAGS, windows.steps - 1))

@@ -201,4 +201,5 @@ def search_steps(model: Model) -> int:
     from leo_diffmodel.explain.problem.candidates import candidates
     from leo_diffmodel.explain.settings import SETTINGS
 
-    return 4 * (len(candidates(model)) + SETTINGS.singles + SETTINGS.pairs)
+    numerics = SETTINGS.numerics
+    return 4 * (len(candidates(model)) + numerics.singles + numerics.pairs)

@@ -53,7 +53,7 @@ def hopeless(found: Proposal) -> str:
 def best(found: Proposal, seconds: float) -> str:
     """What the best run tells, and whether it is long enough."""
     from leo_diffmodel.check.amplitudes import needed
-    from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
+    from leo_diffmodel.explain.settings import SETTINGS
     from leo_diffmodel.next_run.effects_shown import is_shown
 
     option = found.options[0]
@@ -65,9 +65,10 @@ def best(found: Proposal, seconds: float) -> str:
     a, b = found.points[option.nats.index(least)].split(' | ')
     told = (f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by '
             f'{number(least)} nats')  # fmt: skip
-    if least > needed(MARGIN_NATS):
+    enough = needed(SETTINGS.gates.margin_nats)
+    if least > enough:
         return told
-    longer = seconds * needed(MARGIN_NATS) / least
+    longer = seconds * enough / least
     return f'{told}; more are needed to be sure: record {longer:.0f} s of it (leo next --seconds)'
 
 

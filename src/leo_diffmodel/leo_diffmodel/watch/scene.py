@@ -16,10 +16,11 @@ from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.windows import cut, Windows
-from leo_diffmodel.explain.findings.windows import held_out, HORIZON_SECONDS
+from leo_diffmodel.explain.findings.windows import held_out
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.problem.limits import limited
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.watch.timeline import Timeline
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
@@ -88,7 +89,7 @@ class Scene:
             raise UserError(beyond(everything)) from error
         except ValueError as error:
             raise UserError(f'{everything[0].path}: {error}; record 20 s or more') from error
-        found = {c.label: limited(c, known) for c in candidates(known, extra)}
+        found = {c.label: limited(c, known, SETTINGS.grids) for c in candidates(known, extra)}
         return cls(model, known, tuple(everything), sigma, blocks, held, train, step, found,
                    Timeline.of(everything))  # fmt: skip
 
@@ -103,7 +104,7 @@ def _held(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Wind
     Raises:
         ValueError: none fits.
     """
-    for seconds in HORIZON_SECONDS:
+    for seconds in SETTINGS.grids.horizon_seconds:
         windows = held_out(recordings, blocks, model, seconds, remembering=True)
         if windows and windows.count:
             return windows

@@ -16,14 +16,15 @@ from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.estimate import contact
 from leo_diffmodel.explain.estimate.contact import converged, finalists, polished, Stand
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.ground_scan import is_straight, turned_to_any, TWO_ANGLES
-from leo_diffmodel.explain.estimate.loss import gains, Rest, WINDOW_NATS
+from leo_diffmodel.explain.estimate.ground_scan import is_straight, turned_to_any, two_angles
+from leo_diffmodel.explain.estimate.loss import gains, Rest
 from leo_diffmodel.explain.estimate.standing import standing
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.linearisation import refined, settled
 from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.explain.unknown import find as unknown_find
 from leo_diffmodel.explain.unknown import influence as influences
 from leo_diffmodel.explain.unknown.curves import curves
@@ -93,7 +94,7 @@ def test_a_delay_is_searched_for_with_few_looks_at_the_geometry(model, braked, m
 
 def test_what_a_coarse_integration_is_off_by_is_taken_off(model):
     windows = cut([recorded(start='standing', seconds=0.9)], 0.1)
-    kept, linearisation = settled(model, windows, SIGMA)
+    kept, linearisation = settled(model, windows, SIGMA, SETTINGS)
     windows = windows.take(kept)
     finer, moved = refined(model, windows, linearisation)
     fine = predict(model.changed(scheme='training'), windows, linearisation.start)
@@ -106,10 +107,10 @@ def test_what_a_coarse_integration_is_off_by_is_taken_off(model):
 
 def test_starts_settle_on_another_model_by_the_answer_of_the_first(model, braked):
     windows = cut([braked], 0.1)
-    kept, linearisation = settled(model, windows, SIGMA)
+    kept, linearisation = settled(model, windows, SIGMA, SETTINGS)
     right = model.changed(effects=[place(LEO, 'viscous_friction', 'left_knee', b=0.05)])
-    _, again = settled(right, windows.take(kept), SIGMA, linearisation)
-    _, anew = settled(right, windows.take(kept), SIGMA)
+    _, again = settled(right, windows.take(kept), SIGMA, SETTINGS, linearisation)
+    _, anew = settled(right, windows.take(kept), SIGMA, SETTINGS)
     noise_alone = 0.5 * (windows.measured[0].size - linearisation.start.shape[-1])
     assert np.median(linearisation.loss) > 1.3 * noise_alone
     assert np.median(again.loss) == pytest.approx(noise_alone, rel=0.1)
@@ -118,9 +119,10 @@ def test_starts_settle_on_another_model_by_the_answer_of_the_first(model, braked
 
 def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
     windows = cut([recorded(start='standing', seconds=0.9)], 0.1)
-    kept, linearisation = settled(model, windows, SIGMA)
+    kept, linearisation = settled(model, windows, SIGMA, SETTINGS)
     sunk = linearisation.start - 0.05 * (np.arange(18) == 1)
-    _, again = settled(model, windows.take(kept), SIGMA, replace(linearisation, start=sunk))
+    below = replace(linearisation, start=sunk)
+    _, again = settled(model, windows.take(kept), SIGMA, SETTINGS, below)
     assert np.median(again.loss) < 1.1 * np.median(linearisation.loss)
 
 
@@ -130,7 +132,7 @@ def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
 def test_on_the_ground_a_law_is_looked_for_in_what_matters(monkeypatch, on_ground, share, found):
     monkeypatch.setattr(unknown_find, 'find_alone', lambda *_: None)
     monkeypatch.setattr(unknown_find, '_beyond', lambda *_: 'law')
-    monkeypatch.setattr(unknown_find, 'rest_of', lambda *_: Rest(2.0, share))
+    monkeypatch.setattr(unknown_find, 'rest_of', lambda *_: Rest(SETTINGS.gates, 2.0, share))
     problem = SimpleNamespace(windows=None, linearisation=on_ground or None)
     posed = SimpleNamespace(blocks=SimpleNamespace(index=lambda _: None))
     search = SimpleNamespace(problem=problem, posed=posed, null=None, final=None, alone=None)
@@ -143,8 +145,8 @@ def test_fits_that_save_all_there_is_are_told_apart_by_one_another():
 
     null, good, better = of([50.0] * 4), of([3.0, 4.0, 3.0, 9.0]), of([3.0, 3.0, 3.0, 3.0])
     everything = np.ones(4, bool)
-    first, second = gains(null, [good, better], everything, 1.0)
-    assert second == 4 * WINDOW_NATS and second - first == 1.0 + 6.0
+    first, second = gains(null, [good, better], everything, 6.0)
+    assert second == 4 * 6.0 and second - first == 1.0 + 6.0
     assert gains(null, [good, better], everything, np.inf) == [181.0, 188.0]
 
 
@@ -205,8 +207,8 @@ def test_what_a_law_does_at_two_angles_tells_what_it_does_at_any(model, name, sh
         values = dict(zip([p.name for p in knee.parameters], point, strict=True))
         return knee.effect.torque(values, q, 0 * q, Motor(0.0, 0.0), 0.0)
 
-    points = np.array([(0.1, *shape, angle) for angle in TWO_ANGLES])
-    turned, done = turned_to_any(knee, points, np.array([law(p) for p in points]))
+    points = np.array([(0.1, *shape, angle) for angle in two_angles()])
+    turned, done = turned_to_any(knee, points, np.array([law(p) for p in points]), 24)
     assert len(turned) > 20 and np.ptp(turned[:, -1]) > 1.8 * np.pi
     np.testing.assert_allclose(done, [law(p) for p in turned], atol=1e-12)
 
@@ -272,7 +274,9 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
         loss = np.full(12, lengths[name][step])
         fitted = SimpleNamespace(hypothesis=name, loss=loss, residual=windows,
                                  start=np.zeros((12, 18)))  # fmt: skip
-        posed = SimpleNamespace(problem=SimpleNamespace(train=np.ones(12, dtype=bool)))
+        posed = SimpleNamespace(problem=SimpleNamespace(
+            train=np.ones(12, dtype=bool), linearisation='settled', gates=SETTINGS.gates,
+            numerics=SETTINGS.numerics))  # fmt: skip
         return contact.Stand(posed, fitted, step)
 
     def advanced(at):

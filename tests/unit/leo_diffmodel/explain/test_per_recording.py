@@ -27,6 +27,7 @@ from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.problem.shooting import excess, linearise
 from leo_diffmodel.explain.select.evidence import _moves
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.results import Explanation
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
@@ -138,11 +139,13 @@ def test_own_constants_are_differentiated_at_once():
     hypothesis = Hypothesis(constants=uncertain(model, ('run_1', 'run_2')))
     theta, start = np.array([0.6, 1.2]), windows.measured[:, 0]
     assert hypothesis.together == [[0, 1]]
-    columns = linearise(model, windows, sigma, hypothesis, theta, start).by_theta
+    columns = linearise(model, windows, sigma, SETTINGS.numerics, hypothesis, theta,
+                        start).by_theta
     for i, name in enumerate(('run_1', 'run_2')):
         alone = Hypothesis(constants=(replace(hypothesis.constants[i], recording=''),))
         mine = windows.of(name)
-        one = linearise(model, windows.take(mine), sigma, alone, theta[[i]], start[mine]).by_theta
+        one = linearise(model, windows.take(mine), sigma, SETTINGS.numerics, alone, theta[[i]],
+                        start[mine]).by_theta  # fmt: skip
         assert columns[mine, :, i] == pytest.approx(one[..., 0])
         assert not columns[~mine, :, i].any()
 
@@ -154,7 +157,8 @@ def test_a_recording_left_out_finds_its_own_constant_anew():
     fitted = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
     assert fitted.theta == pytest.approx([0.6, 0.7, 0.8, 0.9, 1.0], rel=0.02)
     train = problem.train
-    moves = _moves(fitted, fitted.residual[train], fitted.columns[train], problem.fold[train])
+    moves = _moves(fitted, fitted.residual[train], fitted.columns[train], problem.fold[train],
+                   problem.numerics)  # fmt: skip
     assert len(moves) == 5
     assert np.array(list(moves.values())) == pytest.approx(0.0, abs=1e-3)
 
@@ -223,7 +227,8 @@ def test_what_was_found_goes_into_a_model_file_and_back(explained, tmp_path):
 def test_a_report_lists_the_constants_of_each_recording(explained):
     from leo_diffmodel.report.sections.hypotheses import section
 
-    values = section(explained.effects, explained.hypotheses, explained.constants, 1.0, '').values
+    values = section(explained.effects, explained.hypotheses, explained.constants, 1.0, '',
+                     SETTINGS.gates).values  # fmt: skip
     assert [line.split(' = ')[0] for line in values['constants']] == [
         f'{BOB} of {name}' for name in ('run_1', 'run_2', 'run_3')]
 

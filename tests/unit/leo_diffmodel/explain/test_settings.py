@@ -1,22 +1,71 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The gates of explain: few, all in one place, each told what it decides."""
+"""Every number of explain: few gates, each told what it is, and all of them in force."""
 
 from dataclasses import fields
-import re
 
-from leo_diffmodel.explain.settings import SETTINGS, Settings
+import pytest
+from tests.searched import FIRST, searched
+from tests.simulate import record, TORQUE
 
-MOST = 40
+from leo_diffmodel.explain.explanation import explain
+from leo_diffmodel.explain.settings import Gates, SETTINGS, Settings, texts
+from leo_sim.effects import place
+from leo_sim.model import Model
+
+MOST, FRICTION = 40, 'coulomb_friction'
+PARTS = [type(getattr(SETTINGS, part.name)) for part in fields(Settings)]
 
 
-def test_there_are_few_gates_and_each_has_its_line():
-    names = [f.name for f in fields(Settings)]
-    described = re.findall(r'^ {8}(\w+): \S', Settings.__doc__ or '', re.MULTILINE)
-    assert 10 < len(names) <= MOST
-    assert described == names
+def test_there_are_few_gates():
+    assert 10 < len(fields(Gates)) <= MOST
+
+
+@pytest.mark.parametrize('part', PARTS)
+def test_each_number_says_what_it_is(part):
+    told = texts(part)
+    assert list(told) == [f.name for f in fields(part)]
+    assert all(told.values())
+
+
+def test_a_number_has_one_name():
+    names = [f.name for part in PARTS for f in fields(part)]
+    assert len(set(names)) == len(names)
 
 
 def test_the_gates_are_told_by_name_and_value():
-    told = SETTINGS.to_json()
-    assert told == {f.name: getattr(SETTINGS, f.name) for f in fields(Settings)}
+    told = SETTINGS.gates.to_json()
+    assert told == {f.name: getattr(SETTINGS.gates, f.name) for f in fields(Gates)}
     assert all(isinstance(v, int | float) and v > 0 for v in told.values())
+
+
+def test_numbers_are_changed_by_name():
+    other = SETTINGS.changed(turns=7, huber=3.0, gap=0.1)
+    assert (other.gates.turns, other.numerics.huber, other.grids.gap) == (7, 3.0, 0.1)
+    assert other.changed(turns=SETTINGS.gates.turns, huber=2.5, gap=0.5) == SETTINGS
+    with pytest.raises(TypeError, match=r"no setting is named \['hubert'\]"):
+        SETTINGS.changed(hubert=3.0)
+
+
+def windows(run, **changed):
+    """In how many windows explain looks, as it says where gates ask for more."""
+    settings = SETTINGS.changed(fewest_windows=1000, **changed)
+    found = explain([run], Model(TORQUE), settings=settings)
+    assert found.verdict == 'untestable'
+    return int(found.sentence.partition('data in ')[2].split()[0])
+
+
+def test_a_number_of_each_of_the_three_reaches_the_problem():
+    run = record(TORQUE, seconds=6)
+    assert windows(run, search_seconds=0.15) > windows(run) > 5
+    assert windows(run, most_windows=5) == 5
+
+
+def test_a_number_of_each_of_the_three_reaches_a_search():
+    data = [record(TORQUE, place(TORQUE, FRICTION, 'pivot', c=0.3), seconds=6)]
+    other = FIRST.changed(price=1.0, huber=1.5, fractions=(0.1, 0.2))
+    before, after = (searched(data, Model(TORQUE), s) for s in (FIRST, other))
+    assert after.weight.price > 1.9 * before.weight.price
+    assert after.null.loss.sum() < before.null.loss.sum()  # where it is linear it rises less
+    amplitudes = [next(len(s.points) for s in found.scans if s.candidate.effect.name == FRICTION)
+                  for found in (before, after)]  # fmt: skip
+    assert amplitudes == [len(SETTINGS.grids.fractions), 2]

@@ -9,6 +9,7 @@ import yaml
 
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.limits import limited
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -35,7 +36,8 @@ def test_it_is_named_with_its_size_and_unit(name, tmp_path):
 def test_limits_are_those_of_a_slide(tmp_path):
     model = Model(cart(tmp_path))
     most = {(c.effect.name, p.name): (p.high, p.unit)
-            for c in candidates(model) for p in limited(c, model).parameters}  # fmt: skip
+            for c in candidates(model)
+            for p in limited(c, model, SETTINGS.grids).parameters}  # fmt: skip
     force = 5 * 9.81 * 2
     assert most['coulomb_friction', 'c'] == (pytest.approx(force), 'N')
     assert most['bias_torque', 't'][0] == pytest.approx(force)

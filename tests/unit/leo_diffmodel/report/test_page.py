@@ -23,7 +23,6 @@ from leo_diffmodel.report.sections import budget, horizon, hypotheses, stability
 from leo_diffmodel.report.sections import missing as missing_section
 from leo_diffmodel.report.sections import verdict as verdict_section
 from leo_diffmodel.report.sections import where as where_section
-from leo_diffmodel.report.sections.gates import descriptions
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
@@ -135,7 +134,7 @@ def test_every_verdict_makes_a_page(verdict, model, recording, tmp_path):
 def test_the_page_of_recordings_that_were_moved_from_outside(model, recording, tmp_path):
     sentence = 'Moved from outside in 60% of the moving time: 1.0 to 2.0 s (pivot: a push).'
     answer = replace(explanation('unknown', model, sentence), not_testable=[],
-                     settings=SETTINGS.to_json())  # fmt: skip
+                     settings=SETTINGS.gates.to_json())  # fmt: skip
     path = tmp_path / 'report.html'
     write_explanation(path, answer, [recording, replace(recording, path=Path('bags/other'))])
     _, text = read(path)
@@ -144,14 +143,9 @@ def test_the_page_of_recordings_that_were_moved_from_outside(model, recording, t
     assert 'Every effect of the catalogue' not in text
 
 
-def test_every_gate_says_what_it_decides():
-    assert descriptions().keys() == SETTINGS.to_json().keys()
-    assert all(descriptions().values())
-
-
 def test_an_answer_is_a_bar_beside_the_other_sets():
     rows = [{'effects': [f'armature:{n}'] if n else [], 'share': 0.1} for n in range(10)]
-    values = stability.section(rows, [], SETTINGS.to_json()).values
+    values = stability.section(rows, [], SETTINGS.gates.to_json()).values
     assert [s['mine'] for s in values['sets']] == [True] + 6 * [False]
     assert values['sets'][0]['name'] == 'nothing is missing'
     assert values['sets'][-1] == {'name': '4 other sets', 'share': '40 %', 'mine': False,
@@ -287,7 +281,8 @@ def test_every_hypothesis_has_a_status_in_words():
         hypothesis('g', 11.0, None),
         hypothesis('h', 99.0, None),
     ]
-    section = hypotheses.section([named], [named, *others], {}, 12.0, 'rms, 0.5 s ahead')
+    section = hypotheses.section([named], [named, *others], {}, 12.0, 'rms, 0.5 s ahead',
+                                 SETTINGS.gates)  # fmt: skip
     assert [r['name'] for r in section.values['more']] == ['f', 'g', 'h']
     rows = [*section.values['rows'], *section.values['more']]
     status = {r['name']: (r['kind'], r['status']) for r in rows}

@@ -5,12 +5,13 @@ import pytest
 
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.limits import limited
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.watch.handle import Handle
 from leo_sim.model import Model
 
 PENDULUM = Model('pendulum')
 HANDLES = {f'{c.label} {p.name}': Handle.of(p) for c in candidates(PENDULUM)
-           for p in limited(c, PENDULUM).parameters}  # fmt: skip
+           for p in limited(c, PENDULUM, SETTINGS.grids).parameters}  # fmt: skip
 
 
 @pytest.mark.parametrize('name', HANDLES)

@@ -8,6 +8,7 @@ import pytest
 from leo_diffmodel.explain.estimate.ground_scan import is_straight
 from leo_diffmodel.explain.estimate.scan import stretch_limits
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import EFFECTS, get_effect
@@ -38,7 +39,7 @@ def test_without_roles_an_effect_is_scanned_as_before(effect, parameters):
     told = with_roles(effect, bare)
     declared, guessed = (Candidate(effect, 'all', ps) for ps in (parameters, told))
     assert amplitude_indices(told) == amplitude_indices(parameters)
-    assert stretch_limits(guessed) == stretch_limits(declared)
+    assert stretch_limits(guessed, SETTINGS.grids) == stretch_limits(declared, SETTINGS.grids)
     assert is_straight(guessed) == is_straight(declared)
     assert [p.turns for p in told] == [p.turns for p in parameters]
 

@@ -9,9 +9,6 @@ from leo_diffmodel.explain.findings.findings import Findings, Part
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices
 from leo_diffmodel.explain.problem.limits import at_limit
 
-MOST_INSTEAD = 3
-"""Names told of those that were chosen instead."""
-
 
 def doubt(findings: Findings, part: Part) -> str:
     """Why an effect is not sure; '' where it is."""
@@ -23,27 +20,27 @@ def doubt(findings: Findings, part: Part) -> str:
         return 'whose interval holds no effect'
     if any(at_limit(p, v, 0.5 * (high - low)) for p, v, (low, high) in sizes):
         return 'at the limit of what is plausible'
-    if part.share < findings.settings.stable:
+    if part.share < findings.gates.stable:
         return f'chosen in {part.share:.0%} of the held-out turns'
-    if findings.floors and findings.floors[part.index] < findings.settings.least_floors:
+    if findings.floors and findings.floors[part.index] < findings.gates.least_floors:
         return 'below the noise floor, as many small differences are'
     return ''
 
 
 def instead(findings: Findings, part: Part) -> list[str]:
     """What is chosen in its place in too many of the turns for it to be sure."""
-    stable = findings.settings.stable
+    stable = findings.gates.stable
     if part.share >= stable:
         return []
-    most = findings.choices.instead[:MOST_INSTEAD]
+    most = findings.choices.instead[: findings.numerics.listed]
     return [label for label, share in most if share > 0.5 * (1 - stable)]
 
 
 def beside(findings: Findings) -> str:
     """What too many of the turns choose beside the chosen effects for it to be all; else ''."""
     choices = findings.choices
-    (chosen, share), told = choices.sets[0], choices.beside[:MOST_INSTEAD]
-    if not (chosen and told) or share >= findings.settings.stable:
+    (chosen, share), told = choices.sets[0], choices.beside[: findings.numerics.listed]
+    if not (chosen and told) or share >= findings.gates.stable:
         return ''
     listed = ', '.join(f'{label} in {share:.0%}' for label, share in told)
     return f'beside them the held-out turns choose {listed}'
@@ -52,7 +49,7 @@ def beside(findings: Findings) -> str:
 def doubts(findings: Findings) -> list[str]:
     """What keeps the whole answer from being sure, in words."""
     told = [*_on_limits(findings)]
-    if (kept := findings.choices.kept) < findings.settings.stable:
+    if (kept := findings.choices.kept) < findings.gates.stable:
         told.append(f'this set is chosen in {kept:.0%} of the held-out turns')
     told += _disagreements(findings)
     if findings.other:
@@ -77,7 +74,7 @@ def _on_limits(findings: Findings) -> Iterator[str]:
 def _disagreements(findings: Findings) -> Iterator[str]:
     """Effects of which two recordings ask for values that exclude each other, in words.
 
-    They differ by more than `settings.disagree` of the joint value as well: on a real robot
+    They differ by more than `disagree` of the joint value as well: on a real robot
     everything differs a little.
     """
     for part, values in zip(findings.effects, findings.own, strict=True):
@@ -88,7 +85,7 @@ def _disagreements(findings: Findings) -> Iterator[str]:
             high = max(own, key=lambda o: o.value - o.half, default=None)
             if low is None or high is None or low.value + low.half >= high.value - high.half:
                 continue
-            least = findings.settings.disagree * abs(value - parameter.neutral)
+            least = findings.gates.disagree * abs(value - parameter.neutral)
             if high.value - low.value > least:
                 yield (f'the bags disagree about {part.candidate.label}: {parameter.name} is '
                        f'{low.value:.3g} in {low.bag} and {high.value:.3g} in {high.bag}; '

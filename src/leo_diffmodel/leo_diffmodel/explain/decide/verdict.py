@@ -84,7 +84,7 @@ def decide(named: Sequence[Named], rest: Rest, unknown: bool, doubts: Sequence[s
 
 
 def _named(findings: Findings, part: Part) -> Named:
-    margin = findings.settings.margin_nats
+    margin = findings.gates.margin_nats
     same = [r.candidate.label for r in part.rivals if r.same]
     close = [r.candidate.label for r in part.rivals if not r.same and r.behind < margin]
     rivals = tuple(dict.fromkeys([*close, *instead(findings, part)]))

@@ -17,33 +17,14 @@ from leo_diffmodel.explain.estimate.fit import fit, looked_at, moved, settled_as
 from leo_diffmodel.explain.estimate.fitted import Certificate, Fit
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.imitation import imitations
-from leo_diffmodel.explain.estimate.loss import dispersion, gain, gains, MARGIN_NATS, WINDOW_NATS
+from leo_diffmodel.explain.estimate.loss import dispersion, gain, gains, most_nats
 from leo_diffmodel.explain.estimate.scan import Scales, Scan
 from leo_diffmodel.explain.estimate.standing import resettled, standing
 from leo_diffmodel.explain.estimate.threshold import threshold
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
-from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray
-MOST_CONTENDERS, WORTH, WORTH_ALL, WORTH_MORE = 10, 0.35, 0.8, 0.5
-"""How many are tried, and the share of the threshold that a scan, then a fit in some windows, and
-what that comes to in all must promise."""
-HALVING, HALVING_WINDOWS = ((4, np.inf), (3, 60.0)), 40
-"""How many go on after each step, and by how many nats (for a dispersion of 1) behind the best at
-most; in how many windows. None goes before a step: a scan may stop far from where an effect fits.
-"""
-RISING, LATE = 0.1, 6
-"""Nor does one go whose step has made up for so much of what it is behind; how often more.
-"""
-STRIDES = (1.0, 0.3)
-MOST_STEPS, ENOUGH_NATS = 10, 2.0
-CONVERGED_NATS = 1.0
-"""That count: what a fit that has come to its end may still promise to save."""
-LAST_STEPS, NEARLY, FARTHEST = 3, 0.3, 3.0
-"""Of a fit whose windows are linearised anew: how many; shorter ones, in standard deviations, are
-not worth one, and longer ones are cut.
-"""
 
 
 class Stand(NamedTuple):
@@ -60,8 +41,11 @@ class Contact(FarAhead):
 
     posed: Posed
     scales: Scales
-    settings: Settings
-    most_nats: float = WINDOW_NATS
+
+    @property
+    def most_nats(self) -> float:
+        """Where one more would be a contact that flips; see `Estimator`."""
+        return self.posed.problem.gates.window_nats
 
     def first(self, hypothesis: Hypothesis) -> Estimate:
         """The model as given, its windows settled; see `Estimator`."""
@@ -76,7 +60,7 @@ class Contact(FarAhead):
         scanner = GroundScanner(posed.problem, null, self.scales)
         scanner.trace(pool, lambda c: told(c.label))
         scans = sorted((scanner.scan(c) for c in pool), key=lambda s: -s.gain)
-        limit = threshold(scans, self.settings)
+        limit = threshold(scans, posed.problem.settings)
         null, last = successive_halving(posed, null, scans, limit, told)
         larger = tuple(Estimate(at.posed, at.fit) for at in last)
         return Extension(Estimate(posed, null), larger, tuple(scans), limit)
@@ -93,7 +77,7 @@ class Contact(FarAhead):
         From one start only: what another one costs here is most of a search.
         """
         posed, best = polished(at.posed, at.fit) if at.fit.hypothesis.size else at
-        converged = best.decrement < CONVERGED_NATS * dispersion(best)
+        converged = best.decrement < at.problem.numerics.converged_nats * dispersion(best)
         certificate = Certificate(best.decrement, 1, 1, converged)
         return Estimate(posed, replace(best, certificate=certificate))
 
@@ -107,15 +91,17 @@ def successive_halving(
     the model without it favour small effects. Those ahead after a step in some windows go on;
     the last are fitted in all.
     """
-    worth = [s for s in scans[:MOST_CONTENDERS] if s.gain > WORTH * limit] or scans[:1]
-    train = np.flatnonzero(posed.problem.train)
-    count = min(HALVING_WINDOWS, len(train))
+    numerics, train = posed.problem.numerics, np.flatnonzero(posed.problem.train)
+    least = numerics.ground_worth * limit
+    worth = [s for s in scans[: numerics.contenders] if s.gain > least] or scans[:1]
+    count = min(numerics.ground_windows, len(train))
     some = train[np.linspace(0, len(train) - 1, count).astype(int)]
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
     first = finalists(null, [replace(s, theta=at.fit.theta) for s, at in field], scans)
     last = _each(_linearised, posed, [_with(null, s) for s in first])
     promised = nats * len(train) / count
-    if promised > WORTH_ALL * limit and _gained(null, last) > WORTH_MORE * limit:
+    more = numerics.worth_more * limit
+    if promised > numerics.worth_all * limit and _gained(null, last) > more:
         last = _each(converged, posed, [at.fit for at in last])
         near, others = _imitating(min(last, key=_loss), scans)
         first, last = [*first, *near], [*last, *others]
@@ -128,18 +114,16 @@ def _played(
 ) -> tuple[list[tuple[Scan, Stand]], float]:
     """The last contenders, best first, and what the best of them gains [nats]."""
     stands = _each(_linearised, posed, [_with(null, s) for s in scans])
-    field = list(zip(scans, stands, strict=True))
-    for left, behind in HALVING:
+    field, numerics = list(zip(scans, stands, strict=True)), posed.problem.numerics
+    for left, behind in numerics.halving:
         field, rising = _further(null, field, left, behind)
         progress(field[0][0].candidate.label)
-    for _ in range(LATE):
+    for _ in range(numerics.late_steps):
         if not rising:
             break
-        field, rising = _further(null, field, *HALVING[-1])
-    field = field[: HALVING[-1][0]]
-    spread = min(dispersion(at.fit) for _, at in field)
-    saved = gains(null, [at.fit for _, at in field], posed.problem.train, spread)
-    return field, max(saved) / spread
+        field, rising = _further(null, field, *numerics.halving[-1])
+    field = field[: numerics.halving[-1][0]]
+    return field, _gained(null, [at for _, at in field])
 
 
 def _further(
@@ -149,13 +133,14 @@ def _further(
     stands = helper.spread(_advanced, [at for _, at in field])
     after = [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, stands, strict=True)]
     spread = min(dispersion(at.fit) for _, at in after)
-    train = after[0][1].posed.problem.train
-    saved = np.array(gains(null, [at.fit for _, at in after], train, spread))
+    problem = after[0][1].posed.problem
+    train, most = problem.train, most_nats(problem, spread)
+    saved = np.array(gains(null, [at.fit for _, at in after], train, most))
     order, lag = np.argsort(saved)[::-1], saved.max() - saved
     close = (saved > 0) & (lag < behind * spread)
     near = [i for i in order[:left] if close[i] or i == order[0]]
     was, now = (_losses(each, train) for each in (field, after))
-    rises = was - now > RISING * (now - now.min())
+    rises = was - now > problem.numerics.rising * (now - now.min())
     rising = [i for i in order if i not in near and rises[i]]
     return [after[i] for i in (*near, *rising)], bool(rising)
 
@@ -167,8 +152,9 @@ def _losses(field: Sequence[tuple[Scan, Stand]], train: Array) -> Array:
 def _gained(null: Fit, stands: Sequence[Stand]) -> float:
     """What the best of them gains [nats]."""
     spread = min(dispersion(at.fit) for at in stands)
-    train = stands[0].posed.problem.train
-    return max(gains(null, [at.fit for at in stands], train, spread)) / spread
+    problem = stands[0].posed.problem
+    most = most_nats(problem, spread)
+    return max(gains(null, [at.fit for at in stands], problem.train, most)) / spread
 
 
 def _each(
@@ -245,10 +231,11 @@ def _with(null: Fit, scan: Scan) -> Fit:
 
 def _advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
     """A step further, or a shorter one, where that is better, and what it gains [nats]."""
-    for scale in STRIDES:
+    problem = at.posed.problem
+    for scale in problem.numerics.strides:
         trial = _linearised(at.posed, moved(at.fit, at.step, scale), finer)
-        train, spread = at.posed.problem.train, dispersion(trial.fit)
-        if (gained := gain(at.fit, trial.fit, train, spread)) > 0:
+        most = most_nats(problem, dispersion(trial.fit))
+        if (gained := gain(at.fit, trial.fit, problem.train, most)) > 0:
             return trial, gained
     return at, 0.0
 
@@ -256,9 +243,10 @@ def _advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
 def converged(posed: Posed, best: Fit) -> Stand:
     """A hypothesis fitted with its windows linearised anew at every step."""
     first = at = _linearised(posed, best, finer=True)
-    for _ in range(MOST_STEPS if best.hypothesis.size else 0):
+    numerics = posed.problem.numerics
+    for _ in range(numerics.ground_iterations if best.hypothesis.size else 0):
         at, gained = _advanced(at, finer=True)
-        if gained < ENOUGH_NATS:
+        if gained < numerics.ground_gain_nats:
             break
     return at if at is first else _linearised(at.posed, at.fit, finer=True)
 
@@ -271,16 +259,17 @@ def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
     step gains is no judge here: it is less than the few windows say whose contacts settle
     otherwise. All together must not make it worse.
     """
+    problem, numerics = posed.problem, posed.problem.numerics
     at = _linearised(posed, best, finer=True, anew=True)
-    for _ in range(LAST_STEPS):
+    for _ in range(numerics.last_steps):
         farthest = _standard_errors_moved(at)
-        if farthest < NEARLY:
+        if farthest < numerics.last_errors:
             break
-        fitted = moved(at.fit, at.step, min(1.0, FARTHEST / farthest))
+        fitted = moved(at.fit, at.step, min(1.0, numerics.farthest_errors / farthest))
         at = _linearised(at.posed, fitted, finer=True, anew=True)
     spread = dispersion(best)
-    worse = -gain(best, at.fit, posed.problem.train, spread) / spread
-    return (at.posed, at.fit) if worse < MARGIN_NATS else (posed, best)
+    worse = -gain(best, at.fit, problem.train, most_nats(problem, spread)) / spread
+    return (at.posed, at.fit) if worse < problem.gates.margin_nats else (posed, best)
 
 
 def _standard_errors_moved(at: Stand) -> float:

@@ -7,10 +7,9 @@ import numpy as np
 from scipy.special import stdtrit
 
 from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.settings import Numerics
 
 Array = np.ndarray
-MOST_BENT = 0.75
-"""Of the curvature of the touching parabola."""
 
 
 def gram(columns: Array) -> Array:
@@ -30,7 +29,7 @@ def conditional_errors(columns: Array) -> Array:
 
 
 def covariance(columns: Array, residual: Array, block: Array, free: Array, spread: float,
-               channels: int, typical: Array | None = None) -> Array:
+               channels: int, numerics: Numerics, typical: Array | None = None) -> Array:
     """Covariance of the parameters that holds where the model is wrong, shape (P, P).
 
     The sandwich H^-1 J H^-1 (Godambe 1960, White 1982): H the curvature of the loss, J the
@@ -45,10 +44,12 @@ def covariance(columns: Array, residual: Array, block: Array, free: Array, sprea
         free: parameters that are on none of their bounds, shape (P,).
         spread: times nats count less, see `shooting.dispersion`.
         channels: how many there are, 2J.
+        numerics: of the loss, and how much it may bend the other way.
         typical: size of each in most windows, see `shooting.loss`.
     """
-    slopes, touching = derivatives(columns, residual, channels, typical)
-    inverse = _inverse(touching.sum(axis=0), _bent(slopes, residual, typical), free)
+    slopes, touching = derivatives(columns, residual, channels, numerics, typical)
+    bent = _bent(slopes, residual, numerics, typical)
+    inverse = _inverse(touching.sum(axis=0), bent, free, numerics.most_bent)
     slopes = slopes.sum(axis=1)
     _, number = np.unique(block, return_inverse=True)
     slopes = np.stack([np.bincount(number, s) for s in slopes.T], axis=-1) if free.size else slopes
@@ -58,36 +59,39 @@ def covariance(columns: Array, residual: Array, block: Array, free: Array, sprea
     return mixed * (stdtrit(max(count - 1, 1), 0.975) / 1.96) ** 2
 
 
-def derivatives(columns: Array, residual: Array, channels: int, typical: Array | None = None
-                ) -> tuple[Array, Array]:
+def derivatives(
+    columns: Array, residual: Array, channels: int, numerics: Numerics,
+    typical: Array | None = None,
+) -> tuple[Array, Array]:
     """Slope of the loss in each window and channel, and curvature of the touching parabola.
 
     Returns:
         shapes (W, 2J, P) and (W, P, P).
     """
-    weighed = columns * shooting.robust_weight(residual, channels, typical)[..., None]
+    weight = shooting.robust_weight(residual, channels, numerics, typical)
+    weighed = columns * weight[..., None]
     touching = np.einsum('wnp,wnq->wpq', weighed, columns, optimize=True)
     shape = len(residual), residual.shape[-1] // channels, channels, columns.shape[-1]
     return (weighed * residual[..., None]).reshape(shape).sum(axis=1), touching
 
 
-def _bent(slopes: Array, residual: Array, typical: Array | None) -> Array:
+def _bent(slopes: Array, residual: Array, numerics: Numerics, typical: Array | None) -> Array:
     """What the loss bends less than the parabola that touches it, (P, P).
 
     The size of what a channel is off by answers to the parameters: the observed information
     (Efron and Hinkley 1978) has both.
     """
     channels = slopes.shape[1]
-    off = slopes[shooting.size(residual, channels)[:, 0] > 1.0]
-    shared = 1.0 if typical is None else 1.0 + shooting.SHARED
-    return 2.0 * channels / (shared * residual.shape[-1]) * off.T @ off
+    off = slopes[shooting.size(residual, channels, numerics)[:, 0] > 1.0]
+    times = shooting.times_told(numerics, typical)
+    return 2.0 * channels / (times * residual.shape[-1]) * off.T @ off
 
 
-def _inverse(touching: Array, bent: Array, free: Array) -> Array:
+def _inverse(touching: Array, bent: Array, free: Array, most_bent: float) -> Array:
     """Inverse of the curvature over the free parameters.
 
     A direction the data do not determine gets a huge variance, a parameter on a bound none. Where
-    windows contradict each other the loss may bend the other way; at most `MOST_BENT` is taken
+    windows contradict each other the loss may bend the other way; at most this share is taken
     off a direction.
     """
     scale = np.sqrt(np.maximum(np.diag(touching), 1e-30))
@@ -95,7 +99,7 @@ def _inverse(touching: Array, bent: Array, free: Array) -> Array:
     values, vectors = np.linalg.eigh((touching / outer)[part])
     root = vectors / np.sqrt(np.maximum(values, 1e-12))
     shares, turned = np.linalg.eigh(root.T @ (bent / outer)[part] @ root)
-    root = root @ turned / np.sqrt(1.0 - np.minimum(shares, MOST_BENT))
+    root = root @ turned / np.sqrt(1.0 - np.minimum(shares, most_bent))
     inverse = np.zeros_like(touching)
     inverse[part] = root @ root.T
     return inverse / outer

@@ -54,14 +54,11 @@ class Extension:
 
 
 class Estimator(Protocol):
-    """Fits hypotheses to recordings.
+    """Fits hypotheses to recordings."""
 
-    Attributes:
-        most_nats: what a single window may say for or against a hypothesis [nats], for residuals
-            as white as noise.
-    """
-
-    most_nats: float
+    @property
+    def most_nats(self) -> float:
+        """What a single window may say for or against a hypothesis [nats], of white residuals."""
 
     def first(self, hypothesis: Hypothesis) -> Estimate:
         """The model as given, with what is uncertain refitted."""

@@ -21,14 +21,6 @@ from leo_diffmodel.explain.estimate.settle import settle
 from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
-SAME_NATS, SAME_VALUES = 0.1, 0.5
-"""Ends that many nats (that count) or standard errors of each value apart are one: where dry
-friction holds a joint, start states have valleys of their own, and a loss of thousands of nats is
-rough by one."""
-PROFILE = (-3.0, -1.0, 1.0, 3.0)
-"""Where along a parameter the loss is looked up [standard errors]."""
-PROFILES = 3
-"""How often a fit goes on from a better value of a profile."""
 
 
 def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
@@ -48,7 +40,7 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
             break
         begin = _aside(best, len(ends)) if theta is None else theta
         other = fit(problem, hypothesis, begin, thorough=True)
-        if _loss(problem, other) < _loss(problem, best) - _tolerance(best):
+        if _loss(problem, other) < _loss(problem, best) - _tolerance(problem, best):
             other = _profiled(problem, other)
         ends.append(other)
         best = min(ends, key=partial(_loss, problem))
@@ -58,14 +50,14 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
 
 def _reached(problem: Problem, ends: Sequence[Fit], best: Fit) -> int:
     """How many fits ended at the least loss, or at its values."""
-    least = _loss(problem, best) + _tolerance(best)
-    near = SAME_VALUES * best.standard_errors
+    least = _loss(problem, best) + _tolerance(problem, best)
+    near = problem.numerics.same_values * best.standard_errors
     return sum(_loss(problem, end) <= least or bool((np.abs(end.theta - best.theta) <= near).all())
                for end in ends)  # fmt: skip
 
 
-def _tolerance(fitted: Fit) -> float:
-    return SAME_NATS * dispersion(fitted)
+def _tolerance(problem: Problem, fitted: Fit) -> float:
+    return problem.numerics.same_nats * dispersion(fitted)
 
 
 def _aside(fitted: Fit, number: int) -> Array:
@@ -75,10 +67,10 @@ def _aside(fitted: Fit, number: int) -> Array:
 
 def _profiled(problem: Problem, fitted: Fit) -> Fit:
     """The fit from the best value of a profile on, as long as one is better than its end."""
-    for _ in range(PROFILES):
-        least, begin = _loss(problem, fitted) - _tolerance(fitted), None
+    for _ in range(problem.numerics.profiles):
+        least, begin = _loss(problem, fitted) - _tolerance(problem, fitted), None
         told = replace(problem, typical=fitted.typical)
-        for theta in _profile(fitted):
+        for theta in _profile(fitted, problem.numerics.profile):
             settled = settle(told, fitted.hypothesis, theta, (fitted.start,))
             loss = float(settled.loss[problem.train].sum())
             if loss < least:
@@ -89,11 +81,11 @@ def _profiled(problem: Problem, fitted: Fit) -> Fit:
     return fitted
 
 
-def _profile(fitted: Fit) -> Iterator[Array]:
+def _profile(fitted: Fit, errors_off: Sequence[float]) -> Iterator[Array]:
     """Values along each parameter with a standard error, the others where they are best then."""
     errors = fitted.standard_errors
     for i in np.flatnonzero(errors > 0):
-        for by in PROFILE:
+        for by in errors_off:
             theta = fitted.theta + by / errors[i] * fitted.covariance[:, i]
             yield fitted.hypothesis.bounded(theta)
 

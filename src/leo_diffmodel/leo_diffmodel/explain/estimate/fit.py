@@ -11,27 +11,13 @@ from scipy.optimize import lsq_linear
 
 from leo_diffmodel.explain.estimate.covariance import conditional_errors, covariance, gram
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.settle import KEPT, residual_at, settle
+from leo_diffmodel.explain.estimate.settle import residual_at, settle
 from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.settings import Numerics
 
 Array = np.ndarray
-ENOUGH_NATS, ENOUGH_ON_GROUND = 0.05, 0.5
-"""What a step must promise to be tried; less is the end."""
-ITERATIONS = 40
-DAMPING, LEAST_DAMPING = 1e-3, 1e-9
-"""Of the scaled normal equations, to begin with and at least."""
-HARDER, SOFTEST = 2.0, 1 / 3
-"""Times the damping after a step that gains nothing, more with each; after one that keeps its
-promise (Nielsen 1999)."""
-OUT_OF_LINE = 2.0
-"""Times the median loss: a window on the ground that is worse does not move the parameters."""
-RESPONDING, MOST_LEVERAGE = 0.05, 1.5
-"""A window on the ground responds to a parameter where its sensitivity is this share of what nine
-in ten stay below; one so many times as sensitive as their median is weighed down to that."""
-NO_STEP = 1e-12
-"""Of a scaled parameter that its bounds hold fast; the solver asks for room."""
 
 
 def fit(
@@ -39,7 +25,7 @@ def fit(
     hypothesis: Hypothesis,
     theta: Array | None = None,
     start: Array | None = None,
-    iterations: int = ITERATIONS,
+    iterations: int | None = None,
     thorough: bool = False,
 ) -> Fit:
     """Levenberg-Marquardt over the parameters within bounds, the start states projected out.
@@ -53,13 +39,14 @@ def fit(
         hypothesis: what is free.
         theta: values to begin with, shape (P,); None begins with what changes nothing.
         start: start states to begin with, shape (W, 2J); None begins with those measured.
-        iterations: most steps.
+        iterations: most steps; None for those of the settings.
         thorough: every step tries the measured start states as well, not the first and last only.
     """
     theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
     at = _point(problem, hypothesis, theta, _settled(problem, hypothesis, theta, start))
-    damping, settled = DAMPING, True
-    for _ in range(iterations if hypothesis.size else 0):
+    damping, settled = problem.numerics.damping, True
+    most = problem.numerics.iterations if iterations is None else iterations
+    for _ in range(most if hypothesis.size else 0):
         there, damping = _advanced(problem, at, damping, thorough)
         if there is None and settled:
             break
@@ -85,9 +72,11 @@ def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
     A contact may settle in two ways; what another hypothesis gains by that alone is no gain.
     """
     fixed = problem.fixed(fitted.hypothesis, fitted.theta)
-    linear = shooting.linearise(fixed.base, fixed.windows, fixed.sigma, Hypothesis(), np.zeros(0),
-                                other.start, fixed.by_start)  # fmt: skip
-    loss = shooting.loss(linear.residual, other.start.shape[-1], fitted.typical)
+    linear = shooting.linearise(fixed.base, fixed.windows, fixed.sigma, fixed.numerics,
+                                Hypothesis(), np.zeros(0), other.start,
+                                fixed.by_start)  # fmt: skip
+    channels = other.start.shape[-1]
+    loss = shooting.loss(linear.residual, channels, fixed.numerics, fitted.typical)
     rest = shooting.eliminate(linear)[0]
     better = loss < fitted.loss
     return replace(
@@ -102,10 +91,8 @@ def looked_at(problem: Problem, hypothesis: Hypothesis, theta: Array) -> tuple[F
     """A hypothesis on the ground as it is at some values, and the Gauss-Newton step from there."""
     assert problem.linearisation
     theta, start = hypothesis.bounded(theta), problem.linearisation.start
-    linear = shooting.linearise(problem.base, problem.windows, problem.sigma, hypothesis, theta,
-                                start, problem.by_start)  # fmt: skip
-    point = _Point.of(problem, hypothesis, theta, start, linear)
-    return _read_off(problem, point), point.step(DAMPING)
+    point = _point(problem, hypothesis, theta, start)
+    return _read_off(problem, point), point.step(problem.numerics.damping)
 
 
 def moved(fitted: Fit, step: Step, scale: float) -> Fit:
@@ -122,20 +109,20 @@ def _advanced(
     None where no step promises anything. The start states follow as the linearisation says; where
     that saves less than half of the promise they are settled.
     """
-    harder = HARDER
+    numerics, harder = problem.numerics, problem.numerics.harder
     while (step := at.step(damping)).promised > at.enough:
         theta, start = _along(at.hypothesis, at.theta, at.start, step)
         residual = residual_at(problem.fixed(at.hypothesis, theta), start)
         saved = at.saved(residual)
-        if saved < KEPT * step.promised:
+        if saved < numerics.kept * step.promised:
             begins = problem.begins(start) if thorough else (start,)
             settled = settle(at.told(problem), at.hypothesis, theta, begins, at.linear.by_start)
             start, saved = settled.start, at.saved(settled.residual)
         if saved > 0:
-            softer = max(SOFTEST, 1.0 - (2.0 * saved / step.promised - 1.0) ** 3)
+            softer = max(numerics.softest, 1.0 - (2.0 * saved / step.promised - 1.0) ** 3)
             return (_point(problem, at.hypothesis, theta, start, at.errors),
-                    max(damping * softer, LEAST_DAMPING))  # fmt: skip
-        damping, harder = max(damping, 1e3 * LEAST_DAMPING) * harder, 2.0 * harder
+                    max(damping * softer, numerics.least_damping))  # fmt: skip
+        damping, harder = max(damping, 1e3 * numerics.least_damping) * harder, 2.0 * harder
     return None, damping
 
 
@@ -162,8 +149,8 @@ def _point(
     problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array,
     errors: Array | None = None,
 ) -> _Point:
-    linear = shooting.linearise(problem.base, problem.windows, problem.sigma, hypothesis, theta,
-                                start, problem.by_start, errors)  # fmt: skip
+    linear = shooting.linearise(problem.base, problem.windows, problem.sigma, problem.numerics,
+                                hypothesis, theta, start, problem.by_start, errors)  # fmt: skip
     return _Point.of(problem, hypothesis, theta, start, linear)
 
 
@@ -192,6 +179,7 @@ class _Point:
         typical: size of what it is off by in most windows, (1, 2J); see `Problem.typical_of`.
         loss: of each window [nats], shape (W,).
         most: that a window may lose to have a say [nats].
+        enough: that a step must promise to be tried [nats].
         matrix, descent: of the robust normal equations of the windows that have one.
     """
 
@@ -199,6 +187,7 @@ class _Point:
     theta: Array
     start: Array
     linear: shooting.Linear
+    numerics: Numerics
     rest: Array
     slope: Array
     train: Array
@@ -217,21 +206,21 @@ class _Point:
     ) -> _Point:
         """Project the start states out and sum over the windows that are in line."""
         rest, slope = shooting.eliminate(linear)[:2]
-        channels = start.shape[-1]
+        channels, numerics = start.shape[-1], problem.numerics
         typical = problem.typical_of(linear.residual)
-        loss = shooting.loss(linear.residual, channels, typical)
-        most = np.inf
+        loss = shooting.loss(linear.residual, channels, numerics, typical)
+        most, enough = np.inf, numerics.step_nats
         if problem.linearisation:
-            most = OUT_OF_LINE * float(np.median(loss[problem.train]))
-        weight = shooting.robust_weight(linear.residual, channels, typical)
+            most = problem.gates.out_of_line * float(np.median(loss[problem.train]))
+            enough = numerics.ground_step_nats
+        weight = shooting.robust_weight(linear.residual, channels, numerics, typical)
         residual, columns, solved, gain = shooting.eliminate(linear, weight)
         chosen = problem.train & (loss < most)
         leverage = leverage_weight(problem, columns[chosen])
         columns = columns[chosen] * leverage
         descent = -np.einsum('wnp,wn->p', columns, residual[chosen] * leverage[..., 0])
-        enough = ENOUGH_ON_GROUND if problem.linearisation else ENOUGH_NATS
-        return cls(hypothesis, theta, start, linear, rest, slope, problem.train, typical, loss,
-                   most, enough, gram(columns), descent, (-solved, -gain))
+        return cls(hypothesis, theta, start, linear, numerics, rest, slope, problem.train,
+                   typical, loss, most, enough, gram(columns), descent, (-solved, -gain))
 
     @property
     def errors(self) -> Array:
@@ -245,10 +234,10 @@ class _Point:
     def saved(self, residual: Array) -> float:
         """What another residual (W, N) saves of mine, no window out of line [nats]."""
         channels = self.start.shape[-1]
-        typical = self.typical
+        typical, numerics = self.typical, self.numerics
         if typical is not None:
-            typical = shooting.typical_size(residual[self.train], channels)
-        loss = shooting.loss(residual, channels, typical)
+            typical = shooting.typical_size(residual[self.train], channels, numerics)
+        loss = shooting.loss(residual, channels, numerics, typical)
         return float((np.minimum(self.loss, self.most)
                       - np.minimum(loss, self.most))[self.train].sum())  # fmt: skip
 
@@ -273,7 +262,7 @@ def _bounded_step(point: _Point, damping: float) -> Array:
     scale = np.sqrt(np.diag(matrix)[moves])
     damped = matrix[np.ix_(moves, moves)] / np.outer(scale, scale) + damping * np.eye(len(scale))
     root = np.linalg.cholesky(damped).T
-    most = np.maximum(scale * high, scale * low + NO_STEP)
+    most = np.maximum(scale * high, scale * low + point.numerics.no_step)
     target = solve_triangular(root, point.descent[moves] / scale, trans=1)
     step[moves] = lsq_linear(root, target, (scale * low, most), 'bvls').x / scale
     return step
@@ -291,12 +280,12 @@ def _read_off(problem: Problem, point: _Point) -> Fit:
         point.hypothesis,
         point.theta,
         covariance(columns[train], point.rest[train], block[train], free, spread,
-                   channels, point.typical),
+                   channels, problem.numerics, point.typical),
         point.start,
         point.loss,
         point.rest,
         columns,
-        point.step(LEAST_DAMPING).promised,
+        point.step(problem.numerics.least_damping).promised,
         point.typical,
     )
 
@@ -310,7 +299,8 @@ def leverage_weight(problem: Problem, by_theta: Array) -> Array:
     if not problem.linearisation or not by_theta.size:
         return np.ones((len(by_theta), 1, 1))
     size = np.sqrt((by_theta**2).sum(axis=1))
-    responding = size >= RESPONDING * np.quantile(size, 0.9, axis=0)
+    numerics = problem.numerics
+    responding = size >= numerics.responding * np.quantile(size, 0.9, axis=0)
     typical = [np.median(s[a]) for s, a in zip(size.T, responding.T, strict=True)]
-    most = MOST_LEVERAGE * np.array(typical)
+    most = numerics.most_leverage * np.array(typical)
     return np.where(size > most, most / np.maximum(size, 1e-12), 1.0).min(axis=1)[:, None, None]

@@ -28,21 +28,10 @@ from leo_diffmodel.explain.estimate.scan import (
 from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.settings import Grids
 from leo_sim.effects import Parameter
 
 Array = np.ndarray
-MOST_WINDOWS = 40
-WINDOW_NATS = 30.0
-"""Most that one window may say: a contact that flips says thousands for the wrong reason."""
-FARTHEST = 30.0
-RIDGE = 1e-6
-BETWEEN = 2.2
-"""An amplitude that was tried stands for those up to so many times as large and as small."""
-MOST_SHAPES = 10
-TWO_ANGLES, ANGLES = (0.0, np.pi / 2), 24
-"""A law is run at two angles that shape it; how it answers to so many follows."""
-FACTORS = (0.25, 0.5, 2.0, 4.0)
-FRICTIONS = (0.1, 0.2, 0.4, 0.6, 0.9)
 
 
 @dataclass(frozen=True)
@@ -64,7 +53,8 @@ class GroundScanner(Scanner):
     def __init__(self, problem: Problem, null: Fit, scales: Scales):
         """Linearise at `null`; traces of an earlier round are taken over."""
         train = np.flatnonzero(problem.train)
-        some = train[np.linspace(0, len(train) - 1, min(MOST_WINDOWS, len(train))).astype(int)]
+        count = min(problem.numerics.ground_windows, len(train))
+        some = train[np.linspace(0, len(train) - 1, count).astype(int)]
         self._share = len(some) / len(train)
         self._kept = problem.linearisation.traces if problem.linearisation else {}
         super().__init__(problem.take(some), null.take(some), scales)
@@ -83,7 +73,8 @@ class GroundScanner(Scanner):
         trace = self._kept[candidate]
         change = self._project(trace.change)
         found = self._solved if is_straight(candidate) else self._picked
-        theta, gain = found(candidate, *turned_to_any(candidate, trace.points, change))
+        count = self._problem.grids.ground_directions
+        theta, gain = found(candidate, *turned_to_any(candidate, trace.points, change, count))
         full = np.concatenate([self._null.theta[: self._split], theta, self._tail])
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         unit, nats = change / np.sqrt(length2)[:, None], 0.5 * length2 / self._share
@@ -98,7 +89,8 @@ class GroundScanner(Scanner):
         model = hypothesis.model(self._problem.base, self._thetas(hypothesis, candidate, points))
         windows, sigma = self._problem.windows, self._problem.sigma
         starts = np.broadcast_to(self._null.start, (len(points), *self._null.start.shape))
-        e = shooting.whiten(windows, predict(model, windows, starts), sigma)
+        e = shooting.whiten(windows, predict(model, windows, starts), sigma,
+                            self._problem.numerics.farthest)  # fmt: skip
         return Trace(points, self._first - e)
 
     @property
@@ -115,7 +107,7 @@ class GroundScanner(Scanner):
         shapes: list[list[float]] = [[]]
         for i, p in enumerate(parameters):
             if i not in amplitude:
-                values = TWO_ANGLES if p.turns else self._shape(candidate, p)
+                values = two_angles() if p.turns else self._shape(candidate, p)
                 shapes = [[*s, v] for s in shapes for v in values]
         points = []
         for shape in shapes:
@@ -131,7 +123,7 @@ class GroundScanner(Scanner):
     def _few(self, candidate: Candidate) -> Array:
         """The grid of an effect that bends with its amplitude."""
         if candidate.effect.hook == 'ground':
-            return _grounds(candidate)
+            return _grounds(candidate, self._problem.grids)
         points, first = self._grid(candidate), candidate.parameters[0]
         if first.role == 'threshold' and first.neutral > 0:
             points = points[points[:, 0] < first.neutral]  # a higher limit limits nothing
@@ -148,13 +140,13 @@ class GroundScanner(Scanner):
         return sizes[1::2] if is_inertia(candidate) else sizes[::2]
 
     def _shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
-        return super()._shape(candidate, parameter)[:MOST_SHAPES]
+        return super()._shape(candidate, parameter)[: self._problem.numerics.most_shapes]
 
     def _solved(
         self, candidate: Candidate, points: Array, change: Array
     ) -> tuple[Array, float]:
         """Least squares over the parameters that scale the effect, for the best of its shapes."""
-        amplitude = amplitude_indices(candidate.parameters)
+        amplitude, numerics = amplitude_indices(candidate.parameters), self._problem.numerics
         groups = change.reshape(-1, len(amplitude), change.shape[-1])
         low, high = (np.array([getattr(p, end) for p in candidate.parameters])
                      for end in ('low', 'high'))  # fmt: skip
@@ -167,9 +159,10 @@ class GroundScanner(Scanner):
             quiet = self._leverage(rows)
             gram, slope = (rows * quiet) @ rows.T, (rows * quiet) @ self.residual
             scale = np.maximum(np.diag(gram), 1e-12)
-            stretch = np.linalg.solve(gram + RIDGE * np.diag(scale), slope)
+            stretch = np.linalg.solve(gram + numerics.ridge * np.diag(scale), slope)
             if candidate.effect.hook == 'sensor':
-                stretch = np.clip(stretch, -FARTHEST, FARTHEST)
+                most = numerics.farthest_stretch
+                stretch = np.clip(stretch, -most, most)
             moved = neutral[list(amplitude)] + step * stretch
             moved = np.clip(moved, low[list(amplitude)], high[list(amplitude)])
             stretch = (moved - neutral[list(amplitude)]) / step
@@ -189,8 +182,9 @@ class GroundScanner(Scanner):
         heard = change * np.stack([self._leverage(row[None]) for row in change])
         length2 = np.maximum((heard * change).sum(-1), 1e-12)
         along = heard @ self.residual
-        low, high = stretch_limits(candidate)
-        stretch = np.clip(along / length2, min(low, 1 / BETWEEN), max(high, BETWEEN))
+        low, high = stretch_limits(candidate, self._problem.grids)
+        by = self._problem.numerics.between
+        stretch = np.clip(along / length2, min(low, 1 / by), max(high, by))
         taken = stretch[:, None] * change
         gains = self._saved(taken)
         alike = gains == gains.max()
@@ -205,8 +199,9 @@ class GroundScanner(Scanner):
         weight: Array = leverage_weight(self._problem, by_theta)[:, 0] ** 2
         return np.repeat(weight[:, 0], by_theta.shape[1])
 
-    def _saved(self, change: Array, most: float = WINDOW_NATS) -> Array:
+    def _saved(self, change: Array, most: float | None = None) -> Array:
         """Nats saved by changes (..., M) of the residual, in no window more than `most`."""
+        most = self._problem.numerics.scan_window_nats if most is None else most
         each = self.residual * change - 0.5 * change**2
         windows = len(self._null.start)
         each = each.reshape(*each.shape[:-1], windows, -1).sum(axis=-1)
@@ -224,28 +219,35 @@ def is_straight(candidate: Candidate) -> bool:
     return first.role == 'amplitude' and first.linear
 
 
-def turned_to_any(candidate: Candidate, points: Array, change: Array) -> tuple[Array, Array]:
+def two_angles() -> tuple[float, float]:
+    """Where a law that an angle shapes is run: what it does at others follows [rad]."""
+    return 0.0, np.pi / 2
+
+
+def turned_to_any(
+    candidate: Candidate, points: Array, change: Array, count: int
+) -> tuple[Array, Array]:
     """What an effect does at many angles, from what it does at two of them; see `Parameter`."""
     names = candidate.parameters
     turned = [i for i, p in enumerate(names) if p.turns]
     if not turned or not is_straight(candidate):
         return points, change
-    column, angles = turned[0], np.linspace(-np.pi, np.pi, ANGLES, endpoint=False)
-    second = angles / TWO_ANGLES[1]
+    column, angles = turned[0], np.linspace(-np.pi, np.pi, count, endpoint=False)
+    second = angles / two_angles()[1]
     weights = np.stack([1 - second, second])
     if names[column].role == 'phase':
         weights = np.stack([np.cos(angles), np.sin(angles)])
     mixed = np.einsum('pa,gpm->gam', weights, change.reshape(-1, 2, change.shape[-1]))
-    at = np.repeat(points[::2], ANGLES, axis=0)
+    at = np.repeat(points[::2], count, axis=0)
     at[:, column] = np.tile(angles, len(points) // 2)
     return at, mixed.reshape(len(at), -1)
 
 
-def _grounds(candidate: Candidate) -> Array:
+def _grounds(candidate: Candidate, grids: Grids) -> Array:
     """Other grounds: softer, harder, more or less damped; so slippery that feet slide."""
     neutral = np.array([p.neutral for p in candidate.parameters])
     if len(neutral) == 1:
-        return np.array(FRICTIONS)[:, None]
-    one = [[k * neutral[0], neutral[1]] for k in FACTORS]
-    other = [[neutral[0], d * neutral[1]] for d in FACTORS]
+        return np.array(grids.frictions)[:, None]
+    one = [[k * neutral[0], neutral[1]] for k in grids.ground_factors]
+    other = [[neutral[0], d * neutral[1]] for d in grids.ground_factors]
     return np.array(one + other)

@@ -17,7 +17,6 @@ from leo_sim.model.window_shares import alone
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
-IDLE_SECONDS = 60
 _started: list[Future] = []
 _pools: list[ProcessPoolExecutor] = []
 
@@ -93,7 +92,7 @@ def _received(lent: _Lent, function: Callable[[Item], Any], items: Sequence[Item
 def _submit(function: Callable[..., Any], *arguments: Any) -> Future:
     """By a pool of its own: joblib does not share its reusable one."""
     if not _pools:
-        _pools.append(ProcessPoolExecutor(max_workers=1, timeout=IDLE_SECONDS))
+        _pools.append(ProcessPoolExecutor(max_workers=1, timeout=60))  # s without work
     try:
         return _pools[0].submit(function, *arguments)
     except BrokenProcessPool:  # it was killed while it waited

@@ -22,12 +22,6 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.effects.motor import Motor
 
 Array = np.ndarray
-LEFT = 0.05
-"""Most that an imitation may leave of the mean squared torque."""
-MOST, MOST_WHOLES = 3, 2
-"""How many other laws, and how many other whole numbers of the law itself, are tried."""
-SAMPLES = 400
-NO_MOTOR = Motor(0.0, 0.0)
 
 
 def imitations(problem: Problem, fitted: Fit, scans: Sequence[Scan]) -> list[Scan]:
@@ -56,11 +50,14 @@ def imitations(problem: Problem, fitted: Fit, scans: Sequence[Scan]) -> list[Sca
             theta = fitted.theta[:first], point, fitted.theta[first + len(values) :]
             near = wholes if itself else others
             near.append((left, replace(scan, theta=np.concatenate(theta))))
-    return [*_best(others)[:MOST], *_best(wholes)[:MOST_WHOLES]]
+    numerics = problem.numerics
+    most = numerics.imitation_left
+    return [*_best(others, most)[: numerics.imitations],
+            *_best(wholes, most)[: numerics.imitations_whole]]  # fmt: skip
 
 
-def _best(near: Sequence[tuple[float, Scan]]) -> list[Scan]:
-    return [scan for left, scan in sorted(near, key=lambda n: n[0]) if left < LEFT]
+def _best(near: Sequence[tuple[float, Scan]], most: float) -> list[Scan]:
+    return [scan for left, scan in sorted(near, key=lambda n: n[0]) if left < most]
 
 
 def _other_wholes(scan: Scan, values: Sequence[float]) -> list[Array]:
@@ -108,7 +105,7 @@ def _is_of_state(candidate: Candidate) -> bool:
 def _torque(candidate: Candidate, point: Array, q: Array, dq: Array) -> Array:
     names = [p.name for p in candidate.parameters]
     values = dict(zip(names, point, strict=True))
-    return np.asarray(candidate.effect.torque(values, q, dq, NO_MOTOR, 0.0))
+    return np.asarray(candidate.effect.torque(values, q, dq, Motor(0.0, 0.0), 0.0))
 
 
 def _states(problem: Problem, where: str) -> tuple[Array, Array]:
@@ -116,5 +113,6 @@ def _states(problem: Problem, where: str) -> tuple[Array, Array]:
     names = problem.base.robot.joint_names
     joints = [i for i, name in enumerate(names) if where in ('all', name)]
     q, dq = (x[..., joints].ravel() for x in (problem.windows.q, problem.windows.dq))
-    some = np.linspace(0, len(q) - 1, min(SAMPLES, len(q))).astype(int)
+    count = min(problem.numerics.imitation_samples, len(q))
+    some = np.linspace(0, len(q) - 1, count).astype(int)
     return q[some], dq[some]

@@ -7,8 +7,6 @@ import math
 
 from leo_diffmodel.explain.estimate.fitted import Fit
 
-MOST_DECIMALS = 8
-
 
 def effect_row(fitted: Fit, index: int) -> dict:
     """Name, place, file and parameters of candidate `index`."""
@@ -76,7 +74,7 @@ def _with_error(parameter: dict) -> str:
     if not half > 0 or half > 10 * abs(parameter['value']):
         return f'{parameter["value"]:.3g}'
     digits = max(0, 1 - math.floor(math.log10(half)))
-    if digits > MOST_DECIMALS:
+    if digits > 8:  # zeros that nobody counts
         figures = digits + 1 + math.floor(math.log10(max(abs(parameter['value']), half)))
         return f'{parameter["value"]:#.{figures}g} ± {half:#.2g}'
     return f'{parameter["value"]:.{digits}f} ± {half:.{digits}f}'

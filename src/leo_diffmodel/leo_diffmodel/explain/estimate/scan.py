@@ -24,18 +24,12 @@ from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.settings import Grids
 from leo_sim.description.robot import Robot
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
 
 Array = np.ndarray
-FRACTIONS = (0.004, 0.02, 0.08, 0.3)
-DELAYS = (0.001, 0.003, 0.006, 0.012, 0.025, 0.05)
-ANGLES = (0.003, 0.015, 0.06, 0.2)
-LIMITS = (0.97, 0.9, 0.8, 0.7, 0.55, 0.4)
-SHARES, SECONDS = (0.05, 0.25), (3.0, 20.0)
-TURN = (-np.pi / 2, 0.0, np.pi / 2, np.pi)
-DEAD_BANDS = (0.004, 0.012, 0.03, 0.08, 0.2, 0.35)
 
 
 @dataclass(frozen=True)
@@ -48,24 +42,24 @@ class Scales(UnitSizes):
     largest input.
     """
 
-    def amplitudes(self, effect: str, parameter: Parameter) -> Array:
+    def amplitudes(self, effect: str, parameter: Parameter, grids: Grids) -> Array:
         """Amplitudes of one sign to try, small to large, as change from neutral."""
         if parameter.role == 'delay':
-            return np.array(DELAYS)
+            return np.array(grids.delays)
         if parameter.unit == 'rad':
-            return np.array(ANGLES)
-        return self.large(effect, parameter) * np.array(FRACTIONS)
+            return np.array(grids.angles)
+        return self.large(effect, parameter) * np.array(grids.fractions)
 
-    def shapes(self, effect: str, parameter: Parameter) -> tuple[float, ...]:
+    def shapes(self, effect: str, parameter: Parameter, grids: Grids) -> tuple[float, ...]:
         """Values to try of a parameter that shapes an effect without scaling it."""
         if parameter.turns:
             way = 1.0 if parameter.unit == 'rad' else self.length / np.pi
-            return tuple(way * angle for angle in TURN)
+            return tuple(way * angle for angle in grids.directions)
         if parameter.unit == 's':
-            return SECONDS
+            return grids.shape_seconds
         if parameter.unit in COUNTS:
-            return tuple(float(n) for n in range(1, 17))
-        return tuple(self.large(effect, parameter) * share for share in SHARES)
+            return tuple(float(n) for n in range(1, grids.most_periods + 1))
+        return tuple(self.large(effect, parameter) * share for share in grids.shape_shares)
 
 
 @dataclass(frozen=True)
@@ -116,11 +110,15 @@ class Scanner:
         """
         self._problem, self._null, self._scales = problem, null, scales
         self._linear = linear = shooting.linearise(
-            problem.base, problem.windows, problem.sigma, null.hypothesis, null.theta, null.start,
-            problem.by_start, conditional_errors(null.columns[problem.train]),
+            problem.base, problem.windows, problem.sigma, problem.numerics, null.hypothesis,
+            null.theta, null.start, problem.by_start,
+            conditional_errors(null.columns[problem.train]),
         )  # fmt: skip
         rest, _, _, _ = shooting.eliminate(linear)
-        self._root = np.sqrt(shooting.robust_weight(rest, null.start.shape[-1], null.typical))
+        weight = shooting.robust_weight(
+            rest, null.start.shape[-1], problem.numerics, null.typical
+        )
+        self._root = np.sqrt(weight)
         self._basis = np.linalg.qr(linear.by_start * self._root[..., None])[0]
         free = null.hypothesis.free(null.theta)
         self._nuisance = self._constants(linear.by_theta[..., free])
@@ -137,11 +135,12 @@ class Scanner:
             self._problem.windows,
             shooting.predict(model, self._problem.windows, starts),
             self._problem.sigma,
+            self._problem.numerics.farthest,
         )
         change = self.residual - self._project(e)
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         along = change @ self.residual
-        stretch = np.clip(along / length2, *stretch_limits(candidate))
+        stretch = np.clip(along / length2, *stretch_limits(candidate, self._problem.grids))
         gains = stretch * along - 0.5 * stretch**2 * length2
         best = int(np.argmax(gains))
         theta = stretched(candidate, grid[best], float(stretch[best]))
@@ -192,14 +191,15 @@ class Scanner:
 
     def _sizes(self, candidate: Candidate, parameter: Parameter) -> Array:
         """Amplitudes of one sign; the clip and the dead band are sized by the input itself."""
+        grids, most = self._problem.grids, self._scales.input
         if candidate.effect.hook != 'command' or parameter.role != 'threshold':
-            return self._scales.amplitudes(candidate.effect.name, parameter)
+            return self._scales.amplitudes(candidate.effect.name, parameter, grids)
         if parameter.neutral > 0:
-            return np.array([f * self._scales.input - parameter.neutral for f in LIMITS])
-        return self._scales.input * np.array(DEAD_BANDS)
+            return np.array([f * most - parameter.neutral for f in grids.saturations])
+        return most * np.array(grids.dead_bands)
 
     def _shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
-        return self._scales.shapes(candidate.effect.name, parameter)
+        return self._scales.shapes(candidate.effect.name, parameter, self._problem.grids)
 
     def _constants(self, by_theta: Array) -> Array | None:
         if not by_theta.shape[-1]:
@@ -260,13 +260,13 @@ def _is_linear(candidate: Candidate) -> bool:
     return candidate.effect.hook == 'torque' and candidate.parameters[0].linear
 
 
-def stretch_limits(candidate: Candidate) -> tuple[float, float]:
+def stretch_limits(candidate: Candidate, grids: Grids) -> tuple[float, float]:
     """How far from a grid point the prediction still changes in proportion to the amplitude."""
     if _is_linear(candidate):
-        return 0.01, 20.0
+        return grids.linear_stretch
     hook = 'command' if candidate.effect.late else candidate.effect.hook
     bent = candidate.parameters[0].role in ('threshold', 'delay')
-    return (1.0, 1.0) if bent and hook in ('command', 'drive') else (0.2, 5.0)
+    return (1.0, 1.0) if bent and hook in ('command', 'drive') else grids.bent_stretch
 
 
 def scales_of(model: Model, windows: Windows) -> Scales:

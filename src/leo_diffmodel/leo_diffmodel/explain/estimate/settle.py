@@ -19,14 +19,6 @@ from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
-ROUNDS = 4
-ENOUGH_NATS = 0.05
-"""What the next step of a window must promise to be taken."""
-KEPT = 0.5
-"""Of what a step promises; less, and the sensitivity is found again where it was left."""
-DAMPINGS = (1e-4, 1e-2, 1.0)
-"""Of the scaled normal equations. The first step is the first of them; later ones are tried with
-all, in one rollout, and a window where none gains is settled."""
 
 
 @dataclass(frozen=True)
@@ -86,16 +78,17 @@ class _Settling:
             residual, known = linear.residual, linear.by_start
         else:
             residual = residual_at(fixed, start)
-        loss = shooting.loss(residual, start.shape[-1], fixed.typical)
+        loss = shooting.loss(residual, start.shape[-1], fixed.numerics, fixed.typical)
         self._at = Settled(start.copy(), loss, residual, known.copy())
         self._fresh = np.full(len(start), by_start is None or fixed.by_start is not None)
 
     def settled(self) -> Settled:
         """Step until no window's next step promises anything, or none gains."""
-        going = np.arange(len(self._fresh))
-        for number in range(ROUNDS):
-            steps, promised = self._planned(going, DAMPINGS if number else DAMPINGS[:1])
-            worth = promised > ENOUGH_NATS
+        going, numerics = np.arange(len(self._fresh)), self._fixed.numerics
+        first = numerics.start_dampings[:1]
+        for number in range(numerics.rounds):
+            steps, promised = self._planned(going, numerics.start_dampings if number else first)
+            worth = promised > numerics.step_nats
             going = going[worth]
             if not going.size:
                 break
@@ -105,23 +98,26 @@ class _Settling:
     def _planned(self, index: Array, dampings: Sequence[float]) -> tuple[Array, Array]:
         """The next steps of some windows, (D, w, 2J), and what the first promises [nats]."""
         residual, by_start = self._at.residual[index], self._at.by_start[index]
-        typical = self._fixed.typical
-        steps = _damped_steps(residual, by_start, dampings, typical)
+        steps = _damped_steps(self._fixed, residual, by_start, dampings)
         ahead = residual + (by_start @ steps[0][..., None])[..., 0]
-        return steps, self._at.loss[index] - shooting.loss(ahead, steps.shape[-1], typical)
+        return steps, self._at.loss[index] - self._lost(ahead)
+
+    def _lost(self, residual: Array) -> Array:
+        channels = self._at.start.shape[-1]
+        return shooting.loss(residual, channels, self._fixed.numerics, self._fixed.typical)
 
     def _step(self, index: Array, steps: Array, promised: Array) -> Array:
         """Move the windows by their best step; which of them may have another one, (w,)."""
         at, starts = self._at, self._at.start[index] + steps
         residuals = residual_at(self._fixed.take(index), starts)
-        losses = shooting.loss(residuals, starts.shape[-1], self._fixed.typical)
+        losses = self._lost(residuals)
         best = losses.argmin(axis=0), np.arange(len(index))
         gained = at.loss[index] - losses[best]
         better = gained > 0
         moved = index[better]
         at.start[moved], at.residual[moved], at.loss[moved] = (
             x[best][better] for x in (starts, residuals, losses))  # fmt: skip
-        stale = (gained < KEPT * promised) & (better | ~self._fresh[index])
+        stale = (gained < self._fixed.numerics.kept * promised) & (better | ~self._fresh[index])
         stale &= self._fixed.by_start is None
         first, self._fresh[moved] = len(steps) == 1, False
         self._refresh(index[stale])
@@ -135,11 +131,13 @@ class _Settling:
 
 
 def _damped_steps(
-    residual: Array, by_start: Array, dampings: Sequence[float], typical: Array | None
+    fixed: Problem, residual: Array, by_start: Array, dampings: Sequence[float]
 ) -> Array:
     """The Levenberg-Marquardt steps of each window's start state, (D, w, 2J)."""
-    weight = shooting.robust_weight(residual, by_start.shape[-1], typical)[..., None]
-    weighed = np.swapaxes(by_start * weight, -1, -2)
+    weight = shooting.robust_weight(
+        residual, by_start.shape[-1], fixed.numerics, fixed.typical
+    )
+    weighed = np.swapaxes(by_start * weight[..., None], -1, -2)
     matrix, slope = weighed @ by_start, weighed @ residual[..., None]
     size = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), 1e-30))
     scaled = matrix / (size[:, :, None] * size[:, None, :])
@@ -148,11 +146,11 @@ def _damped_steps(
 
 
 def _linearised(fixed: Problem, start: Array) -> shooting.Linear:
-    return shooting.linearise(fixed.base, fixed.windows, fixed.sigma, Hypothesis(), np.zeros(0),
-                              start)  # fmt: skip
+    return shooting.linearise(fixed.base, fixed.windows, fixed.sigma, fixed.numerics,
+                              Hypothesis(), np.zeros(0), start)  # fmt: skip
 
 
 def residual_at(fixed: Problem, start: Array) -> Array:
     """Whitened residual of the problem as it stands from some start states, (W, N)."""
     predicted = shooting.predict(fixed.base, fixed.windows, start)
-    return shooting.whiten(fixed.windows, predicted, fixed.sigma)
+    return shooting.whiten(fixed.windows, predicted, fixed.sigma, fixed.numerics.farthest)

@@ -21,16 +21,9 @@ from leo_diffmodel.explain.estimate.threshold import threshold
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.settings import Settings
 
 Array = np.ndarray
 Point = tuple[tuple[Candidate, ...], Array]
-DOZEN = 12
-"""Leading effects of which all pairs are screened, one of each kind of answer."""
-WORTH = 0.3
-"""Share of the threshold that a scan must promise to be fitted."""
-LOOK = 2
-"""Iterations of every fit; the better half of them then goes on (successive halving)."""
 
 
 @dataclass
@@ -39,7 +32,6 @@ class Smooth(FarAhead):
 
     posed: Posed
     scales: Scales
-    settings: Settings
     most_nats: float = np.inf
 
     def first(self, hypothesis: Hypothesis) -> Estimate:
@@ -50,28 +42,29 @@ class Smooth(FarAhead):
         self, base: Estimate, pool: Sequence[Candidate], told: Progress, few: bool = False
     ) -> Extension:
         """Scan all, and refit the best alone and in pairs; see `Estimator`."""
-        pairs = self.settings.pairs if base.names else self.settings.first_pairs
-        pairs = 0 if few else pairs
-        larger, scans, limit = self._larger(base, pool, self.settings.singles, pairs, told)
+        numerics = base.problem.numerics
+        pairs = numerics.pairs if base.names else numerics.first_pairs
+        larger, scans, limit = self._larger(base, pool, 0 if few else pairs, told)
         return Extension(base, tuple(larger), tuple(scans), limit)
 
     def _larger(
-        self, base: Estimate, pool: Sequence[Candidate], singles: int, pairs: int,
-        told: Progress,
+        self, base: Estimate, pool: Sequence[Candidate], pairs: int, told: Progress
     ) -> tuple[list[Estimate], list[Scan], float]:
         """Fits with one and with two more effects, the scans they come from, and the threshold."""
-        null, problem = base.fit, base.problem
+        null, problem, numerics = base.fit, base.problem, base.problem.numerics
         scanner = Scanner(problem, null, self.scales)
         scans = helper.spread(scanner.scan, pool, lambda c: told(c.label))
         scans = [replace(s, candidate=c) for s, c in zip(scans, pool, strict=True)]
         scans.sort(key=lambda s: -s.gain)
-        limit = threshold(scans, self.settings)
-        worth = [s for s in scans[:singles] if s.gain > WORTH * limit] or scans[:1]
-        wholes = self.settings.wholes
+        limit = threshold(scans, problem.settings)
+        worth = [s for s in scans[: numerics.singles]
+                 if s.gain > numerics.worth * limit] or scans[:1]  # fmt: skip
+        wholes = numerics.wholes
         points: list[Point] = [((s.candidate,), v) for s in worth
                                for v in (s.own, *s.others)[:wholes]]  # fmt: skip
-        leaders = leading(scans, scanner.residual, DOZEN)
-        points += best_pairs(leaders, scanner.residual, pairs, limit)
+        leaders = leading(scans, scanner.residual, numerics)
+        points += best_pairs(leaders, scanner.residual, pairs, limit,
+                             problem.settings)  # fmt: skip
         fits = helper.spread(partial(_looked_at, problem, null), points,
                              lambda p: told(' + '.join(c.label for c in p[0])))  # fmt: skip
         further = _leading(problem, fits)
@@ -95,12 +88,14 @@ def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:
     """A first look from where a scan points; a fit from neutral where that leads nowhere."""
     added, values = point
     hypothesis = _with(null.hypothesis, added)
-    fitted = fit(problem, hypothesis, _between(null, values), null.start, LOOK)
+    fitted = fit(problem, hypothesis, _between(null, values), null.start,
+                 problem.numerics.look)  # fmt: skip
     if fitted.loss[problem.train].sum() <= null.loss[problem.train].sum():
         return fitted
     parameters = [p for c in added for p in c.parameters]
     neutral = np.where([p.whole for p in parameters], values, [p.neutral for p in parameters])
-    return fit(problem, hypothesis, _between(null, neutral), null.start, iterations=3)
+    return fit(problem, hypothesis, _between(null, neutral), null.start,
+               problem.numerics.neutral_look)  # fmt: skip
 
 
 def _leading(problem: Problem, fits: Sequence[Fit]) -> list[int]:

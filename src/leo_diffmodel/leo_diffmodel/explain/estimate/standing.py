@@ -15,7 +15,7 @@ def standing(posed: Posed) -> Posed:
     problem = posed.problem
     if not problem.base.robot.contacts:
         return posed
-    kept, linearisation = settled(problem.base, problem.windows, problem.sigma)
+    kept, linearisation = settled(problem.base, problem.windows, problem.sigma, problem.settings)
     return replace(posed, problem=replace(problem.take(kept), linearisation=linearisation))
 
 
@@ -36,5 +36,5 @@ def resettled(
     windows, before = problem.windows, replace(problem.linearisation, start=fitted.start)
     if finer:
         windows, before = refined(model, windows, before)
-    _, linearisation = settled(model, windows, problem.sigma, before, anew)
+    _, linearisation = settled(model, windows, problem.sigma, problem.settings, before, anew)
     return replace(posed, problem=replace(problem, windows=windows, linearisation=linearisation))

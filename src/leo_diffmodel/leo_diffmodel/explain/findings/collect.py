@@ -64,7 +64,8 @@ def _told(recordings: Sequence[Recording], law: Found, held: HeldOut) -> Unknown
     if unknown.fit is None:
         return unknown
     if unknown.variable == 'path':
-        held = replace(held, windows=with_past(recordings, held.windows))
+        held = replace(held, windows=with_past(recordings, held.windows,
+                                                held.problem.numerics))  # fmt: skip
     before, after = (held.headline.mean(held.figures(f)) for f in (law.beside, unknown.fit))
     return replace(unknown, error_before=before, error_after=after)
 
@@ -73,14 +74,13 @@ def _judged(
     found: Search, held: HeldOut, facts: Facts, step: float, bags: tuple[str, ...],
     unknown: Unknown | None,
 ) -> Findings:
-    gates, problem = found.weight.settings, found.problem
+    gates, problem = found.weight.gates, found.problem
     before, after = held.predict(found.null), held.predict(found.final)
     smaller = parts.without(found)
     return Findings(
         search=found,
         base=held.base,
         facts=facts,
-        settings=gates,
         headline=held.headline,
         errors={
             'states': errors.state_names(held.base),
@@ -97,6 +97,6 @@ def _judged(
         choices=choices(found, facts),
         other=other(found, facts),
         refuted=refuted(found, held, facts),
-        rest=rest_of(found.null, found.final, bool(problem.linearisation), gates),
+        rest=rest_of(problem, found.null, found.final),
         unknown=unknown,
     )

@@ -11,7 +11,7 @@ from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.loss import Rest
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.explain.settings import Settings
+from leo_diffmodel.explain.settings import Gates, Numerics
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
@@ -99,7 +99,6 @@ class Findings:
             themselves, and without effects that the unknown law stands for.
         base: the model as given.
         facts: what decides which effects are the same thing.
-        settings: the gates.
         headline: which held-out error is told.
         errors: of explain.json, against horizon: states, one_step and horizon.
         windows: how many held-out windows errors are given on.
@@ -122,7 +121,6 @@ class Findings:
     search: Search
     base: Model
     facts: Facts
-    settings: Settings
     headline: Headline
     errors: dict
     windows: int
@@ -137,6 +135,16 @@ class Findings:
     refuted: str
     rest: Rest
     unknown: Unknown | None
+
+    @property
+    def gates(self) -> Gates:
+        """What decides the answer."""
+        return self.search.problem.gates
+
+    @property
+    def numerics(self) -> Numerics:
+        """How much of it is listed, among others."""
+        return self.search.problem.numerics
 
     @property
     def final(self) -> Fit:

@@ -73,7 +73,7 @@ class HeldOut:
 
     def undisturbed(self, fitted: Fit) -> HeldOut:
         """The windows that hold no hand push, by the hypothesis that knows most."""
-        free = undisturbed(self.predict(fitted))
+        free = undisturbed(self.predict(fitted), self.problem.numerics.push_times)
         rest = replace(self, windows=self.windows.take(free))
         rest._made[_values(fitted)] = self.predict(fitted).take(free)
         return rest

@@ -42,7 +42,8 @@ def _of(
     recording, with Student's t.
     """
     assert problem.block is not None
-    weight = shooting.robust_weight(final.residual, final.start.shape[-1], final.typical)
+    weight = shooting.robust_weight(final.residual, final.start.shape[-1], problem.numerics,
+                                    final.typical)  # fmt: skip
     column = final.columns[..., index]
     slopes = (weight * column * final.residual).sum(axis=-1)
     curvature = (weight * column**2).sum(axis=-1)

@@ -78,7 +78,7 @@ def rivals(found: Search, candidate: Candidate, facts: Facts) -> Iterator[Rival]
 
     An effect that was not chosen is compared alone, on the model as given.
     """
-    gates = found.weight.settings
+    gates = found.weight.gates
     names = found.chosen.names if candidate in found.chosen.names else frozenset({candidate})
     mine = found.chosen if names == found.chosen.names else found.known(names)
     assert mine is not None

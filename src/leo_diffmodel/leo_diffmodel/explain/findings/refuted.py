@@ -14,10 +14,6 @@ from leo_diffmodel.explain.select.sets import Names
 from leo_diffmodel.explain.select.stable import holds
 
 Array = np.ndarray
-FEWEST = 3
-"""Stretches of held-out time that tell how much an error varies."""
-SURELY = 0.99
-"""Confidence that another set is better."""
 
 
 def refuted(found: Search, held: HeldOut, facts: Facts) -> str:
@@ -29,16 +25,17 @@ def refuted(found: Search, held: HeldOut, facts: Facts) -> str:
     """
     chosen, floor = found.chosen.names, held.predict(found.final).floor.mean(axis=(0, 1))
     _, block = np.unique(found.posed.blocks.index(held.windows), return_inverse=True)
-    if len(np.unique(block)) < FEWEST:
+    gates = found.weight.gates
+    if len(np.unique(block)) < gates.fewest_blocks:
         return ''
-    mine, least = _squares(held, found.final, floor), stdtrit(block.max(), SURELY)
+    mine, least = _squares(held, found.final, floor), stdtrit(block.max(), gates.surely)
     better: dict[Names, float] = {}
     for rival in found.sets:
         lacks = any(not holds(rival.names, c, facts.alike) for c in chosen)
         if lacks and len(rival.names) <= len(chosen) + 1:
             saved = np.bincount(block, mine - _squares(held, rival.fit, floor))
             share, errors = saved.sum() / mine.sum(), np.sqrt(len(saved)) * saved.std(ddof=1)
-            if share > found.weight.settings.material and saved.sum() > least * errors:
+            if share > gates.material and saved.sum() > least * errors:
                 better[rival.names] = share
     best = max(better, key=better.__getitem__, default=None)
     if best is None:

@@ -16,13 +16,6 @@ from leo_diffmodel.explain.select.search import Search
 from leo_sim.model import Model
 
 Array = np.ndarray
-HORIZON_SECONDS = (1.0, 0.5, 0.3, 0.15)
-ENOUGH_ON_GROUND = 40
-"""Windows, which overlap: in a few, contacts that flip decide the error."""
-LONGER = 1.05
-"""Times the windows of the search, for windows of their own to be worth it."""
-PUSH_SIGMAS = 6.0
-PUSH_TIMES = 6.0
 
 
 def validation_windows(recordings: Sequence[Recording], found: Search, model: Model) -> Windows:
@@ -32,11 +25,12 @@ def validation_windows(recordings: Sequence[Recording], found: Search, model: Mo
     before them where the explained model has a memory, such as a delay that was named.
     """
     remembering = errors.has_memory(found.final.hypothesis.model(model, found.final.theta))
-    validation = found.problem.windows.take(found.problem.judged)
-    enough = ENOUGH_ON_GROUND if model.robot.contacts else 1
-    shortest = LONGER * float(validation.dt[0].sum())
+    problem = found.problem
+    numerics, validation = problem.numerics, problem.windows.take(problem.judged)
+    enough = numerics.overlapping_windows if model.robot.contacts else 1
+    shortest = numerics.longer * float(validation.dt[0].sum())
     chosen = validation
-    for seconds in (s for s in HORIZON_SECONDS if s > shortest):
+    for seconds in (s for s in problem.grids.horizon_seconds if s > shortest):
         windows = held_out(recordings, found.posed.blocks, model, seconds, remembering)
         chosen = windows if windows and windows.count else chosen
         if windows and windows.count >= enough:
@@ -62,8 +56,11 @@ def held_out(
     return windows.take(blocks.held(windows))
 
 
-def undisturbed(prediction: Prediction) -> Array:
-    """Windows that do not look like a hand push, far worse predicted than all others, (W,)."""
+def undisturbed(prediction: Prediction, times: float) -> Array:
+    """Windows that do not look like a hand push, far worse predicted than all others, (W,).
+
+    One is so many `times` as far off as its noise floor and the median window.
+    """
     size = np.sqrt((prediction.error**2 / prediction.floor).mean(axis=(1, 2)))
-    free = size < max(PUSH_SIGMAS, PUSH_TIMES * float(np.median(size)))
+    free = size < times * max(1.0, float(np.median(size)))
     return free if free.sum() >= free.size / 2 else np.ones_like(free)

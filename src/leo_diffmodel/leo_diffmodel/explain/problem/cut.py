@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.thin import thin
+from leo_diffmodel.explain.settings import Settings
 from leo_diffmodel.outside.outside import (
     LEFT_OUT,
     moved_from_outside,
@@ -17,8 +18,6 @@ from leo_diffmodel.outside.outside import (
 )
 from leo_sim.model import Model
 
-MOST_LISTED = 3
-
 
 @dataclass(frozen=True)
 class Cut:
@@ -27,18 +26,21 @@ class Cut:
     Attributes:
         recordings: what to learn from.
         hold_out: what no fit may see.
+        settings: how many stretches are listed.
         stretches: what was left out, in the numbering of all recordings as given.
         share: of the moving time that is in them, 0 to 1.
     """
 
     recordings: Sequence[Recording]
     hold_out: Sequence[Recording]
+    settings: Settings
     stretches: tuple[Stretch, ...] = ()
     share: float = 0.0
 
     @classmethod
     def of(
-        cls, recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model
+        cls, recordings: Sequence[Recording], hold_out: Sequence[Recording], settings: Settings,
+        model: Model,
     ) -> Cut:
         """Find the stretches and cut them out."""
         everything = [*recordings, *hold_out]
@@ -47,7 +49,7 @@ class Cut:
         later = [replace(s, source=s.source - len(recordings)) for s in found if s not in mine]
         kept = without(recordings, mine) if mine else recordings
         held = without(hold_out, later) if later else hold_out
-        return cls(kept, held, tuple(found), share_outside(everything, found))
+        return cls(kept, held, settings, tuple(found), share_outside(everything, found))
 
     @property
     def thinned(self) -> tuple[list[Recording], list[Recording]]:
@@ -74,5 +76,6 @@ class Cut:
     @property
     def _listed(self) -> str:
         words = [f'{max(0.0, s.begin):.1f} to {s.end:.1f} s ({s.why})' for s in self.stretches]
-        more = len(words) - MOST_LISTED
-        return ', '.join(words[:MOST_LISTED]) + (f' and {more} more' if more > 0 else '')
+        listed = self.settings.numerics.listed
+        more = len(words) - listed
+        return ', '.join(words[:listed]) + (f' and {more} more' if more > 0 else '')

@@ -22,39 +22,19 @@ from leo_diffmodel.compare.sizes import (
 )
 from leo_diffmodel.compare.unit_sizes import UnitSizes
 from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_diffmodel.explain.settings import Grids
 from leo_sim.description.robot import Robot
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
 from leo_sim.model.limits_file import limit_keys
 
-GAIN = (0.2, 5.0)
-"""Of a scale: a motor five times as strong as its data sheet is another motor."""
-HEAVIER = 5.0
-"""Times the heaviest link, or the largest inertia: a payload."""
-LIGHTER = 0.95
-LAG_SECONDS = 0.5
-TURNS = (0.5, 64.0)
-"""Periods of a ripple per turn: fewer make it a constant torque."""
-SLOWEST, FASTEST = 0.02, 30.0
-"""rad/s: where friction falls from its static to its dynamic level; slower is sticking itself."""
-CREEP, RUN = 0.002, 10.0
-"""m/s: the same of a slide."""
-OFFSET, GAP = 1.6, 0.5
-"""rad: a zero that is a quarter turn off, and a backlash that anybody sees."""
-HOUR = 3600.0
-"""s: of what changes over a recording."""
-PER_LOAD = 10.0
-"""Friction takes all of the tenth part of the largest torque, at most."""
-GROUND = 100.0
-"""Times harder or softer."""
 
-
-def limited(candidate: Candidate, model: Model) -> Candidate:
+def limited(candidate: Candidate, model: Model, grids: Grids) -> Candidate:
     """A candidate whose parameters stay within what is plausible for the robot.
 
     The model file may say otherwise (`limits:`), within what the effect allows at all.
     """
-    kept = [_limited(p, candidate, model) for p in candidate.parameters]
+    kept = [_limited(p, candidate, model, grids) for p in candidate.parameters]
     return replace(candidate, parameters=tuple(kept))
 
 
@@ -64,60 +44,67 @@ def at_limit(parameter: Parameter, value: float, half: float) -> bool:
     return any(abs(value - e) <= max(half, 1e-6 * abs(e)) for e in ends)
 
 
-def _limited(parameter: Parameter, candidate: Candidate, model: Model) -> Parameter:
+def _limited(
+    parameter: Parameter, candidate: Candidate, model: Model, grids: Grids
+) -> Parameter:
     keys = limit_keys(candidate.effect.name, candidate.where, parameter.name)
     given = next((model.limits[k] for k in keys if k in model.limits), None)
-    low, high = given or _range(parameter, candidate, model)
+    low, high = given or _range(parameter, candidate, model, grids)
     return replace(parameter, low=max(parameter.low, low), high=min(parameter.high, high))
 
 
-def _range(parameter: Parameter, candidate: Candidate, model: Model) -> tuple[float, float]:
-    unit, fixed = parameter.unit, _fixed(parameter, candidate)
+def _range(
+    parameter: Parameter, candidate: Candidate, model: Model, grids: Grids
+) -> tuple[float, float]:
+    unit, fixed = parameter.unit, _fixed(parameter, candidate, grids)
     if candidate.effect.hook == 'ground' and parameter.neutral > 0:
-        return parameter.neutral / GROUND, parameter.neutral * GROUND
+        return parameter.neutral / grids.ground, parameter.neutral * grids.ground
     if unit in ('kg', 'kg m2'):
-        return _inertial(unit, candidate, model)
+        return _inertial(unit, candidate, model, grids)
     if fixed is not None:
         return fixed
-    sizes = _sizes(model.robot, candidate.where)
+    sizes = _sizes(model.robot, candidate.where, grids.heavier)
     most = sizes.large(candidate.effect.name, parameter)
     if sizes.of(unit) is None or (unit == 'V' and parameter.role == 'threshold'):
         return -inf, inf
-    most *= PER_LOAD if unit in ('1/N m', '1/N') else 1.0
+    most *= grids.per_load if unit in ('1/N m', '1/N') else 1.0
     return -most, most
 
 
-def _fixed(parameter: Parameter, candidate: Candidate) -> tuple[float, float] | None:
+def _fixed(
+    parameter: Parameter, candidate: Candidate, grids: Grids
+) -> tuple[float, float] | None:
     """Of what no robot makes larger: scales, times, rates at which sticking ends, angles."""
     unit = parameter.unit
     if unit == '' and parameter.neutral == 1.0:
-        return GAIN
+        return grids.gain
     if unit == 's':
-        longest = HISTORY if candidate.effect.late else LAG_SECONDS
-        return (-longest, longest) if parameter.role == 'delay' else (-HOUR, HOUR)
-    if unit == 'rad':
-        most = _angle(parameter, candidate)
+        longest = HISTORY if candidate.effect.late else grids.lag_seconds
+        most = longest if parameter.role == 'delay' else grids.drift_seconds
         return -most, most
-    return {'rad/s': (SLOWEST, FASTEST), 'm/s': (CREEP, RUN),
-            '1/turn': TURNS, '1/m': TURNS}.get(unit)  # fmt: skip
+    if unit == 'rad':
+        most = _angle(parameter, candidate, grids)
+        return -most, most
+    return {'rad/s': grids.settling_rates, 'm/s': grids.settling_speeds,
+            '1/turn': grids.periods, '1/m': grids.periods}.get(unit)  # fmt: skip
 
 
-def _sizes(robot: Robot, where: str) -> UnitSizes:
+def _sizes(robot: Robot, where: str, heavier: float) -> UnitSizes:
     """The most that is plausible of each quantity, at 1 rad/s, 0.5 rad and a reach per second."""
     length, torque = reach(robot), _torque(robot, where)
     return UnitSizes(
         torque=torque, rate=1.0, angle=0.5,
-        force=max(torque / length, _weight(robot), force_scale(robot)),
+        force=max(torque / length, _weight(robot, heavier), force_scale(robot)),
         speed=length, length=length,
-        inertia=HEAVIER * inertia_scale(robot), mass=HEAVIER * mass_scale(robot),
+        inertia=heavier * inertia_scale(robot), mass=heavier * mass_scale(robot),
         input=max((a.strongest for a in robot.actuators), default=1.0),
     )  # fmt: skip
 
 
-def _angle(parameter: Parameter, candidate: Candidate) -> float:
+def _angle(parameter: Parameter, candidate: Candidate, grids: Grids) -> float:
     if parameter.role == 'threshold':
-        return GAP
-    return OFFSET if candidate.effect.hook == 'sensor' else float('inf')
+        return grids.gap
+    return grids.offset if candidate.effect.hook == 'sensor' else float('inf')
 
 
 def _torque(robot: Robot, where: str) -> float:
@@ -127,20 +114,22 @@ def _torque(robot: Robot, where: str) -> float:
     return max(stall, gravity_scale(robot))
 
 
-def _weight(robot: Robot) -> float:
+def _weight(robot: Robot, heavier: float) -> float:
     """Of all that moves, several times over [N]."""
     g = robot.constants['gravity'].value
-    return HEAVIER * g * sum(link.body.mass for link in robot.links)
+    return heavier * g * sum(link.body.mass for link in robot.links)
 
 
-def _inertial(unit: str, candidate: Candidate, model: Model) -> tuple[float, float]:
+def _inertial(
+    unit: str, candidate: Candidate, model: Model, grids: Grids
+) -> tuple[float, float]:
     """Added mass or inertia: less than nothing is left of no link."""
-    most = HEAVIER * (mass_scale if unit == 'kg' else inertia_scale)(model.robot)
+    most = grids.heavier * (mass_scale if unit == 'kg' else inertia_scale)(model.robot)
     if candidate.effect.hook != 'body':
         return -most, most
     path = f'links.{candidate.where}.' + ('mass' if unit == 'kg' else 'inertia')
     own = _least(model, path) if path in model.constants else most
-    return (-LIGHTER * own if unit == 'kg' else -most), most
+    return (-grids.lighter * own if unit == 'kg' else -most), most
 
 
 def _least(model: Model, path: str) -> float:

@@ -16,19 +16,11 @@ from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.pushes import predict, respond, tame
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.settings import Numerics, Settings
 from leo_sim.model import Model
 
 Array = np.ndarray
-ROUNDS, SCALES = 4, (1.0, 0.3)
-ENOUGH_NATS, WORTH_NATS = 0.3, 0.03
-"""What a step must gain for another one to follow, and promise to be tried."""
-MOST_BEND = 0.3
-DRAWS = 2
-FEWEST = 12
-LOST = 1e6
 COARSE, FINER = 'search', 'training'
-OUT_OF_LINE = 1.5
-"""Times the median loss: the sensitivity of such a window is found again."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +52,7 @@ def settled(
     model: Model,
     windows: Windows,
     sigma: Array,
+    settings: Settings,
     before: Linearisation | None = None,
     anew: bool = False,
 ) -> tuple[Array, Linearisation]:
@@ -72,18 +65,20 @@ def settled(
         model: the model as given.
         windows: short windows.
         sigma: noise of each recording and channel, shape (R, 2J).
+        settings: of the problem.
         before: the linearisation with another model, to go on from; its windows are all kept.
         anew: find the sensitivity of all windows again, not only of those where it was off by
             much.
     """
-    settling = _Settling(model, windows, sigma, before)
+    numerics = settings.numerics
+    settling = _Settling(model, windows, sigma, numerics, before)
     active = np.arange(windows.count)
     if anew:
         settling.linearise(active)
-    for round_ in range(ROUNDS):
+    for round_ in range(numerics.rounds):
         going = settling.step(active)
         if before and not round_:  # their sensitivity may be too old to have led anywhere
-            going |= _out_of_line(settling.loss, before.loss)
+            going |= _out_of_line(settling.loss, before.loss, numerics)
         active = active[going]
         if not active.size:
             break
@@ -91,7 +86,7 @@ def settled(
     start, columns, loss = settling.start, settling.columns, settling.loss
     if before:
         return np.arange(windows.count), replace(before, start=start, by_start=columns, loss=loss)
-    kept = _sure(model, windows, start, columns, sigma)
+    kept = _sure(model, windows, start, columns, sigma, settings)
     nothing = np.zeros_like(windows.measured[kept])
     return kept, Linearisation(start[kept], columns[kept], loss[kept], nothing)
 
@@ -104,11 +99,15 @@ class _Settling:
     """
 
     def __init__(
-        self, model: Model, windows: Windows, sigma: Array, before: Linearisation | None
+        self, model: Model, windows: Windows, sigma: Array, numerics: Numerics,
+        before: Linearisation | None,
     ) -> None:
         self._model, self._windows, self._sigma = model, windows, sigma
+        self._numerics = numerics
         if before:
-            self.start, self._predicted, self.loss = _nearest(model, windows, sigma, before)
+            self.start, self._predicted, self.loss = _nearest(
+                model, windows, sigma, numerics, before
+            )
             self.columns = before.by_start.copy()
         else:
             self.start = windows.measured[:, 0].copy()
@@ -116,7 +115,7 @@ class _Settling:
                 model, windows, self.start, _no_torques(windows)
             )
             self.columns[~tame(self.columns)] = 0.0
-            self.loss = _loss(windows, self._predicted, sigma)
+            self.loss = _loss(windows, self._predicted, sigma, numerics)
 
     def step(self, active: Array) -> Array:
         """Move the starts of some windows where that is better; which are to be linearised anew.
@@ -124,31 +123,35 @@ class _Settling:
         They are those that gained much and whose linearisation was off by much: what it was off by
         limits what another step could gain.
         """
-        part, loss = self._windows.take(active), self.loss[active]
+        part, loss, numerics = self._windows.take(active), self.loss[active], self._numerics
         before, columns = self._predicted[active], self.columns[active]
-        step = _step(part, before, columns, self._sigma)
+        step = _step(part, before, columns, self._sigma, numerics)
         change = np.einsum('wkij,wj->wki', columns, step)
-        promised, surprise = _loss(part, before + change, self._sigma), np.zeros(len(active))
-        waiting = np.flatnonzero(promised < loss - WORTH_NATS)
-        for scale in SCALES:
+        promised, surprise = self._lost(part, before + change), np.zeros(len(active))
+        waiting = np.flatnonzero(promised < loss - numerics.worth_nats)
+        for scale in numerics.strides:
             if waiting.size:
                 told = (before + scale * change)[waiting]
                 moved = self.start[active[waiting]] + scale * step[waiting]
                 better, surprise[waiting] = self._try(active[waiting], moved, told)
                 waiting = waiting[~better]
-        going: Array = (self.loss[active] < loss - ENOUGH_NATS) & (surprise > ENOUGH_NATS)
+        enough = numerics.follow_nats
+        going: Array = (self.loss[active] < loss - enough) & (surprise > enough)
         return going
+
+    def _lost(self, part: Windows, predicted: Array) -> Array:
+        return _loss(part, predicted, self._sigma, self._numerics)
 
     def _try(self, some: Array, start: Array, told: Array) -> tuple[Array, Array]:
         """Take the starts that are better; which are, and how far off is what was told [nats]."""
         part = self._windows.take(some)
         predicted = predict(self._model, part, start)
-        found = _loss(part, predicted, self._sigma)
+        found = self._lost(part, predicted)
         better = found < self.loss[some]
         taken = some[better]
         self.start[taken], self._predicted[taken] = start[better], predicted[better]
         self.loss[taken] = found[better]
-        return better, _loss(part, part.measured + told - predicted, self._sigma)
+        return better, self._lost(part, part.measured + told - predicted)
 
     def linearise(self, active: Array) -> None:
         """Find the sensitivity of some windows to their start states again."""
@@ -159,7 +162,7 @@ class _Settling:
 
 
 def _nearest(
-    model: Model, windows: Windows, sigma: Array, before: Linearisation
+    model: Model, windows: Windows, sigma: Array, numerics: Numerics, before: Linearisation
 ) -> tuple[Array, Array, Array]:
     """The starts of before, or the measured ones where those have become bad and these are better.
 
@@ -167,13 +170,13 @@ def _nearest(
         starts, what they lead to, and its loss.
     """
     start, predicted = before.start.copy(), predict(model, windows, before.start)
-    loss = _loss(windows, predicted, sigma)
-    far = loss > OUT_OF_LINE * np.median(loss)
-    bad = np.flatnonzero(far | (loss > before.loss + ENOUGH_NATS))
+    loss = _loss(windows, predicted, sigma, numerics)
+    far = loss > numerics.released * np.median(loss)
+    bad = np.flatnonzero(far | (loss > before.loss + numerics.follow_nats))
     if bad.size:
         part = windows.take(bad)
         other = predict(model, part, part.measured[:, 0])
-        found = _loss(part, other, sigma)
+        found = _loss(part, other, sigma, numerics)
         better = found < loss[bad]
         start[bad[better]], predicted[bad[better]] = part.measured[better, 0], other[better]
         loss[bad[better]] = found[better]
@@ -184,9 +187,10 @@ def _no_torques(windows: Windows) -> Array:
     return np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
 
 
-def _out_of_line(loss: Array, before: Array) -> Array:
+def _out_of_line(loss: Array, before: Array, numerics: Numerics) -> Array:
     """Windows that have become worse than before, and are far worse than most."""
-    return (loss > before + ENOUGH_NATS) & (loss > OUT_OF_LINE * np.median(loss))
+    worse, most = before + numerics.follow_nats, numerics.released * np.median(loss)
+    return (loss > worse) & (loss > most)
 
 
 def refined(
@@ -205,40 +209,45 @@ def refined(
     return replace(windows, q=q, dq=dq), replace(linearisation, finer=finer)
 
 
-def _loss(windows: Windows, predicted: Array, sigma: Array) -> Array:
-    e = (windows.measured - predicted) / per_window(sigma, windows)
-    cut = np.clip(np.nan_to_num(e, nan=LOST), -LOST, LOST)
-    return shooting.loss(cut.reshape(windows.count, -1), cut.shape[-1])
+def _loss(windows: Windows, predicted: Array, sigma: Array, numerics: Numerics) -> Array:
+    e = shooting.whiten(windows, predicted, sigma, numerics.farthest)
+    return shooting.loss(e, predicted.shape[-1], numerics)
 
 
-def _step(windows: Windows, predicted: Array, columns: Array, sigma: Array) -> Array:
+def _step(
+    windows: Windows, predicted: Array, columns: Array, sigma: Array, numerics: Numerics
+) -> Array:
     """The robust least-squares step of the start states, (W, 2J)."""
     noise = per_window(sigma, windows)
     e = ((windows.measured - predicted) / noise).reshape(windows.count, -1)
-    root = np.sqrt(shooting.robust_weight(e, predicted.shape[-1]))[..., None]
+    root = np.sqrt(shooting.robust_weight(e, predicted.shape[-1], numerics))[..., None]
     a = root * (columns / noise[..., None]).reshape(*e.shape, -1)
-    return (_inverse(a) @ (np.swapaxes(a, -1, -2) @ (root * e[..., None])))[..., 0]
+    inverse = _inverse(a, numerics.least_damping)
+    return (inverse @ (np.swapaxes(a, -1, -2) @ (root * e[..., None])))[..., 0]
 
 
-def _inverse(a: Array) -> Array:
+def _inverse(a: Array, damping: float) -> Array:
     """Covariance of the start states, (W, 2J, 2J); directions that do not show stay put."""
     gram = np.swapaxes(a, -1, -2) @ a
     size = np.sqrt(np.diagonal(gram, axis1=-2, axis2=-1)) + 1e-12
     scaled = gram / (size[..., None] * size[:, None])
-    inverse = np.linalg.inv(scaled + 1e-9 * np.eye(a.shape[-1]))
+    inverse = np.linalg.inv(scaled + damping * np.eye(a.shape[-1]))
     return inverse / (size[..., None] * size[:, None])
 
 
-def _sure(model: Model, windows: Windows, start: Array, columns: Array, sigma: Array) -> Array:
+def _sure(
+    model: Model, windows: Windows, start: Array, columns: Array, sigma: Array, settings: Settings
+) -> Array:
     """Indices of the windows whose predictions are linear within the noise of their start."""
-    noise = per_window(sigma, windows)
+    noise, numerics = per_window(sigma, windows), settings.numerics
     a = (columns / noise[..., None]).reshape(windows.count, -1, columns.shape[-1])
-    values, vectors = np.linalg.eigh(_inverse(a))
+    values, vectors = np.linalg.eigh(_inverse(a, numerics.least_damping))
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None]
-    draws = np.random.default_rng(0).standard_normal((DRAWS, *start.shape, 1))
+    shape = numerics.start_draws, *start.shape, 1
+    draws = np.random.default_rng(0).standard_normal(shape)
     moves = (root @ draws)[..., 0]
     y = predict(model, windows, np.concatenate([start[None], start + moves]))
     linear = np.einsum('wkij,swj->swki', columns, moves)
     bend = (((y[1:] - y[0] - linear) / noise) ** 2).mean(axis=(0, 2, 3))
-    sure = np.flatnonzero(bend < MOST_BEND)
-    return sure if sure.size >= FEWEST else np.argsort(bend)[:FEWEST]
+    sure, fewest = np.flatnonzero(bend < numerics.most_bend), settings.gates.fewest_windows
+    return sure if sure.size >= fewest else np.argsort(bend)[:fewest]

@@ -17,19 +17,10 @@ from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.fineness import stepped
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.explain.settings import Grids, SETTINGS, Settings
 from leo_sim.model import Model
 
 Array = np.ndarray
-SEARCH_SECONDS = 0.3
-LONGER_SECONDS = (1.0, 0.8, 0.6, 0.45)
-LEAST_SAMPLES = 8
-GROUND_SECONDS, GROUND_SAMPLES = 0.1, 4
-"""Of a window on the ground: contacts begin and end in longer ones; and its fewest samples."""
-MOST_WINDOWS = 400
-FEWEST_WINDOWS = 16
-MOST_SPREAD = 0.12
-MOST_GROWTH = 15.0
 
 
 @dataclass(frozen=True)
@@ -53,8 +44,17 @@ class Posed:
         return replace(self, problem=self.problem.take(index))
 
 
-def pose(recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model) -> Posed:
+def pose(
+    recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model,
+    settings: Settings = SETTINGS,
+) -> Posed:
     """Cut the data, read its noise, and split training from held-out blocks.
+
+    Args:
+        recordings: what a fit may see.
+        hold_out: what it may not; without any, time blocks of the others.
+        model: the model to explain.
+        settings: travel with the problem.
 
     Raises:
         ValueError: no window fits.
@@ -64,29 +64,35 @@ def pose(recordings: Sequence[Recording], hold_out: Sequence[Recording], model: 
         model = fast_enough(model, cut(everything, errors.step_seconds(everything)))
     sigma = noise.estimate(model, noise.short_windows(everything))
     blocks = make_blocks(recordings, hold_out, bool(own_constants(model, hold_out)))
-    seconds = max(SEARCH_SECONDS, LEAST_SAMPLES * sample_period(everything))
-    if model.robot.contacts:
-        seconds = max(GROUND_SECONDS, GROUND_SAMPLES * sample_period(everything))
-    problem = _problem(model, cut(everything, seconds, history=noise.HISTORY), sigma, blocks)
-    model = stepped(model, problem.windows, sigma)
+    seconds = window_seconds(settings.grids, bool(model.robot.contacts), sample_period(everything))
+    problem = _problem(model, cut(everything, seconds, history=noise.HISTORY), sigma, blocks,
+                       settings)  # fmt: skip
+    model = stepped(model, problem.windows, sigma, settings.numerics)
     problem = replace(problem, base=model)
     if model.robot.contacts:
         return Posed(problem, None, blocks)
-    for longer in LONGER_SECONDS:
-        if longer < 1.3 * seconds or not _fits(everything, longer):
+    for longer in settings.grids.longer_seconds:
+        if longer < settings.numerics.wider * seconds or not _fits(everything, longer):
             continue
         wider = _problem(
-            model, cut(everything, longer, history=noise.HISTORY), sigma, blocks
+            model, cut(everything, longer, history=noise.HISTORY), sigma, blocks, settings
         )
-        if wider.train.sum() >= FEWEST_WINDOWS and _is_tame(wider):
+        if wider.train.sum() >= settings.numerics.enough_windows and _is_tame(wider):
             return Posed(problem, wider, blocks)
     return Posed(problem, None, blocks)
 
 
+def window_seconds(grids: Grids, on_ground: bool, period: float) -> float:
+    """Length of a window of the search [s]."""
+    if on_ground:
+        return max(grids.ground_seconds, grids.ground_samples * period)
+    return max(grids.search_seconds, grids.least_samples * period)
+
+
 def untestable(problem: Problem) -> str | None:
     """Why the data cannot say anything, and what to record instead; None where they can."""
-    windows = problem.windows
-    if windows.count < SETTINGS.fewest_windows:
+    windows, gates = problem.windows, problem.gates
+    if windows.count < gates.fewest_windows:
         seconds = float(windows.dt.sum())
         return (
             f'only {seconds:.1f} s of data in {windows.count} windows: '
@@ -96,8 +102,8 @@ def untestable(problem: Problem) -> str | None:
     sigma = noise.per_window(problem.sigma, windows)[:, 0]
     swing = np.ptp(windows.q, axis=1) / sigma[:, :joints]
     speed = np.ptp(windows.dq, axis=1) / sigma[:, joints:]
-    moving = np.maximum(swing, speed).max(axis=-1) > SETTINGS.least_motion
-    if moving.sum() < SETTINGS.fewest_windows:
+    moving = np.maximum(swing, speed).max(axis=-1) > gates.least_motion
+    if moving.sum() < gates.fewest_windows:
         return (
             f'the robot hardly moves ({moving.sum()} of {windows.count} windows above the noise): '
             'record 20 s with an input that swings it, such as steps of random size'
@@ -105,13 +111,15 @@ def untestable(problem: Problem) -> str | None:
     return None
 
 
-def _problem(model: Model, windows: Windows, sigma: Array, blocks: Blocks) -> Problem:
+def _problem(
+    model: Model, windows: Windows, sigma: Array, blocks: Blocks, settings: Settings
+) -> Problem:
     used = blocks.train(windows) | blocks.held(windows)
     whole = np.flatnonzero(used | blocks.telling(windows) if blocks.own else used)
-    if len(whole) > MOST_WINDOWS:
-        whole = whole[np.linspace(0, len(whole) - 1, MOST_WINDOWS).astype(int)]
+    if len(whole) > (most := settings.numerics.most_windows):
+        whole = whole[np.linspace(0, len(whole) - 1, most).astype(int)]
     windows = windows.take(whole)
-    return Problem(model, windows, sigma, blocks.train(windows),
+    return Problem(model, windows, sigma, blocks.train(windows), settings,
                    block=blocks.index(windows), fold=blocks.folds(windows),
                    telling=blocks.telling(windows) if blocks.own else None)  # fmt: skip
 
@@ -122,7 +130,7 @@ def _fits(recordings: Sequence[Recording], seconds: float) -> bool:
 
 
 def _is_tame(problem: Problem) -> bool:
-    """Whether start noise moves the ends of nine windows in ten by little, and grows by little."""
+    """Whether start noise moves the ends of most windows by little, and grows by little."""
     windows, joints = problem.windows, problem.windows.q.shape[-1]
     none = np.zeros((0, *windows.dt.shape, joints))
     _, columns = respond(problem.base, windows, windows.measured[:, 0], none)
@@ -130,5 +138,6 @@ def _is_tame(problem: Problem) -> bool:
     moved = end * noise.per_window(problem.sigma, windows)
     spread = np.sqrt((moved**2).sum(axis=-1)).max(axis=-1)
     growth = np.abs(end[..., :joints]).max(axis=(1, 2))
-    tame = np.quantile(spread, 0.9) < MOST_SPREAD and np.quantile(growth, 0.9) < MOST_GROWTH
-    return bool(tame)
+    numerics = problem.numerics
+    widest, fastest = (np.quantile(x, numerics.tame_share) for x in (spread, growth))
+    return bool(widest < numerics.most_spread and fastest < numerics.most_growth)

@@ -12,6 +12,7 @@ from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.linearisation import Linearisation
 from leo_diffmodel.explain.problem.shooting import typical_size
+from leo_diffmodel.explain.settings import Gates, Grids, Numerics, Settings
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -26,6 +27,7 @@ class Problem:
         windows: the data, training and held-out.
         sigma: noise of each recording and channel (angles, then rates), shape (R, 2J).
         train: which windows a fit may see, shape (W,).
+        settings: every number by which it is answered.
         linearisation: of a robot on the ground, the settled start states and what they do.
         block: stretch of time each window lies in, shape (W,): within one, errors are alike.
         fold: what is left out together when a prediction is judged, shape (W,).
@@ -39,11 +41,27 @@ class Problem:
     windows: Windows
     sigma: Array
     train: Array
+    settings: Settings
     linearisation: Linearisation | None = None
     block: Array | None = None
     fold: Array | None = None
     telling: Array | None = None
     typical: Array | None = None
+
+    @property
+    def gates(self) -> Gates:
+        """What decides its answer."""
+        return self.settings.gates
+
+    @property
+    def numerics(self) -> Numerics:
+        """How it is computed."""
+        return self.settings.numerics
+
+    @property
+    def grids(self) -> Grids:
+        """Where it is looked for."""
+        return self.settings.grids
 
     @property
     def judged(self) -> Array:
@@ -72,7 +90,7 @@ class Problem:
         """
         if self.linearisation:
             return None
-        return typical_size(residual[self.train], 2 * self.windows.q.shape[-1])
+        return typical_size(residual[self.train], 2 * self.windows.q.shape[-1], self.numerics)
 
     def begins(self, start: Array) -> tuple[Array, ...]:
         """Where start states may begin, each (W, 2J): where they were, and where measured.

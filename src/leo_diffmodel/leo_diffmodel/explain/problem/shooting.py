@@ -20,23 +20,11 @@ from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.pushes import predict as predict
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.settings import Numerics
 from leo_sim.common.compiled import compiled
 from leo_sim.model import Model
 
 Array = np.ndarray
-HUBER = 2.5
-"""Standard deviations from which on the loss of a residual is linear."""
-SIZE_ROUNDS = 8
-"""Of the fixed points that find the size of what a channel is off by, to about 1 %."""
-SHARED = 1.0
-"""How many times as much all windows tell of the size in one of them as that window itself."""
-NOISE_REACHES = 0.05
-"""Share of windows in which noise alone has a mean square above what counts as noise."""
-FARTHEST = 1e6
-"""Whitened residuals are cut here: a hypothesis may send a robot to infinity."""
-MOST_STEP = 0.1
-"""Of a parameter, of its distance from neutral, or of a tenth of its range: the longest finite
-step, for what the data hardly tell."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +42,13 @@ class Linear:
     by_theta: Array
 
 
-def whiten(windows: Windows, predicted: Array, sigma: Array) -> Array:
-    """(measured - predicted) / sigma with time and channel in one axis, shape (..., W, N)."""
+def whiten(windows: Windows, predicted: Array, sigma: Array, farthest: float) -> Array:
+    """(measured - predicted) / sigma with time and channel in one axis, shape (..., W, N).
+
+    Cut at `farthest`: a hypothesis may send a robot to infinity.
+    """
     scaled = (windows.measured - predicted) / per_window(sigma, windows)
-    scaled = np.nan_to_num(np.clip(scaled, -FARTHEST, FARTHEST), nan=FARTHEST)
+    scaled = np.nan_to_num(np.clip(scaled, -farthest, farthest), nan=farthest)
     return scaled.reshape(*scaled.shape[:-2], -1)
 
 
@@ -65,6 +56,7 @@ def linearise(
     base: Model,
     windows: Windows,
     sigma: Array,
+    numerics: Numerics,
     hypothesis: Hypothesis,
     theta: Array,
     start: Array,
@@ -77,6 +69,7 @@ def linearise(
         base: the model the hypothesis changes.
         windows: the data.
         sigma: noise of each recording and channel, shape (R, 2J).
+        numerics: how far parameters are moved.
         hypothesis: what is free.
         theta: parameters, shape (P,).
         start: start states, shape (W, 2J).
@@ -87,7 +80,8 @@ def linearise(
     """
     moved = hypothesis.together
     states, size = start.shape[-1] if by_start is None else 0, len(moved)
-    nudge, step = 0.5 * sigma.min(axis=0), difference_steps(hypothesis, theta, errors)
+    nudge = 0.5 * sigma.min(axis=0)
+    step = difference_steps(hypothesis, theta, errors, numerics)
     starts = np.broadcast_to(start, (1 + states + size, *start.shape)).copy()
     thetas = np.broadcast_to(theta, (1 + states + size, len(theta))).copy()
     for i in range(states):
@@ -95,7 +89,7 @@ def linearise(
     for row, some in enumerate(moved, 1 + states):
         thetas[row, some] += step[some]
     model = hypothesis.model(base, thetas) if len(theta) else base
-    e = whiten(windows, predict(model, windows, starts), sigma)
+    e = whiten(windows, predict(model, windows, starts), sigma, numerics.farthest)
     if by_start is None:
         by_start = np.stack([(e[1 + i] - e[0]) / nudge[i] for i in range(states)], axis=-1)
     by_theta = np.zeros((*e[0].shape, len(theta)))
@@ -111,20 +105,22 @@ def _seen(windows: Windows, recording: str) -> Array | slice:
     return windows.of(recording) if recording else slice(None)
 
 
-def difference_steps(hypothesis: Hypothesis, theta: Array, errors: Array | None) -> Array:
+def difference_steps(
+    hypothesis: Hypothesis, theta: Array, errors: Array | None, numerics: Numerics
+) -> Array:
     """Finite steps: as far as the data can tell a parameter, turned off the bounds.
 
     A law with a corner (dry friction, a dead zone) is straight only between two samples that
     change sides; a step that holds many of these sees the slope that the loss has over the width
-    of its minimum. Without standard errors 0.5 % of what a parameter is away from neutral.
+    of its minimum. Without standard errors a small share of what it is away from neutral.
     """
     away = np.abs(theta - hypothesis.neutral)
-    step = 0.005 * np.maximum(away, 1e-2 * np.maximum(np.abs(theta), 1e-6))
+    step = numerics.difference * np.maximum(away, 1e-2 * np.maximum(np.abs(theta), 1e-6))
     if errors is not None:
-        width = hypothesis.high - hypothesis.low
+        width, longest = hypothesis.high - hypothesis.low, numerics.longest_difference
         most = np.maximum(np.maximum(np.abs(theta), away),
-                          np.where(np.isfinite(width), MOST_STEP * width, 0.0))
-        step = np.clip(errors, step, np.maximum(step, MOST_STEP * most))
+                          np.where(np.isfinite(width), longest * width, 0.0))
+        step = np.clip(errors, step, np.maximum(step, longest * most))
     return np.where(theta + step > hypothesis.high, -step, step)
 
 
@@ -181,14 +177,18 @@ def excess(residual: Array, states: int, quantile: float = 0.5) -> float:
     return float(np.quantile((residual**2).sum(axis=-1), quantile) / expected)
 
 
-def robust_weight(residual: Array, channels: int, typical: Array | None = None) -> Array:
+def robust_weight(
+    residual: Array, channels: int, numerics: Numerics, typical: Array | None = None
+) -> Array:
     """Weight of each sample, (..., W, N): of the parabola that touches `loss` there."""
-    samples, off = _by_channel(residual, channels), size(residual, channels, typical)
-    weight = huber_weight(samples / off) / off**2
+    samples, off = _by_channel(residual, channels), size(residual, channels, numerics, typical)
+    weight = huber_weight(samples / off, numerics.huber) / off**2
     return np.broadcast_to(weight, samples.shape).reshape(residual.shape)
 
 
-def loss(residual: Array, channels: int, typical: Array | None = None) -> Array:
+def loss(
+    residual: Array, channels: int, numerics: Numerics, typical: Array | None = None
+) -> Array:
     """Loss of each window [nats], (..., W), from residuals (..., W, N) in noise units.
 
     In each window each channel has its own size of what the model is off by: -log of the
@@ -200,25 +200,29 @@ def loss(residual: Array, channels: int, typical: Array | None = None) -> Array:
     Args:
         residual: in noise units.
         channels: how many there are, 2J.
+        numerics: where it bends, and how sizes are found.
         typical: size of each, (1, 2J), see `typical_size`; None lets each window speak for itself.
     """
-    off, count = size(residual, channels, typical), residual.shape[-1] // channels
-    total: Array = huber((_by_channel(residual, channels) / off).reshape(residual.shape))
-    own = np.log(off) + 0.5 * _noise_beyond(count) * (1.0 - off**-2.0)
+    off, count = size(residual, channels, numerics, typical), residual.shape[-1] // channels
+    scaled = (_by_channel(residual, channels) / off).reshape(residual.shape)
+    total: Array = huber(scaled, numerics.huber)
+    own = np.log(off) + 0.5 * _noise_beyond(count, numerics) * (1.0 - off**-2.0)
     if typical is not None:
-        own = own + SHARED * (np.log(off / typical) + 0.5 * ((typical / off) ** 2 - 1.0))
+        apart = np.log(off / typical) + 0.5 * ((typical / off) ** 2 - 1.0)
+        own = own + numerics.shared * apart
     return total + count * own.sum(axis=(-2, -1))
 
 
-def unexplained(residual: Array, channels: int) -> Array:
+def unexplained(residual: Array, channels: int, numerics: Numerics) -> Array:
     """What a model that leaves only noise would save in each window [nats], (..., W)."""
     count = residual.shape[-1] // channels
-    total: Array = np.log(size(residual, channels)).sum(axis=(-2, -1))
+    total: Array = np.log(size(residual, channels, numerics)).sum(axis=(-2, -1))
     return count * total
 
 
 def promised(
-    change: Array, residual: Array, channels: int, typical: Array | None = None
+    change: Array, residual: Array, channels: int, numerics: Numerics,
+    typical: Array | None = None,
 ) -> Array:
     """What a change of the prediction costs where it was right but for noise [nats], (..., W).
 
@@ -226,22 +230,28 @@ def promised(
         change: of the whitened residual, shape (..., W, N).
         residual: before; its size in each channel stands for the noise, same shape.
         channels: how many there are, 2J.
+        numerics: see `loss`.
         typical: see `loss`.
     """
-    count, off = residual.shape[-1] // channels, size(residual, channels, typical)
+    count, off = residual.shape[-1] // channels, size(residual, channels, numerics, typical)
     square = ((_by_channel(change, channels) / off) ** 2).mean(axis=-2)
-    noisy = size(residual, channels)[..., 0, :] == 1.0
-    beyond = np.where(noisy, _noise_beyond(count), 0.0)
-    more, times = np.maximum(square - beyond, 0.0), 1.0 if typical is None else 1.0 + SHARED
+    noisy = size(residual, channels, numerics)[..., 0, :] == 1.0
+    beyond = np.where(noisy, _noise_beyond(count, numerics), 0.0)
+    more, times = np.maximum(square - beyond, 0.0), times_told(numerics, typical)
     each = np.minimum(square, beyond) + times * np.log1p(more / times)
     total: Array = 0.5 * count * each.sum(axis=-1)
     return total
 
 
-def swollen(residual: Array, channels: int, share: float) -> Array:
+def times_told(numerics: Numerics, typical: Array | None) -> float:
+    """How many times as much is told of a size in one window as that window tells itself."""
+    return 1.0 if typical is None else 1.0 + numerics.shared
+
+
+def swollen(residual: Array, channels: int, numerics: Numerics, share: float) -> Array:
     """What so much more (mean square) of what is beyond noise would cost [nats], (..., W)."""
     count = residual.shape[-1] // channels
-    beyond: Array = (size(residual, channels) > 1.0).sum(axis=(-2, -1))
+    beyond: Array = (size(residual, channels, numerics) > 1.0).sum(axis=(-2, -1))
     return 0.5 * np.log1p(share) * count * beyond
 
 
@@ -250,29 +260,34 @@ def _by_channel(residual: Array, channels: int) -> Array:
     return residual.reshape(*residual.shape[:-1], count, channels)
 
 
-def size(residual: Array, channels: int, typical: Array | None = None) -> Array:
+def size(
+    residual: Array, channels: int, numerics: Numerics, typical: Array | None = None
+) -> Array:
     """Size of what each channel is off by in each window, 1 where that is noise, (..., W, 1, 2J).
 
     Its square is the mean square less what noise alone exceeds in one of 20 windows, and as far
     as it is shared that of the typical size.
     """
     samples = _by_channel(residual, channels)
-    beyond, lead = _noise_beyond(samples.shape[-2]), samples.shape[:-2]
+    beyond, lead = _noise_beyond(samples.shape[-2], numerics), samples.shape[:-2]
     rows = np.array(samples, dtype=float).reshape(-1, *samples.shape[-2:])
-    shared = 0.0 if typical is None else SHARED
+    shared = 0.0 if typical is None else numerics.shared
     about = np.ones(channels) if typical is None else np.array(typical[0], dtype=float)
-    return _sizes(rows, beyond, about, shared).reshape(*lead, 1, channels)
+    found = _sizes(rows, beyond, about, shared, numerics.huber, numerics.size_rounds)
+    return np.asarray(found).reshape(*lead, 1, channels)
 
 
 @compiled
-def _sizes(samples: Array, beyond: float, typical: Array, shared: float) -> Array:
+def _sizes(
+    samples: Array, beyond: float, typical: Array, shared: float, huber: float, rounds: int
+) -> Array:
     """Size of each channel in each row, (R, 2J), of samples (R, K + 1, 2J)."""
     rows, count, channels = samples.shape
     found = np.ones((rows, channels))
     for r in range(rows):
         for c in range(channels):
-            for _ in range(SIZE_ROUNDS):
-                most, total = HUBER * found[r, c], 0.0
+            for _ in range(rounds):
+                most, total = huber * found[r, c], 0.0
                 for k in range(count):
                     off = abs(samples[r, k, c])
                     total += off * min(off, most)
@@ -284,29 +299,29 @@ def _sizes(samples: Array, beyond: float, typical: Array, shared: float) -> Arra
     return found
 
 
-def typical_size(residual: Array, channels: int) -> Array:
+def typical_size(residual: Array, channels: int, numerics: Numerics) -> Array:
     """The size that is most likely typical of all windows (W, N) in each channel, (1, 2J)."""
     if not len(residual):
         return np.ones((1, channels))
-    own = size(residual, channels) ** 2
+    own, shared = size(residual, channels, numerics) ** 2, numerics.shared
     found: Array = np.exp(np.log(own).mean(axis=0))
-    for _ in range(SIZE_ROUNDS):
-        found = 1.0 / ((1.0 + SHARED) / (own + SHARED * found)).mean(axis=0)
+    for _ in range(numerics.size_rounds):
+        found = 1.0 / ((1.0 + shared) / (own + shared * found)).mean(axis=0)
     return np.sqrt(found)
 
 
-def _noise_beyond(count: int) -> float:
+def _noise_beyond(count: int, numerics: Numerics) -> float:
     """How much the mean square of so many samples of noise may be above 1."""
-    return float(chdtri(count, NOISE_REACHES)) / count - 1.0
+    return float(chdtri(count, numerics.noise_reaches)) / count - 1.0
 
 
-def huber_weight(residual: Array) -> Array:
-    """Huber weights: 1 within 2.5 sigma, falling as 1/|r| outside."""
-    return np.minimum(1.0, HUBER / np.maximum(np.abs(residual), 1e-12))
+def huber_weight(residual: Array, knee: float) -> Array:
+    """Huber weights: 1 within the knee [sigma], falling as 1/|r| outside."""
+    return np.minimum(1.0, knee / np.maximum(np.abs(residual), 1e-12))
 
 
-def huber(residual: Array) -> Array:
-    """Huber loss of each window [nats], from residuals (..., W, N)."""
+def huber(residual: Array, knee: float) -> Array:
+    """Huber loss of each window [nats], linear beyond the knee, from residuals (..., W, N)."""
     size = np.abs(residual)
-    loss = np.where(size <= HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER))
+    loss = np.where(size <= knee, 0.5 * size**2, knee * (size - 0.5 * knee))
     return loss.sum(axis=-1)

@@ -20,20 +20,9 @@ from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.explain.settings import Settings
+from leo_diffmodel.explain.settings import Gates, Numerics
 
 Array = np.ndarray
-RIDGE = 1e-9
-NORMAL = 0.455
-"""Median of the square of a standard normal variable."""
-FARTHEST = 3.0
-"""Standard deviations that leaving a fold out may move a parameter: the step is linear. A longer
-step keeps its direction, along which parameters make up for each other.
-"""
-REFITS, NEARLY = 20, 0.05
-"""How often weights are found again, as long as that moves a parameter by so much of its error."""
-TINY = 1e-300
-
 
 @dataclass(frozen=True)
 class Scored:
@@ -93,7 +82,7 @@ class Weight:
         samples: effective number of independent samples.
         most: what a single window may say for or against a hypothesis [nats, raw]: no more than
             one contact that flips may decide.
-        settings: the gates.
+        gates: what counts.
         folds: the folds that count, shape (F,); None for all.
         null: the model as given.
     """
@@ -101,14 +90,14 @@ class Weight:
     spread: float
     samples: float
     most: float
-    settings: Settings
+    gates: Gates
     folds: Array | None = None
     null: Scored | None = None
 
     @property
     def price(self) -> float:
         """Of a parameter [nats that count]."""
-        return self.settings.price * float(np.log(max(self.samples, 2.0)))
+        return self.gates.price * float(np.log(max(self.samples, 2.0)))
 
     def ahead(self, a: Scored, b: Scored) -> float:
         """Nats that count by which `a` is better than `b`, the price of parameters included."""
@@ -161,27 +150,28 @@ class Weight:
         if null is None or smaller.ends is None or larger.ends is None:
             return True
         added, done = (_at_joints(larger.ends - e) for e in (smaller.ends, null))
-        left = self.settings.far_times**2 * np.maximum(_typical(larger.ends), 1.0)
-        least = np.minimum(self.settings.part * (done + 1.0), left)
+        left = self.gates.far_times**2 * np.maximum(_typical(larger.ends), 1.0)
+        least = np.minimum(self.gates.part * (done + 1.0), left)
         return bool((added >= least).any())
 
     def surely_ahead(self, a: Scored, b: Scored) -> bool:
         """Whether `a` predicts better than `b` beyond how far the folds disagree about it."""
         saved = self.compare(b, a)
-        return saved.nats > self.settings.least_errors * saved.error
+        return saved.nats > self.gates.least_errors * saved.error
 
     def unexplained(self, scored: Scored) -> float:
         """What a model that leaves only noise would save [nats], in no window out of line."""
-        train, fitted = scored.at.problem.train, scored.fit
-        left = shooting.unexplained(fitted.residual[train], fitted.start.shape[-1])
-        most = self.settings.out_of_line * np.median(scored.left)
+        problem, fitted = scored.at.problem, scored.fit
+        left = shooting.unexplained(fitted.residual[problem.train], fitted.start.shape[-1],
+                                    problem.numerics)  # fmt: skip
+        most = self.gates.out_of_line * np.median(scored.left)
         return float(self._by_fold(np.minimum(left, most), scored).sum())
 
     def trifle(self, scored: Scored) -> float:
         """What it would cost to leave a small share more of what is unexplained [nats]."""
-        train, fitted = scored.at.problem.train, scored.fit
-        more = shooting.swollen(fitted.residual[train], fitted.start.shape[-1],
-                                self.settings.material)  # fmt: skip
+        problem, fitted = scored.at.problem, scored.fit
+        more = shooting.swollen(fitted.residual[problem.train], fitted.start.shape[-1],
+                                problem.numerics, self.gates.material)  # fmt: skip
         return float(self._by_fold(more, scored).sum())
 
     def _saved(self, smaller: Scored, larger: Scored) -> Array:
@@ -201,13 +191,14 @@ def score(at: Estimate) -> Scored:
     assert problem.fold is not None
     fold, moved = problem.fold[train], fitted.residual[train].copy()
     columns = fitted.columns[train]
-    for number, move in _moves(fitted, moved, columns, fold).items():
+    numerics = problem.numerics
+    for number, move in _moves(fitted, moved, columns, fold, numerics).items():
         inside = fold == number
         moved[inside] += columns[inside] @ move
     channels = fitted.start.shape[-1]
-    correction = (shooting.loss(moved, channels, fitted.typical)
-                  - shooting.loss(fitted.residual[train], channels, fitted.typical))  # fmt: skip
-    return Scored(at, fitted.loss[train] + correction, fold)
+    before, after = (shooting.loss(e, channels, numerics, fitted.typical)
+                     for e in (fitted.residual[train], moved))  # fmt: skip
+    return Scored(at, fitted.loss[train] + (after - before), fold)
 
 
 def _at_joints(change: Array) -> Array:
@@ -218,22 +209,25 @@ def _at_joints(change: Array) -> Array:
 
 def _typical(errors: Array) -> Array:
     """Mean square at each joint, (J,), of errors (V, 2J) that are normal but for a few windows."""
-    square = np.median(errors**2, axis=0) / NORMAL
+    square = np.median(errors**2, axis=0) / 0.455  # median of the square of a normal variable
     return np.asarray(square.reshape(2, -1).mean(axis=0))
 
 
 def _promised(smaller: Scored, larger: Scored) -> Array:
     """What the change of the prediction should cost in each window, shape (W,)."""
-    train, residual = np.flatnonzero(larger.at.problem.train), larger.fit.residual
+    problem, residual = larger.at.problem, larger.fit.residual
+    train = np.flatnonzero(problem.train)
     change = (smaller.fit.residual - residual)[train]
     return shooting.promised(change, residual[train], larger.fit.start.shape[-1],
-                             larger.fit.typical)  # fmt: skip
+                             problem.numerics, larger.fit.typical)  # fmt: skip
 
 
-def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[int, Array]:
+def _moves(
+    fitted: Fit, residual: Array, columns: Array, fold: Array, numerics: Numerics
+) -> dict[int, Array]:
     """How far leaving each fold out moves the parameters, where all is linear in them."""
     channels, size = fitted.start.shape[-1], len(fitted.theta)
-    slopes, grams = derivatives(columns, residual, channels, fitted.typical)
+    slopes, grams = derivatives(columns, residual, channels, numerics, fitted.typical)
     free = fitted.hypothesis.free(fitted.theta) & (np.diagonal(grams.sum(axis=0)) > 0)
     end, moves = slopes.mean(axis=0).sum(axis=0), {}
     for number in np.unique(fold):
@@ -241,64 +235,66 @@ def _moves(fitted: Fit, residual: Array, columns: Array, fold: Array) -> dict[in
         told = free & (np.diagonal(grams[other].sum(axis=0)) > 0)
         alone = free & fitted.hypothesis.own & ~told
         if told.any() and other.any():
-            part = columns[other], residual[other], channels, fitted.typical
+            part = columns[other], residual[other], channels, numerics, fitted.typical
             move[told] = _refitted(part, end, told, fitted.standard_errors)
         if alone.any():
-            move[alone] = _followed(grams[~other].sum(axis=0), move, alone)
+            gram = grams[~other].sum(axis=0)
+            move[alone] = _followed(gram, move, alone, numerics.least_damping)
         moves[int(number)] = move
     return moves
 
 
 def _refitted(
-    part: tuple[Array, Array, int, Array | None], end: Array, told: Array, errors: Array
+    part: tuple[Array, Array, int, Numerics, Array | None], end: Array, told: Array,
+    errors: Array,
 ) -> Array:
     """The change of the parameters `told` that is best for part of the windows.
 
     The weights of the samples are found again with each step. What slope a window has on average
     where the joint fit ended is not followed.
     """
-    columns, residual, channels, typical = part
+    columns, residual, channels, numerics, typical = part
     move = np.zeros(len(end))
-    for _ in range(REFITS):
-        slopes, grams = derivatives(columns, residual + columns @ move, channels, typical)
+    for _ in range(numerics.refits):
+        slopes, grams = derivatives(columns, residual + columns @ move, channels, numerics,
+                                    typical)  # fmt: skip
         slope = (slopes.sum(axis=(0, 1)) - len(slopes) * end)[told]
-        step = -_solved(grams.sum(axis=0)[np.ix_(told, told)], slope)
-        move[told] = _within(move[told] + step, FARTHEST * errors[told])
-        if (np.abs(step) < NEARLY * errors[told]).all():
+        step = -_solved(grams.sum(axis=0)[np.ix_(told, told)], slope, numerics.least_damping)
+        move[told] = _within(move[told] + step, numerics.farthest_errors * errors[told])
+        if (np.abs(step) < numerics.refit_errors * errors[told]).all():
             break
     return move[told]
 
 
 def _within(step: Array, bound: Array) -> Array:
     """A step shortened to stay within bounds (P,); it keeps its direction."""
-    return step * min(1.0, float((bound / np.maximum(np.abs(step), TINY)).min()))
+    return step * min(1.0, float((bound / np.maximum(np.abs(step), 1e-300)).min()))
 
 
-def _followed(gram: Array, move: Array, alone: Array) -> Array:
+def _followed(gram: Array, move: Array, alone: Array, damping: float) -> Array:
     """How a recording's own constants, which no other fold tells, answer to a move of the others.
 
     They are to their recording what its start state is to a window: found anew in the fold.
     """
-    return -_solved(gram[np.ix_(alone, alone)], gram[alone] @ move)
+    return -_solved(gram[np.ix_(alone, alone)], gram[alone] @ move, damping)
 
 
-def _solved(gram: Array, slope: Array) -> Array:
+def _solved(gram: Array, slope: Array, damping: float) -> Array:
     scale = np.sqrt(np.maximum(np.diagonal(gram), 1e-300))
-    damped = gram / np.outer(scale, scale) + RIDGE * np.eye(len(scale))
+    damped = gram / np.outer(scale, scale) + damping * np.eye(len(scale))
     return np.asarray(np.linalg.solve(damped, slope / scale) / scale)
 
 
-def weigh(sets: Sequence[Scored], settings: Settings, most: float = np.inf) -> Weight:
+def weigh(sets: Sequence[Scored], most: float = np.inf) -> Weight:
     """What a nat counts: by how much the residuals of the best hypothesis are alike in time.
 
     Args:
         sets: the hypotheses.
-        settings: the gates.
         most: what a single window may say at most, in residuals as white as noise [nats].
     """
     best = min(sets, key=lambda s: float(s.left.sum()))
-    train, fitted = best.at.problem.train, best.fit
-    spread = shooting.dispersion(fitted.residual[train], fitted.start.shape[-1])
+    problem, fitted = best.at.problem, best.fit
+    spread = shooting.dispersion(fitted.residual[problem.train], fitted.start.shape[-1])
     samples = fitted.residual.size / spread
     null = next((s for s in sets if not s.names), None)
-    return Weight(spread, samples, most * spread, settings, null=null)
+    return Weight(spread, samples, most * spread, problem.gates, null=null)

@@ -24,7 +24,6 @@ from leo_diffmodel.explain.select import sets as choice
 from leo_diffmodel.explain.select.evidence import Scored, Weight
 from leo_diffmodel.explain.select.sets import Names, Sets
 from leo_diffmodel.explain.select.stable import Alike, narrowed
-from leo_diffmodel.explain.settings import Settings
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -69,21 +68,18 @@ class Search:
         return next((s for s in self.sets if s.names == names), None)
 
 
-def estimator(
-    posed: Posed, model: Model, settings: Settings
-) -> Estimator:
+def estimator(posed: Posed, model: Model) -> Estimator:
     """The one for this robot: the only place where contact is asked for."""
     scales = scales_of(model, posed.problem.windows)
     if model.robot.contacts:
-        return Contact(posed, scales, settings)
-    return Smooth(posed, scales, settings)
+        return Contact(posed, scales)
+    return Smooth(posed, scales)
 
 
 def search(
     recordings: Sequence[Recording],
     model: Model,
     posed: Posed,
-    settings: Settings,
     extra: Sequence[Effect] = (),
     told: Progress = lambda _: None,
     until: float = np.inf,
@@ -94,15 +90,14 @@ def search(
     Args:
         recordings: all of them, held-out ones last.
         model: the model to explain; its uncertain constants are refitted in every hypothesis.
-        posed: the problem made of them.
-        settings: the gates.
+        posed: the problem made of them, with its settings.
         extra: a user's own effects.
         told: hears what is being tried.
         until: when to stop with the best so far [s of `time.monotonic`].
         alike: whether two effects are one, or the same thing in the data.
     """
-    fits = estimator(posed, model, settings)
-    pool = [limited(c, model) for c in candidates(model, extra)]
+    fits, settings = estimator(posed, model), posed.problem.settings
+    pool = [limited(c, model, settings.grids) for c in candidates(model, extra)]
     found = Sets(fits, pool, settings, told, until)
     constants = uncertain(model, posed.problem.trained)
     best = choice.search(found, fits.first(Hypothesis(constants=constants)))

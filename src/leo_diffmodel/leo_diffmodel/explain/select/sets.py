@@ -27,7 +27,7 @@ class Sets:
     Attributes:
         estimator: fits them.
         pool: all candidates.
-        settings: the gates.
+        settings: of the problem.
         told: hears what is being tried.
         until: when to stop [s of `time.monotonic`].
         known: the fitted sets by their effects.
@@ -47,7 +47,7 @@ class Sets:
     @property
     def weight(self) -> Weight:
         """What a nat counts, by the best set so far."""
-        return weigh(list(self.known.values()), self.settings, self.estimator.most_nats)
+        return weigh(list(self.known.values()), self.estimator.most_nats)
 
     @property
     def late(self) -> bool:
@@ -58,7 +58,7 @@ class Sets:
     def threshold(self) -> float:
         """Gain that noise alone can give [nats]."""
         limits = [e.threshold for e in self.extensions.values()]
-        return max(self.settings.least_nats, min(limits, default=0.0))
+        return max(self.settings.gates.least_nats, min(limits, default=0.0))
 
     def ordered(self) -> list[Scored]:
         """The best first."""
@@ -134,7 +134,7 @@ def search(sets: Sets, first: Estimate) -> Scored:
 def best_of(sets: Sets) -> Scored:
     """The set that is chosen, once its parts and those of what looks better are fitted."""
     best = chosen(list(sets.known.values()), sets.weight, sets.threshold)
-    for scored in sets.ordered()[: sets.settings.width]:
+    for scored in sets.ordered()[: sets.settings.numerics.width]:
         if scored is best or sets.late:
             break
         if not _parts(scored) <= sets.known.keys() and sets.add_parts(scored):
@@ -198,15 +198,15 @@ def widens(candidate: Candidate, other: Candidate) -> bool:
 
 def long_horizon_tie_break(sets: Sets, best: Scored) -> Scored:
     """Of sets that short windows cannot tell apart, the best in the longest that can be fitted."""
-    longer, weight, margin = best.at.posed.longer, sets.weight, sets.settings.margin_nats
+    longer, weight, margin = best.at.posed.longer, sets.weight, sets.settings.gates.margin_nats
     near = [s for s in _supported(sets) if len(s.names) == len(best.names)
             and weight.ahead(best, s) < margin]  # fmt: skip
-    near = _distinct(weight.ordered(near), weight)[: sets.settings.singles]
+    near = _distinct(weight.ordered(near), weight)[: sets.settings.numerics.singles]
     if longer is None or len(near) < 2:
         return best
     posed = replace(best.at.posed, problem=longer)
     again = [score(Estimate(posed, fit(longer, s.fit.hypothesis, s.fit.theta))) for s in near]
-    judge = weigh(again, sets.settings)
+    judge = weigh(again)
     first = judge.ordered(again)[0]
     for scored in again:
         mine = sets.known[scored.names]
@@ -221,7 +221,7 @@ def canonical(sets: Sets, best: Scored) -> Scored:
     """
     order, weight = {c: n for n, c in enumerate(sets.pool)}, sets.weight
     alike = [s for s in _supported(sets) if s.size == best.size
-             and abs(weight.ahead(best, s)) <= sets.settings.equal_nats]  # fmt: skip
+             and abs(weight.ahead(best, s)) <= sets.settings.gates.equal_nats]  # fmt: skip
     return min(alike, key=lambda s: (len(s.names), sorted(order[c] for c in s.names)),
                default=best)  # fmt: skip
 
@@ -232,10 +232,10 @@ def turns(sets: Sets, seed: int = 0) -> list[Scored]:
     Folds are left out, not windows: what two windows of one recording have in common would else
     decide (delete-d jackknife, Shao and Wu 1989).
     """
-    known, weight, settings = list(sets.known.values()), sets.weight, sets.settings
+    known, weight, gates = list(sets.known.values()), sets.weight, sets.settings.gates
     folds, rng = np.unique(known[0].fold), np.random.default_rng(seed)
-    kept = len(folds) - max(1, round(len(folds) * settings.left_out))
-    draws = [rng.permutation(folds)[:kept] for _ in range(settings.turns)]
+    kept = len(folds) - max(1, round(len(folds) * gates.left_out))
+    draws = [rng.permutation(folds)[:kept] for _ in range(gates.turns)]
     limit = sets.threshold * kept / len(folds)
     return [chosen(known, replace(weight, folds=np.sort(d)), limit) for d in draws]
 
@@ -250,16 +250,16 @@ def _front(sets: Sets) -> list[Names]:
         _split(sets, best, candidate)
     ordered = _distinct(sets.ordered(), sets.weight)
     alike = [s for s in ordered if len(s.names) == len(best.names) and s.names]
-    near = [s.names for s in alike[: sets.settings.width]]
+    near = [s.names for s in alike[: sets.settings.numerics.width]]
     parts = [best.names - {c} for c in best.fit.hypothesis.candidates]
-    return [n for n in (best.names, *near, *parts) if len(n) < sets.settings.most_effects]
+    return [n for n in (best.names, *near, *parts) if len(n) < sets.settings.gates.most_effects]
 
 
 def _distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
     """The sets less those that do the same as the one before, by other names."""
     kept: list[Scored] = []
     for scored in ordered:
-        if not kept or abs(weight.ahead(kept[-1], scored)) > weight.settings.equal_nats:
+        if not kept or abs(weight.ahead(kept[-1], scored)) > weight.gates.equal_nats:
             kept.append(scored)
     return kept
 

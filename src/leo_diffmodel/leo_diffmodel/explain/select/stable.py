@@ -70,7 +70,7 @@ def _narrowed(found: Sets, candidate: Candidate, turns: Sequence[Names], alike: 
     """The effect, or the widest law in it that enough of the turns hold where they do not it."""
     narrower = [c for c in found.pool if widens(candidate, c)]
     laws = [candidate, *sorted(narrower, key=lambda c: -len(c.parameters))]
-    stays = (c for c in laws if share(turns, [c], alike) >= found.settings.stable)
+    stays = (c for c in laws if share(turns, [c], alike) >= found.settings.gates.stable)
     return next(stays, candidate)
 
 

@@ -15,7 +15,7 @@ BY_HAND = 'swing it by hand from other angles'
 def next_run(verdict: str, findings: Findings) -> str | None:
     """What would settle an open answer, in the words of the effects concerned."""
     if verdict == 'ambiguous':
-        margin = findings.settings.margin_nats
+        margin = findings.gates.margin_nats
         close = [r.candidate.effect.reveal for part in findings.effects for r in part.rivals
                  if not r.same and r.behind < margin]  # fmt: skip
         driven = any(a.strongest > 0 for a in findings.base.robot.actuators)

@@ -10,9 +10,6 @@ import numpy as np
 from leo_diffmodel.explain.decide.verdict import Decision, Named
 from leo_diffmodel.explain.findings.findings import Findings
 
-MOST_TOLD, FEW_TOLD = 6, 3
-"""States in a sentence; where there are more, those furthest off against their noise."""
-
 
 def answer(findings: Findings, decision: Decision, left_out: Sequence[str] = ()) -> str:
     """The decision in words; `left_out` says what of the recordings was not used."""
@@ -79,14 +76,18 @@ def _either(labels: Sequence[str]) -> str:
 
 
 def _change(findings: Findings) -> str:
-    """How the held-out error of each state changed, in words."""
+    """How the held-out error of each state changed, in words.
+
+    Where there are many, of those furthest off against their noise.
+    """
     told, kind = findings.headline, findings.headline.statistic
     (_, before), (_, after) = findings.ladder[0], findings.ladder[-1]
     states = findings.errors['states']
     figures = before[kind], after[kind], findings.floor[kind]
     listed = list(zip(states, *figures, strict=True))
     first = sorted(listed, key=lambda row: -max(row[1:3]) / max(row[3], 1e-12))
-    first = listed if len(listed) <= MOST_TOLD else first[:FEW_TOLD]
+    numerics = findings.numerics
+    first = listed if len(listed) <= numerics.states_listed else first[: numerics.listed]
     parts = [
         f'{s["name"]} {b:.2g} -> {a:.2g} {s["unit"]} (noise {f:.2g})' for s, b, a, f in first
     ]

@@ -11,6 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.rows import constant_rows, effect_row, parameter_rows
+from leo_diffmodel.explain.settings import Grids
 from leo_diffmodel.explain.unknown.curves import carry
 from leo_diffmodel.explain.unknown.find import Found
 from leo_diffmodel.explain.unknown.found_effect import FoundEffect
@@ -22,7 +23,6 @@ from leo_diffmodel.explain.unknown.variables import ring, Variable
 
 Array = np.ndarray
 SIDES = {'torque': 'torque', 'friction': 'friction', 'drive': 'share of the motor torque'}
-PATH_KNOTS = 9
 REVEALED = {
     'angle': 'move slowly over the whole range of the angle, both ways',
     'rate': 'sweep the speed slowly from end to end',
@@ -156,7 +156,7 @@ def _removed(found: Found) -> float:
 def _curve(recordings: Sequence[Recording], found: Found) -> dict[str, list | str]:
     """Free values at the knots of the variable, and the law there."""
     law, left = found.attempt.law, found.left
-    variable = _read_at(law, found.attempt.law.curve.variable)
+    variable = _read_at(law, found.attempt.law.curve.variable, left.problem.grids)
     y = np.zeros(len(variable.knots))
     if found.attempt.fit is not None:
         left, y = _around(recordings, found), law.at(_argument(law, variable.knots))
@@ -165,7 +165,7 @@ def _curve(recordings: Sequence[Recording], found: Found) -> dict[str, list | st
     basis = variable.hats(variable.values) * carried[..., None]
     free = Regression(left, found.blocks, law.curve.joint).of(basis[:, :, None]).at(0)
     half = 1.96 * free.spread
-    told = half < 4 * np.median(half)
+    told = half < left.problem.numerics.told_half * np.median(half)
     return {
         'x': variable.knots[told].tolist(),
         'x_unit': variable.unit,
@@ -181,18 +181,19 @@ def _around(recordings: Sequence[Recording], found: Found) -> Influence:
     problem, fitted = found.left.problem, found.attempt.fit
     assert fitted is not None
     if found.attempt.law.curve.variable.name == 'path':
-        problem = replace(problem, windows=with_past(recordings, problem.windows))
+        problem = replace(problem, windows=with_past(recordings, problem.windows,
+                                                      problem.numerics))  # fmt: skip
     left = influence(problem, fitted)
     return replace(left, by_theta=left.by_theta[..., :0])
 
 
-def _read_at(law: Law, variable: Variable) -> Variable:
+def _read_at(law: Law, variable: Variable, grids: Grids) -> Variable:
     """The variable as its curve is shown: within one period, or along the path."""
     if law.curve.hertz:
         shape = dict(zip((p.name for p in law.parameters), law.values.tolist(), strict=True))
-        return ring(variable, 1.0 / shape['f'])
+        return ring(variable, 1.0 / shape['f'], grids.turn_knots[0])
     if variable.name == 'path':
-        return replace(variable, knots=np.linspace(-1.0, 1.0, PATH_KNOTS))
+        return replace(variable, knots=np.linspace(-1.0, 1.0, grids.path_knots))
     return variable
 
 

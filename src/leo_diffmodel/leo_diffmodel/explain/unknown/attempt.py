@@ -24,8 +24,6 @@ from leo_diffmodel.explain.unknown.variables import variables
 from leo_sim.effects.base import with_roles
 
 Array = np.ndarray
-LINEAR_SHARE = 0.5
-REFINEMENTS, LINEAR = 3, 0.1
 
 
 @dataclass(frozen=True)
@@ -65,11 +63,12 @@ def attempt(
     if not expressible(law, joint):
         return _linear(base, law)
     if curve.variable.name == 'path':
-        problem = replace(problem, windows=with_past(recordings, problem.windows))
+        problem = replace(problem, windows=with_past(recordings, problem.windows,
+                                                      problem.numerics))  # fmt: skip
     made = _fitted(problem, base, law, joint)
     if curve.variable.name != 'path':
         made = _refined(made, problem, blocks, joint)
-    promised = LINEAR_SHARE * float(curve.score.gain_train)
+    promised = problem.numerics.law_linear * float(curve.score.gain_train)
     read_at_knots = curve.variable.name != 'path' and not curve.hertz
     if read_at_knots and made.gain_train < promised:
         whole = _fitted(problem, base, table_of(curve), joint)
@@ -79,10 +78,10 @@ def attempt(
 
 def _refined(made: Attempt, problem: Problem, blocks: Array, joint: str) -> Attempt:
     """The law read again where it is nearly right, as often as that explains more."""
-    promised = float(made.law.curve.score.gain_train)
-    if abs(made.gain_train - promised) < LINEAR * promised:
+    promised, numerics = float(made.law.curve.score.gain_train), problem.numerics
+    if abs(made.gain_train - promised) < numerics.law_near * promised:
         return made
-    for _ in range(REFINEMENTS):
+    for _ in range(numerics.law_refinements):
         left = _around(problem, made)
         if left is None:
             break

@@ -23,10 +23,6 @@ CARRIERS = {
 }
 """How a torque may depend on each variable: it is the torque, a level of dry friction against
 motion, or a share of the motor's own torque."""
-FASTEST_HZ = 10.0
-PER_PERIOD = 4
-AT_ONCE = 100
-SMOOTH_SIGN = 0.02
 
 
 @dataclass(frozen=True)
@@ -91,10 +87,12 @@ def _along(left: Influence, regression: Regression, joint: int, reach: float, z:
 
 def _periodic(left: Influence, regression: Regression, joint: int, variable: Variable) -> Curve:
     """The best sine in time."""
-    span = float(np.ptp(variable.values))
-    highest = min(FASTEST_HZ, 0.4 / float(np.median(left.problem.windows.dt)))
-    grid = np.arange(1.0 / span, highest, 1.0 / (PER_PERIOD * span))
-    tried = [(f, s) for part in np.array_split(grid, max(1, len(grid) // AT_ONCE))
+    span, grids = float(np.ptp(variable.values)), left.problem.grids
+    period = float(np.median(left.problem.windows.dt))
+    highest = min(grids.fastest_hz, grids.of_rate / period)
+    grid = np.arange(1.0 / span, highest, 1.0 / (grids.per_period * span))
+    parts = max(1, len(grid) // left.problem.numerics.at_once)
+    tried = [(f, s) for part in np.array_split(grid, parts)
              for f, s in _each(part, regression.of(waves(variable.values, part)))]  # fmt: skip
     best, score = max(tried, key=lambda t: float(t[1].gain))
     return Curve(joint, variable, 'torque', best, score)
@@ -129,8 +127,8 @@ def carry(left: Influence, carrier: str, joint: int) -> Array | None:
     if carrier == 'torque':
         return np.ones(left.q.shape[:-1])
     if carrier == 'friction':
-        rate = left.dq[..., joint]
-        return -np.tanh(rate / (SMOOTH_SIGN * float(np.sqrt((rate**2).mean())) + 1e-12))
+        rate, width = left.dq[..., joint], left.problem.grids.smooth_sign
+        return -np.tanh(rate / (width * float(np.sqrt((rate**2).mean())) + 1e-12))
     if joint not in left.model.robot.actuated:
         return None
     return drive(left)[..., joint]

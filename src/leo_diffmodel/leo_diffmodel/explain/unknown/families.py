@@ -8,15 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from leo_diffmodel.explain.settings import Grids
 from leo_diffmodel.explain.unknown.curves import Curve
 
 Array = np.ndarray
-TURN = 2 * np.pi
-HARMONICS = tuple(float(n) for n in range(1, 17))
-POINTS = 25
-WIDTHS = (0.04, 0.08, 0.15, 0.3)
-SETTLING = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
-NEARBY = np.linspace(-1.0, 1.0, 33)
 
 
 @dataclass(frozen=True)
@@ -52,17 +47,19 @@ class Family:
         return np.concatenate([coefficients[:-2], [size], self.grid[index], [phase]])
 
 
-def families(curve: Curve) -> list[Family]:
+def families(curve: Curve, grids: Grids) -> list[Family]:
     """The forms that a curve of this variable and carrier may have."""
     variable, x = curve.variable, curve.variable.values
     if variable.name == 'path':
         return [_built_up(variable.knots)]
     if variable.name == 'time':
-        return [_wave(curve.hertz, x)] if curve.hertz else [_polynomial(1), _settling()]
-    forms = [_hinge(x, side) for side in (1.0, -1.0)]
-    forms += [_bump(x, variable.period), _bump(x, variable.period, constant=True)]
+        if curve.hertz:
+            return [_wave(curve.hertz, x, grids.nearby)]
+        return [_polynomial(1), _settling(grids.settling_seconds)]
+    forms = [_hinge(x, side, grids) for side in (1.0, -1.0)]
+    forms += [_bump(x, variable.period, grids, constant) for constant in (False, True)]
     if variable.name == 'angle':
-        forms += [_sine(), _sine(constant=True)]
+        forms += [_sine(grids.most_periods, constant) for constant in (False, True)]
     if variable.period is None:
         forms += [_polynomial(d) for d in (1, 2, 3)] + [_size()]
     return forms
@@ -100,10 +97,11 @@ def _size() -> Family:
     )  # fmt: skip
 
 
-def _hinge(x: Array, side: float) -> Family:
-    low, high = np.quantile(x, (0.005, 0.995))
-    dense = np.quantile(x, np.linspace(0.02, 0.98, POINTS))
-    grid = np.sort(np.concatenate([dense, np.linspace(low, high, POINTS)]))
+def _hinge(x: Array, side: float, grids: Grids) -> Family:
+    tail, inner, points = grids.corner_tail, grids.bump_tail, grids.corners
+    low, high = np.quantile(x, (tail, 1 - tail))
+    dense = np.quantile(x, np.linspace(inner, 1 - inner, points))
+    grid = np.sort(np.concatenate([dense, np.linspace(low, high, points)]))
     inside, words = ('x - x0', '{x} - x0') if side > 0 else ('x0 - x', 'x0 - {x}')
     return Family(
         lambda x, k, x0: k * np.maximum(0.0, side * (x - x0)),
@@ -116,10 +114,11 @@ def _hinge(x: Array, side: float) -> Family:
     )
 
 
-def _bump(x: Array, period: float | None, constant: bool = False) -> Family:
-    low, high = (0.0, period) if period else np.quantile(x, (0.02, 0.98))
-    centres = np.linspace(low, high, POINTS)
-    pairs = np.array([(c, w * (high - low)) for c in centres for w in WIDTHS])
+def _bump(x: Array, period: float | None, grids: Grids, constant: bool) -> Family:
+    tail = grids.bump_tail
+    low, high = (0.0, period) if period else np.quantile(x, (tail, 1 - tail))
+    centres = np.linspace(low, high, grids.corners)
+    pairs = np.array([(c, w * (high - low)) for c in centres for w in grids.widths])
 
     def bumps(x: Array, x0: Array, width: Array) -> Array:
         away = x - x0
@@ -146,8 +145,8 @@ def _bump(x: Array, period: float | None, constant: bool = False) -> Family:
     )
 
 
-def _sine(constant: bool = False) -> Family:
-    grid = np.array(HARMONICS)
+def _sine(most: int, constant: bool) -> Family:
+    grid = np.arange(1.0, most + 1)
 
     def basis(x: Array) -> Array:
         phase = x[..., None] * grid
@@ -167,11 +166,11 @@ def _sine(constant: bool = False) -> Family:
     )
 
 
-def _wave(hertz: float, time: Array) -> Family:
-    grid = hertz + NEARBY / (4 * float(np.ptp(time)))
+def _wave(hertz: float, time: Array, nearby: int) -> Family:
+    grid = hertz + np.linspace(-1.0, 1.0, nearby) / (4 * float(np.ptp(time)))
 
     def basis(x: Array) -> Array:
-        phase = TURN * x[..., None] * grid
+        phase = 2 * np.pi * x[..., None] * grid
         return np.stack([np.sin(phase), np.cos(phase)], axis=-1)
 
     return Family(
@@ -186,8 +185,8 @@ def _wave(hertz: float, time: Array) -> Family:
     )
 
 
-def _settling() -> Family:
-    grid = np.array(SETTLING)
+def _settling(seconds: tuple[float, ...]) -> Family:
+    grid = np.array(seconds)
     return Family(
         lambda x, a, tau: a * (1.0 - np.exp(-x / tau)),
         'a * (1.0 - np.exp(-x / tau))',

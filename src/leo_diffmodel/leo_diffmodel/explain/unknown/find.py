@@ -19,21 +19,18 @@ from leo_diffmodel.explain.estimate.contact import converged
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.loss import dispersion, gain, rest_of, unexplained
+from leo_diffmodel.explain.estimate.loss import dispersion, gain, most_nats, rest_of, unexplained
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import score
 from leo_diffmodel.explain.select.search import Search
-from leo_diffmodel.explain.settings import Settings
+from leo_diffmodel.explain.settings import Gates
 from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, with_fit
 from leo_diffmodel.explain.unknown.curves import Curve, curves
 from leo_diffmodel.explain.unknown.influence import Influence, influence
 from leo_diffmodel.explain.unknown.paths import paths
 
 Array = np.ndarray
-TRIED = 2
-NEARLY = 3.0
-"""Most that a law may leave, in units of noise, for its starts to be settled."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +63,7 @@ def find(recordings: Sequence[Recording], found: Search) -> Found | None:
     problem = found.problem
     blocks = found.posed.blocks.index(problem.windows)
     alone = find_alone(recordings, found)
-    if problem.linearisation and not rest_of(found.null, found.final, True).matters:
+    if problem.linearisation and not rest_of(problem, found.null, found.final).matters:
         return alone
     return alone or _beyond(recordings, problem, found, blocks)
 
@@ -77,7 +74,7 @@ def _beyond(
     """A law for what the named effects leave."""
     left, best = _curves(recordings, problem, found.final, blocks)
     named = gain(found.null, found.final, problem.train)
-    gates = found.weight.settings
+    gates = found.weight.gates
     if not _counts(best[0], named, 1.0, gates):
         return None
     tried = _settled(found.posed, attempt(recordings, found.final, left, blocks, best[0]))
@@ -120,8 +117,8 @@ def find_alone(recordings: Sequence[Recording], found: Search) -> Found | None:
         return None
     left, best = _curves(recordings, problem, found.null, blocks)
     alone = partial(attempt, recordings, found.null, left, blocks)
-    gates = found.weight.settings
-    for tried in helper.spread(alone, _distinct(best)[:TRIED]):
+    gates = found.weight.gates
+    for tried in helper.spread(alone, _distinct(best)[: problem.numerics.laws_tried]):
         tried = _settled(found.posed, tried)
         if tried.law.known(gates.law_periods) or not tried.fit:
             continue
@@ -133,15 +130,15 @@ def find_alone(recordings: Sequence[Recording], found: Search) -> Found | None:
 def _is_whole(recordings: Sequence[Recording], found: Search, blocks: Array) -> bool:
     """Whether no curve follows what the named effects leave."""
     best = _curves(recordings, found.problem, found.final, blocks)[1][0]
-    return best.gain < found.weight.settings.law_nats
+    return best.gain < found.weight.gates.law_nats
 
 
 def _beats(tried: Attempt, found: Search) -> bool:
     """Whether a law explains more than every set of named effects, for what it takes to write."""
-    law, problem, gates = tried.fit, found.problem, found.weight.settings
+    law, problem, gates = tried.fit, found.problem, found.weight.gates
     assert law
     spread = min(tried.dispersion, dispersion(found.final))
-    most = spread if problem.linearisation else np.inf
+    most = most_nats(problem, spread)
     price = _price(problem, len(tried.law.values)) + gates.law_form + gates.margin_nats
 
     def ahead(named: Fit) -> float:
@@ -155,7 +152,7 @@ def _settled(posed: Posed, tried: Attempt) -> Attempt:
     """On the ground, a law that explains a good part when linearised by itself."""
     if not posed.problem.linearisation or tried.law.curve.variable.name == 'path':
         return tried
-    if tried.fit is None or unexplained(tried.fit) > NEARLY:
+    if tried.fit is None or unexplained(tried.fit) > posed.problem.numerics.law_nearly:
         return tried
     return with_fit(tried, converged(posed, tried.fit).fit, posed.problem)
 
@@ -167,14 +164,14 @@ def _curves(
     return left, curves(left, blocks, paths(recordings, left))
 
 
-def _counts(curve: Curve, named: float, spread: float, gates: Settings) -> bool:
+def _counts(curve: Curve, named: float, spread: float, gates: Gates) -> bool:
     """Whether a curve is more than noise, and matters."""
     trained = float(curve.score.gain_train)
     matters = trained > gates.law_share * (trained + named)
     return curve.gain / spread > gates.law_nats and matters
 
 
-def _holds(problem: Problem, tried: Attempt, gates: Settings) -> bool:
+def _holds(problem: Problem, tried: Attempt, gates: Gates) -> bool:
     """Whether the law explains data that nothing was fitted to, where it would show there."""
     if tried.fit is None:
         return tried.gain_held_out > gates.law_agreement * float(tried.law.curve.score.expected)
@@ -195,7 +192,7 @@ def _distinct(best: Sequence[Curve]) -> list[Curve]:
 
 
 def _needed(
-    problem: Problem, tried: Attempt, gates: Settings
+    problem: Problem, tried: Attempt, gates: Gates
 ) -> tuple[tuple[int, ...], Attempt]:
     """Which effects of the base still earn their place beside the law, and the fit with them."""
     everything = np.ones(problem.windows.count, dtype=bool)

@@ -21,9 +21,6 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.model import Model
 
 Array = np.ndarray
-GROUND_STRETCHES = 3
-MOST_STRETCHES = 30
-FAR = 100.0
 
 
 @dataclass(frozen=True)
@@ -64,8 +61,8 @@ class Influence:
     @property
     def runs_away(self) -> bool:
         """Whether a predicted rate is far beyond all measured ones, or no number."""
-        measured = self.problem.windows.dq
-        return not np.abs(self.dq).max() < FAR * max(float(np.abs(measured).max()), 1e-9)
+        measured, far = self.problem.windows.dq, self.problem.numerics.runaway
+        return not np.abs(self.dq).max() < far * max(float(np.abs(measured).max()), 1e-9)
 
     @property
     def time(self) -> Array:
@@ -86,21 +83,25 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     hypothesis = fitted.hypothesis
     model = hypothesis.model(problem.base, fitted.theta)
     linear = shooting.linearise(
-        problem.base, windows, problem.sigma, hypothesis, fitted.theta, fitted.start,
-        problem.by_start, conditional_errors(fitted.columns[problem.train]),
+        problem.base, windows, problem.sigma, problem.numerics, hypothesis, fitted.theta,
+        fitted.start, problem.by_start, conditional_errors(fitted.columns[problem.train]),
     )  # fmt: skip
-    most = GROUND_STRETCHES if problem.linearisation else MOST_STRETCHES
+    numerics = problem.numerics
+    most = numerics.ground_stretches if problem.linearisation else numerics.stretches
     stretch = np.arange(windows.steps) * min(windows.steps, most) // windows.steps
-    torques = _torques(stretch, windows.dt.shape, joints, 1e-3 * torque_scale(model.robot))
+    size = numerics.small_torque * torque_scale(model.robot)
+    torques = _torques(stretch, windows.dt.shape, joints, size)
     predicted, columns = respond(model, windows, fitted.start, torques)
     if problem.linearisation:  # an extra torque there may throw the robot out of the ground
         lost = ~tame(columns)
         predicted[lost], columns[lost] = windows.measured[lost], 0.0
     noise = problem.sigma[windows.source][:, None, :, None]
     answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1)
-    answer = answer / (1e-3 * torque_scale(model.robot))
+    answer = answer / size
     leverage = leverage_weight(problem, answer)[..., 0] ** 2
-    weight = shooting.robust_weight(fitted.residual, 2 * joints, fitted.typical) * leverage
+    weight = leverage * shooting.robust_weight(
+        fitted.residual, 2 * joints, numerics, fitted.typical
+    )
     everything = np.concatenate([linear.by_theta, -answer], axis=-1)
     rest, columns, _, _ = shooting.eliminate(
         shooting.Linear(linear.residual, linear.by_start, everything), weight

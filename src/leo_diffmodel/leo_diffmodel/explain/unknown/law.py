@@ -14,8 +14,6 @@ from leo_diffmodel.explain.unknown.regression import Regression
 from leo_sim.effects import Parameter
 
 Array = np.ndarray
-READABLE_SHARE = 0.05
-READABLE_NATS = 10.0
 POSITIVE = ('width', 'tau', 'f', 'n', 'reach')
 
 
@@ -80,7 +78,7 @@ def law_of(left: Influence, blocks: Array, curve: Curve) -> Law:
     assert carried is not None
     size = 0.5 * float(np.log(regression.samples))
     found = []
-    for family in families(curve):
+    for family in families(curve, left.problem.grids):
         basis = family.basis(curve.variable.values) * carried[..., None, None]
         score = regression.of(basis)
         best = int(np.argmax(score.gain_train))
@@ -90,7 +88,9 @@ def law_of(left: Influence, blocks: Array, curve: Curve) -> Law:
         found.append(Law(curve, family, _parameters(curve, family, values), values, gain))
     law = max(found, key=lambda f: f.gain)
     whole = float(curve.score.gain_train) - size * len(curve.score.values)
-    if curve.hertz or law.gain > whole - READABLE_NATS - READABLE_SHARE * abs(whole):
+    numerics = left.problem.numerics
+    least = whole - numerics.readable_nats - numerics.readable_share * abs(whole)
+    if curve.hertz or law.gain > least:
         return law
     return table_of(curve, whole)
 

@@ -10,19 +10,16 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.settings import Numerics
 from leo_diffmodel.explain.unknown.influence import Influence
 
 Array = np.ndarray
-PAST_SAMPLES = 300
-INSTANT = 1e-9
-REACHES = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6)
-"""Distances over which friction may build up, tried one by one [rad]."""
 
 
 def paths(recordings: Sequence[Recording], left: Influence) -> dict[float, Array]:
     """For each reach the state of Dahl's friction in each stretch, -1 to 1, shape (W, G, J)."""
-    time, windows = left.time, left.problem.windows
-    z = np.zeros((len(REACHES), *left.q.shape))
+    time, windows, reaches = left.time, left.problem.windows, left.problem.grids.reaches
+    z = np.zeros((len(reaches), *left.q.shape))
     for source, recording in enumerate(recordings):
         for episode in recording.episodes:
             inside = (
@@ -30,10 +27,10 @@ def paths(recordings: Sequence[Recording], left: Influence) -> dict[float, Array
                 & (time[:, 0] >= episode.t[0])
                 & (time[:, -1] <= episode.t[-1])
             )
-            along = dahl(episode, np.array(REACHES))
-            for r, j in np.ndindex(len(REACHES), z.shape[-1]):
+            along = dahl(episode, np.array(reaches))
+            for r, j in np.ndindex(len(reaches), z.shape[-1]):
                 z[r, inside, :, j] = np.interp(time[inside], episode.t, along[:, r, j])
-    return dict(zip(REACHES, z, strict=True))
+    return dict(zip(reaches, z, strict=True))
 
 
 def dahl(episode: Episode, reach: Array) -> Array:
@@ -46,8 +43,10 @@ def dahl(episode: Episode, reach: Array) -> Array:
     return z
 
 
-def with_past(recordings: Sequence[Recording], windows: Windows) -> Windows:
-    """These windows with 300 samples of history each, which a memory of the path needs.
+def with_past(
+    recordings: Sequence[Recording], windows: Windows, numerics: Numerics
+) -> Windows:
+    """These windows with much history each, which a memory of the path needs.
 
     Where an episode has fewer, its first sample is repeated for an instant.
     """
@@ -55,16 +54,17 @@ def with_past(recordings: Sequence[Recording], windows: Windows) -> Windows:
     parts = []
     for source, start in zip(windows.source, windows.start, strict=True):
         inside = (e for s, e in episodes if s == source and e.t[0] <= start <= e.t[-1])
-        parts.append(_past(next(inside), float(start)))
+        parts.append(_past(next(inside), float(start), numerics))
     q, dq, inputs, enabled, gaps = (np.stack(column) for column in zip(*parts, strict=True))
     return replace(windows, history=(q, dq, inputs, enabled, gaps))
 
 
-def _past(episode: Episode, start: float) -> tuple[Array, ...]:
+def _past(episode: Episode, start: float, numerics: Numerics) -> tuple[Array, ...]:
     """Angles, rates, inputs, motors on and lengths of the samples before an instant."""
-    first = int(np.argmin(np.abs(episode.t - start)))
-    pick = np.maximum(np.arange(first - PAST_SAMPLES, first), 0)
-    gaps = np.maximum(episode.t[np.minimum(pick + 1, first)] - episode.t[pick], INSTANT)
-    gaps[: max(0, PAST_SAMPLES - first)] = INSTANT
+    first, count = int(np.argmin(np.abs(episode.t - start))), numerics.past_samples
+    pick = np.maximum(np.arange(first - count, first), 0)
+    gaps = episode.t[np.minimum(pick + 1, first)] - episode.t[pick]
+    gaps = np.maximum(gaps, numerics.instant)
+    gaps[: max(0, count - first)] = numerics.instant
     names = ('q', 'dq', 'inputs', 'enabled')
     return (*(getattr(episode, name)[pick] for name in names), gaps)

@@ -10,7 +10,6 @@ import numpy as np
 from leo_diffmodel.explain.unknown.influence import Influence
 
 Array = np.ndarray
-RIDGE = 1e-6
 
 
 class Score(NamedTuple):
@@ -47,8 +46,8 @@ class _Normal(NamedTuple):
     def less(self, other: _Normal) -> _Normal:
         return _Normal(self.matrix - other.matrix, self.slope - other.slope)
 
-    def solved(self) -> Array:
-        return np.linalg.solve(_ridged(self.matrix), self.slope[..., None])[..., 0]
+    def solved(self, ridge: float) -> Array:
+        return np.linalg.solve(_ridged(self.matrix, ridge), self.slope[..., None])[..., 0]
 
     def trace(self, found: Array) -> Array:
         """Squared change of the prediction here by coefficients, shape (F,)."""
@@ -76,7 +75,7 @@ class Regression:
             blocks: time block of each window, shape (W,).
             joint: index of the joint.
         """
-        self._train = left.problem.train
+        self._train, self._ridge = left.problem.train, left.problem.numerics.ridge
         self._matrix, self._slope = left.information(joint)
         self._stretches = left.answer.shape[-2]
         self._held = np.flatnonzero(~self._train)
@@ -100,12 +99,12 @@ class Regression:
             np.sum([p.matrix for p in parts], axis=0), np.sum([p.slope for p in parts], axis=0)
         )
         held = self._sum(torque, answered, own, self._held)
-        found = whole.solved()
-        inverse = np.linalg.inv(_ridged(whole.matrix))
+        found = whole.solved(self._ridge)
+        inverse = np.linalg.inv(_ridged(whole.matrix, self._ridge))
         return Score(
             found,
             np.sqrt(np.maximum(np.diagonal(inverse, axis1=-2, axis2=-1), 0.0)),
-            np.sum([p.nats(whole.less(p).solved()) for p in parts], axis=0),
+            np.sum([p.nats(whole.less(p).solved(self._ridge)) for p in parts], axis=0),
             held.nats(found),
             whole.nats(found),
             whole.nats(found) * held.trace(found) / np.maximum(whole.trace(found), 1e-12),
@@ -117,7 +116,7 @@ class Regression:
         matrix = self._matrix[self._train, count:, count:].sum(axis=0)
         cross = answered[self._train, count:].sum(axis=0).swapaxes(0, 1)
         slope = self._slope[self._train, count:].sum(axis=0)
-        inverse = np.linalg.inv(_ridged(matrix)) if len(matrix) else matrix
+        inverse = np.linalg.inv(_ridged(matrix, self._ridge)) if len(matrix) else matrix
         return inverse @ cross, inverse @ slope
 
     def _sum(
@@ -139,7 +138,7 @@ class Regression:
         return _Normal(matrix, slope)
 
 
-def _ridged(matrix: Array) -> Array:
+def _ridged(matrix: Array, ridge: float) -> Array:
     diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
     floor = np.maximum(diagonal, 1e-12 * diagonal.max(axis=-1, keepdims=True) + 1e-300)
-    return matrix + RIDGE * floor[..., None] * np.eye(matrix.shape[-1])
+    return matrix + ridge * floor[..., None] * np.eye(matrix.shape[-1])

@@ -8,14 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from leo_diffmodel.explain.settings import Grids
 from leo_diffmodel.explain.unknown.influence import Influence
 
 Array = np.ndarray
-TURN = 2 * np.pi
-SLOW_SECONDS = 4.0
-KNOTS = (8, 24)
-TURN_KNOTS = (12, 32)
-TAIL = 0.01
 
 
 @dataclass(frozen=True)
@@ -56,47 +52,49 @@ class Variable:
 def variables(left: Influence, joint: int) -> Iterator[Variable]:
     """Everything that the torque at a joint may depend on; where a robot stands does not count."""
     robot, windows = left.model.robot, left.problem.windows
-    base = len(robot.base_joints)
+    base, grids = len(robot.base_joints), left.problem.grids
     for j, name in enumerate(robot.joint_names[base:], base):
-        yield from _angles(name, left.q[..., j])
-        yield from _spread('rate', name, 'rad/s', left.dq[..., j])
+        yield from _angles(name, left.q[..., j], grids)
+        yield from _spread('rate', name, 'rad/s', left.dq[..., j], grids)
     inputs = left.averaged(windows.inputs)
     for a, actuator in enumerate(robot.actuators):
         if np.ptp(inputs[..., a]) > 0 and robot.input != 'position':  # goals act in the loop alone
-            yield from _spread('input', actuator.joint, robot.input_unit, inputs[..., a])
+            yield from _spread('input', actuator.joint, robot.input_unit, inputs[..., a],
+                               grids)  # fmt: skip
     if len(robot.joint_names) > 1:  # on a single hinge the load is a function of the angle
         load = left.model.rigid.load(left.q)[..., joint]
-        yield from _spread('load', robot.joint_names[joint], 'N m', load)
+        yield from _spread('load', robot.joint_names[joint], 'N m', load, grids)
     yield _time(left)
 
 
-def _angles(joint: str, q: Array) -> Iterator[Variable]:
+def _angles(joint: str, q: Array, grids: Grids) -> Iterator[Variable]:
     """The angle as it is, and within the turn where the joint goes round."""
-    yield from _spread('angle', joint, 'rad', q)
-    if np.ptp(q) > TURN:
-        for count in TURN_KNOTS:
-            yield Variable('angle', joint, 'rad', q, TURN * np.arange(count) / count, TURN)
+    yield from _spread('angle', joint, 'rad', q, grids)
+    turn = 2 * np.pi
+    if np.ptp(q) > turn:
+        for count in grids.turn_knots:
+            yield Variable('angle', joint, 'rad', q, turn * np.arange(count) / count, turn)
 
 
 def _time(left: Influence) -> Variable:
     """Time, too slow to follow single windows."""
     middle = left.time
     low, high = float(middle.min()), float(middle.max())
-    count = max(2, round((high - low) / SLOW_SECONDS) + 1)
+    count = max(2, round((high - low) / left.problem.grids.slow_seconds) + 1)
     return Variable('time', '', 's', middle, np.linspace(low, high, count))
 
 
-def _spread(name: str, of: str, unit: str, values: Array) -> Iterator[Variable]:
+def _spread(name: str, of: str, unit: str, values: Array, grids: Grids) -> Iterator[Variable]:
     """Knots evenly over all but the outermost values, few and many."""
-    low, high = np.quantile(values, (TAIL, 1 - TAIL))
-    for count in KNOTS:
+    low, high = np.quantile(values, (grids.tail, 1 - grids.tail))
+    for count in grids.knots:
         knots = np.linspace(low, max(high, low + 1e-9), count)
         yield Variable(name, of, unit, values, knots)
 
 
-def ring(variable: Variable, period: float) -> Variable:
-    """The variable within one period."""
-    knots = period * np.arange(TURN_KNOTS[0]) / TURN_KNOTS[0]
+def ring(variable: Variable, period: float, count: int) -> Variable:
+    """The variable within one period, with so many knots."""
+    knots = period * np.arange(count) / count
     return replace(variable, knots=knots, period=period)
 
 

@@ -4,17 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-import inspect
 import math
-import re
 from typing import Any
 
 from leo_diffmodel.explain.select.search import Search
-from leo_diffmodel.explain.settings import Settings
+from leo_diffmodel.explain.settings import Gates, texts
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import number, quantity, unit
-
-GATE = re.compile(r'^ {4}(\w+): (.*?)(?=^ {4}\w+: |\Z)', re.MULTILINE | re.DOTALL)
 
 
 def section(settings: Mapping[str, float], found: Search | None) -> Section:
@@ -24,18 +20,12 @@ def section(settings: Mapping[str, float], found: Search | None) -> Section:
         settings: of explain.json.
         found: the finished search; None where there was none.
     """
-    said = descriptions()
+    said = texts(Gates)
     gates = [
         {'name': name, 'value': f'{value:g}', 'said': said.get(name, '')}
         for name, value in settings.items()
     ]
     return Section('gates.html', {'gates': gates, 'limits': _limits(found) if found else []})
-
-
-def descriptions() -> dict[str, str]:
-    """What each gate decides, from the settings themselves."""
-    listed = inspect.cleandoc(Settings.__doc__ or '').partition('Attributes:\n')[2]
-    return {name: ' '.join(text.split()) for name, text in GATE.findall(listed)}
 
 
 def _limits(found: Search) -> list[dict[str, Any]]:

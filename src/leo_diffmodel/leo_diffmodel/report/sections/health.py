@@ -10,7 +10,6 @@ import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.select.search import Search
-from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.report import palette
 from leo_diffmodel.report.palette import Stroke
 from leo_diffmodel.report.plots import health, Line
@@ -35,7 +34,7 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
         errors: `chi2_ratio` and `unexplained_share` of explain.json's errors.
     """
     problem = found.problem
-    repaired = bool(found.final.hypothesis.candidates)
+    most, repaired = problem.gates.unexplained, bool(found.final.hypothesis.candidates)
     time, borders = _in_a_row(problem.windows)
     white = correlation(problem, found.final)
     names = problem.base.robot.joint_names
@@ -44,14 +43,14 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
         'certificate': found.final.certificate,
         'ratio': number(errors['chi2_ratio']),
         'on_ground': bool(problem.linearisation),
-        'white': errors['chi2_ratio'] <= SETTINGS.unexplained,
+        'white': errors['chi2_ratio'] <= most,
         'left': percent(errors['unexplained_share']),
         'repaired': repaired,
         'legend': _legend(repaired),
         'correlated': not white.white,
         'strength': number(white.strength, 2),
         'joints': list(zip(names, palette.CANDIDATES, strict=False)) if len(names) > 1 else [],
-        'conditions': _conditions(by_condition(problem, found.null, found.final)),
+        'conditions': _conditions(by_condition(problem, found.null, found.final), most),
         'many': len(names) > 1,
     }
     return Section('health.html', values, (plot, *_correlograms(white, names)))
@@ -95,7 +94,7 @@ def _correlograms(white: Correlation, names: Sequence[str]) -> list[Any]:
     return figures
 
 
-def _conditions(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def _conditions(rows: Sequence[Mapping[str, Any]], most: float) -> list[dict[str, Any]]:
     return [
         {
             'joint': r['joint'],
@@ -104,7 +103,7 @@ def _conditions(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             'windows': r['windows'],
             'before': number(r['before']),
             'after': number(r['after']),
-            'bad': r['after'] > SETTINGS.unexplained,
+            'bad': r['after'] > most,
         }
         for r in rows
     ]

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.loss import MARGIN_NATS
-from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.explain.settings import Gates
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import (
     change,
@@ -32,6 +31,7 @@ def section(
     constants: Mapping[str, Row],
     threshold: float | None,
     told: str,
+    gates: Gates,
 ) -> Section:
     """The table of hypotheses, supported effects first.
 
@@ -41,6 +41,7 @@ def section(
         constants: the uncertain constants as refitted.
         threshold: gain that noise alone can give [nats].
         told: what the errors are, in words.
+        gates: by which they were chosen.
     """
     taken = {label(e) for e in effects}
     others = [h for h in hypotheses if label(h) not in taken]
@@ -48,8 +49,9 @@ def section(
     top = max([*map(_gain, fitted), threshold or 0.0])
     best = _gain(hypotheses[0]) if hypotheses else 0.0
     near = _near(effects)
-    rows = [_row(e, top, 'supported', _supported(e)) for e in effects]
-    rows += [_row(h, top, *_status(h, best, near, threshold, bool(effects))) for h in others]
+    rows = [_row(e, top, 'supported', _supported(e, gates)) for e in effects]
+    rows += [_row(h, top, *_status(h, best, near, threshold, bool(effects), gates.margin_nats))
+             for h in others]  # fmt: skip
     least = threshold or 0.0
     worth = sum(_gain(r) >= least for r in fitted)
     shown = min(max(worth, FEWEST), SHOWN)
@@ -89,26 +91,28 @@ def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
     }
 
 
-def _supported(effect: Row) -> str:
+def _supported(effect: Row, gates: Gates) -> str:
     rivals = [
-        c for c in effect['confusable_with'] if c['separable_nats'] < MARGIN_NATS and not _why(c)
-    ]
+        c for c in effect['confusable_with']
+        if c['separable_nats'] < gates.margin_nats and not _why(c)
+    ]  # fmt: skip
     if rivals:
         return 'supported, but not told apart from its rivals'
-    if effect['inclusion_probability'] < SETTINGS.stable:
+    if effect['inclusion_probability'] < gates.stable:
         return 'supported, but not in enough of the held-out turns'
     return 'supported by training and held-out data'
 
 
 def _status(
-    row: Row, best: float, near: Mapping[str, Row], threshold: float | None, named: bool
+    row: Row, best: float, near: Mapping[str, Row], threshold: float | None, named: bool,
+    margin: float,
 ) -> tuple[str, str]:
     """Kind (for colour) and words for a candidate that is not among the supported effects."""
     behind = best - _gain(row)
     rival = near.get(label(row))
     if rival and _why(rival):
         return 'same', f'the same thing in this data: {_why(rival)}'
-    if rival and rival['separable_nats'] < MARGIN_NATS:
+    if rival and rival['separable_nats'] < margin:
         return 'rival', f'cannot be ruled out: {nats(rival["separable_nats"])} nats behind'
     if rival:
         return 'out', _distance(rival['separable_nats'])
@@ -120,7 +124,7 @@ def _status(
         return 'out', 'gains no more than noise would'
     if row['gain_held_out'] <= 0:
         return 'out', 'does not hold on held-out data'
-    if named and behind < MARGIN_NATS:
+    if named and behind < margin:
         return 'out', 'overtaken by the supported effects together'
     if named:
         return 'out', f'{nats(behind)} nats behind'

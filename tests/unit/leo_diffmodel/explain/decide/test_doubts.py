@@ -20,7 +20,7 @@ from leo_sim.model import Model
 POOL = {c.effect.name: c for c in candidates(Model(PENDULUM))}
 CHOSEN = tuple(POOL[n] for n in ('coulomb_friction', 'bias_torque', 'torque_scale'))
 LABELS = tuple(c.label for c in CHOSEN)
-SURE, NOISE = [Named('coulomb_friction:pivot', 'c = 1 N m')], Rest(1.0, 0.0)
+SURE, NOISE = [Named('coulomb_friction:pivot', 'c = 1 N m')], Rest(SETTINGS.gates, 1.0, 0.0)
 
 
 def findings(share=1.0, floors=(), own=({}, {}, {}), **of_choices):
@@ -30,7 +30,8 @@ def findings(share=1.0, floors=(), own=({}, {}, {}), **of_choices):
     fit = Fit(hypothesis, theta, 1e-6 * np.eye(len(theta)), none, none, none, none)
     parts = tuple(Part(c, fit, (9.0, 9.0), {}, {}, share, ()) for c in CHOSEN)
     choices = {'kept': share, 'sets': ((LABELS, share),), 'instead': (), 'beside': ()}
-    return SimpleNamespace(settings=SETTINGS, final=fit, effects=parts, floors=floors, own=own,
+    return SimpleNamespace(gates=SETTINGS.gates, numerics=SETTINGS.numerics, final=fit,
+                           effects=parts, floors=floors, own=own,
                            choices=Choices(**choices | of_choices), other='', refuted='',
                            search=SimpleNamespace(complete=True))  # fmt: skip
 

@@ -8,8 +8,9 @@ import pytest
 from tests.simulate import PENDULUM, record, TORQUE
 
 from leo_diffmodel.explain.decide.verdict import decide, Named
-from leo_diffmodel.explain.estimate.loss import MARGIN_NATS, Rest, rest_of
+from leo_diffmodel.explain.estimate.loss import Rest, rest_of
 from leo_diffmodel.explain.explanation import explain
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.explain.tell.sentence import sentence
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -73,7 +74,7 @@ def test_a_weak_spring_with_a_far_rest_leaves_a_constant_torque_its_name():
     (effect,) = answer.effects
     assert (answer.verdict, effect['name']) == ('named', 'bias_torque')
     spring = [r for r in effect['confusable_with'] if r['name'] == 'joint_spring']
-    assert all(r['separable_nats'] > MARGIN_NATS for r in spring)
+    assert all(r['separable_nats'] > SETTINGS.gates.margin_nats for r in spring)
 
 
 @pytest.mark.parametrize(('named', 'ratio', 'share', 'verdict'), [
@@ -88,7 +89,7 @@ def test_a_weak_spring_with_a_far_rest_leaves_a_constant_torque_its_name():
     ([OPEN], 3.0, 0.6, 'unknown'),
 ])  # fmt: skip
 def test_how_a_verdict_is_reached(named, ratio, share, verdict):
-    assert decide(named, Rest(ratio, share), unknown=False) == verdict
+    assert decide(named, Rest(SETTINGS.gates, ratio, share), unknown=False) == verdict
     words = sentence(verdict, named, 'error 2 -> 1 rad', rest='60 % is something else')
     assert 'error 2 -> 1 rad' in words
     assert all(n.label in words and n.doubt in words for n in named)
@@ -97,21 +98,22 @@ def test_how_a_verdict_is_reached(named, ratio, share, verdict):
 
 @pytest.mark.parametrize('named', [[], [ONE], [OPEN]], ids=['nothing', 'one', 'open'])
 def test_a_law_that_is_no_known_effect_makes_it_unknown(named):
-    assert decide(named, Rest(1.0, 0.0), unknown=True) == 'unknown'
+    assert decide(named, Rest(SETTINGS.gates, 1.0, 0.0), unknown=True) == 'unknown'
     words = sentence('unknown', named, 'error 2 -> 1 rad', outside='a torque of time')
     assert words.endswith(': a torque of time.')
 
 
 def test_a_doubt_about_the_whole_answer_makes_it_ambiguous_and_is_said():
     doubts = ['this set is chosen in 70% of the held-out turns']
-    assert decide([ONE], Rest(1.1, 0.01), unknown=False, doubts=doubts) == 'ambiguous'
-    assert decide([], Rest(1.1, 0.01), unknown=False, doubts=doubts) == 'fine'
+    rest = Rest(SETTINGS.gates, 1.1, 0.01)
+    assert decide([ONE], rest, unknown=False, doubts=doubts) == 'ambiguous'
+    assert decide([], rest, unknown=False, doubts=doubts) == 'fine'
     assert doubts[0] in sentence('ambiguous', [ONE], 'error 2 -> 1 rad', doubts)
 
 
 def test_what_is_far_above_the_noise_matters_however_much_was_explained():
-    assert Rest(14.7, 0.07).matters
-    assert not Rest(2.0, 0.07).matters
+    assert Rest(SETTINGS.gates, 14.7, 0.07).matters
+    assert not Rest(SETTINGS.gates, 2.0, 0.07).matters
 
 
 @pytest.mark.parametrize(('on_ground', 'acting', 'matters'), [
@@ -121,6 +123,8 @@ def test_on_the_ground_what_acts_in_some_windows_matters(on_ground, acting, matt
     residual = np.random.default_rng(0).standard_normal((100, 198))
     residual[:acting] *= 3.0
     left = SimpleNamespace(residual=residual, start=np.zeros((100, 18)))
-    rest = rest_of(left, left, on_ground)
+    problem = SimpleNamespace(linearisation=on_ground or None, gates=SETTINGS.gates,
+                              numerics=SETTINGS.numerics)  # fmt: skip
+    rest = rest_of(problem, left, left)
     assert rest.matters == matters
     assert matters or rest.ratio == pytest.approx(1.0, abs=0.2)

@@ -6,6 +6,7 @@ import pytest
 
 from leo_diffmodel.explain.estimate.covariance import covariance
 from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.settings import SETTINGS
 
 RUNS, BLOCKS, PER_BLOCK, SAMPLES, CHANNELS = 150, 12, 4, 15, 2
 
@@ -30,7 +31,8 @@ def interval(seed: int, by: float, size: float) -> tuple[np.ndarray, np.ndarray]
     residual = noise - columns @ wrong
     block = np.repeat(np.arange(BLOCKS), PER_BLOCK)
     spread = shooting.dispersion(residual, CHANNELS)
-    found = covariance(-columns, residual, block, np.ones(2, dtype=bool), spread, CHANNELS)
+    found = covariance(-columns, residual, block, np.ones(2, dtype=bool), spread, CHANNELS,
+                       SETTINGS.numerics)
     return wrong, 1.96 * np.sqrt(np.diagonal(found))
 
 
@@ -47,7 +49,7 @@ def test_a_parameter_on_its_bound_has_no_variance_and_one_that_does_not_show_a_h
     columns, residual = rng.standard_normal((48, 30, 3)), rng.standard_normal((48, 30))
     columns[..., 2] = 0.0
     free = np.array([True, False, True])
-    found = covariance(columns, residual, np.arange(48), free, 1.0, CHANNELS)
+    found = covariance(columns, residual, np.arange(48), free, 1.0, CHANNELS, SETTINGS.numerics)
     assert found[1, 1] == 0.0 and found[2, 2] > 1e6
     assert found[0, 0] == pytest.approx(1 / 1440, rel=0.5)
 
@@ -59,6 +61,7 @@ def test_few_blocks_make_wider_intervals():
     for blocks in (48, 3):
         block = np.arange(48) * blocks // 48
         drawn = [covariance(columns, rng.permutation(residual.ravel()).reshape(48, 30), block,
-                            free, 1.0, CHANNELS)[0, 0] for _ in range(40)]  # fmt: skip
+                            free, 1.0, CHANNELS, SETTINGS.numerics)[0, 0]
+                 for _ in range(40)]  # fmt: skip
         half.append(np.sqrt(np.mean(drawn)))
     assert half[1] > 1.5 * half[0]

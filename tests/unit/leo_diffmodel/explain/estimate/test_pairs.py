@@ -7,6 +7,7 @@ from tests.linear import POOL
 
 from leo_diffmodel.explain.estimate.pairs import best_pairs
 from leo_diffmodel.explain.estimate.scan import Scan
+from leo_diffmodel.explain.settings import SETTINGS
 
 SAMPLES = 400
 RNG = np.random.default_rng(0)
@@ -34,7 +35,7 @@ def named(pair) -> set:
 def test_the_best_pair_comes_with_the_sizes_that_explain_the_residual():
     residual = 20.0 * ROWS[0] + 15.0 * ROWS[1] + 1.0 * ROWS[2]
     scans = [scan(n, r, residual) for n, r in zip(NAMES, ROWS, strict=True)]
-    (best,) = best_pairs(scans, residual, 1, 8.0)
+    (best,) = best_pairs(scans, residual, 1, 8.0, SETTINGS)
     assert named(best) == {'coulomb_friction', 'viscous_friction'}
     sizes = {c.effect.name: v for c, v in zip(*best, strict=True)}
     assert sizes['coulomb_friction'] == pytest.approx(2.0)
@@ -48,7 +49,7 @@ def test_two_that_hide_each_other_are_seen_together():
     scans = [scan('coulomb_friction', ROWS[0], residual), scan('armature', other, residual),
              scan('bias_torque', ROWS[3], residual)]  # fmt: skip
     assert max(s.gain for s in scans) < 5.0
-    (best,) = best_pairs(scans, residual, 2, 8.0)
+    (best,) = best_pairs(scans, residual, 2, 8.0, SETTINGS)
     assert named(best) == {'coulomb_friction', 'armature'}
     np.testing.assert_allclose(best[1], 2.0, rtol=1e-6)
 
@@ -57,30 +58,30 @@ def test_two_that_hide_each_other_are_seen_together():
                          ids=['one is enough', 'nothing'])  # fmt: skip
 def test_no_pair_where_the_second_saves_less_than_it_must(residual):
     scans = [scan(n, r, residual) for n, r in zip(NAMES, ROWS, strict=True)]
-    assert best_pairs(scans, residual, 3, 8.0) == []
+    assert best_pairs(scans, residual, 3, 8.0, SETTINGS) == []
 
 
 def test_two_that_do_the_same_thing_are_no_pair():
     same = ROWS[0] + 0.05 * ROWS[1]
     residual = 20.0 * ROWS[0] + 20.0 * ROWS[1]
     scans = [scan('coulomb_friction', ROWS[0], residual), scan('armature', same, residual)]
-    assert best_pairs(scans, residual, 3, 8.0) == []
+    assert best_pairs(scans, residual, 3, 8.0, SETTINGS) == []
 
 
 def test_no_pair_needs_a_sign_that_an_effect_cannot_have():
     """Friction only brakes, so it does not take off what another effect adds too much."""
     residual = 20.0 * ROWS[1] - 15.0 * ROWS[0]
     scans = [scan('coulomb_friction', ROWS[0], residual), scan('bias_torque', ROWS[1], residual)]
-    assert best_pairs(scans, residual, 3, 8.0) == []
+    assert best_pairs(scans, residual, 3, 8.0, SETTINGS) == []
     both = [scan('torque_scale', ROWS[0], residual), scans[1]]
-    (best,) = best_pairs(both, residual, 3, 8.0)
+    (best,) = best_pairs(both, residual, 3, 8.0, SETTINGS)
     assert named(best) == {'torque_scale', 'bias_torque'}
 
 
 def test_as_many_pairs_as_asked_for_and_none_twice():
     residual = 20.0 * ROWS[0] + 15.0 * ROWS[1] + 14.0 * ROWS[2] + 13.0 * ROWS[3]
     scans = [scan(n, r, residual) for n, r in zip(NAMES, ROWS, strict=True)]
-    found = best_pairs(scans, residual, 3, 8.0)
+    found = best_pairs(scans, residual, 3, 8.0, SETTINGS)
     assert [named(p) for p in found] == [{NAMES[0], n} for n in NAMES[1:]]
-    assert best_pairs(scans[:1], residual, 3, 8.0) == []
-    assert best_pairs([], residual, 3, 8.0) == []
+    assert best_pairs(scans[:1], residual, 3, 8.0, SETTINGS) == []
+    assert best_pairs([], residual, 3, 8.0, SETTINGS) == []

@@ -11,6 +11,7 @@ from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.estimate.scan import scales_of
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.limits import limited
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import get_effect
 from leo_sim.model import Model
@@ -30,7 +31,8 @@ def test_the_example_of_the_readme_starts_below_the_stall_torque(robot, tmp_path
     model, effect = Model(robot), written(tmp_path)
     scales = scales_of(model, cut([record(robot, seconds=4)], 0.1))
     (drag,) = (c for c in candidates(model, [effect]) if c.effect is effect)
-    first, *_, most = scales.amplitudes(effect.name, drag.parameters[0]) * scales.rate**3
+    sizes = scales.amplitudes(effect.name, drag.parameters[0], SETTINGS.grids)
+    first, *_, most = sizes * scales.rate**3
     np.testing.assert_allclose([first, most], np.array([0.004, 0.3]) * torque_scale(robot))
 
 
@@ -38,4 +40,4 @@ def test_a_unit_that_has_no_size_is_one_line(tmp_path):
     model, effect = Model(TORQUE), written(tmp_path, 'A')
     (drag,) = (c for c in candidates(model, [effect]) if c.effect is effect)
     with pytest.raises(UserError, match=r"^bearing_drag\.c: how large is large in 'A'\? [^\n]*$"):
-        limited(drag, model)
+        limited(drag, model, SETTINGS.grids)

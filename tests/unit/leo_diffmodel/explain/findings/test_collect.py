@@ -55,8 +55,8 @@ def test_each_effect_is_judged_beside_the_other(findings):
 def test_what_only_one_of_many_effects_can_do_is_asked_where_there_are_many(
     data, found, findings
 ):
-    gates = replace(found.weight.settings, many=2)
-    many = replace(found, weight=replace(found.weight, settings=gates))
+    gates = replace(found.weight.gates, many=2)
+    many = replace(found, weight=replace(found.weight, gates=gates))
     floors = collect(data, MODEL, many, Facts(TORQUE, False), STEP).floors
     assert findings.floors == () and len(floors) == 2 and min(floors) > 2
 

@@ -8,6 +8,7 @@ from tests.flywheel import flywheel
 from leo_diffmodel.compare.sizes import push_scale
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.limits import limited
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
 
@@ -16,7 +17,8 @@ from leo_sim.model import Model
 def test_a_wheel_whose_mass_is_on_its_axis_has_a_size(tmp_path, motor, gravity):
     model = Model(flywheel(tmp_path, motor, gravity))
     found = {(c.effect.name, p.name): p
-             for c in candidates(model) for p in limited(c, model).parameters}  # fmt: skip
+             for c in candidates(model)
+             for p in limited(c, model, SETTINGS.grids).parameters}  # fmt: skip
     assert all(p.low < p.high for p in found.values())
     radius = np.sqrt(4e-4 / 0.5)
     assert found['link_com', 'x'].high == pytest.approx(radius)

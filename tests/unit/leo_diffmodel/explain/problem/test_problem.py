@@ -12,7 +12,8 @@ from leo_diffmodel.compare.sizes import gravity_scale, mass_scale, reach, stall_
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.cut import Cut
-from leo_diffmodel.explain.problem.limits import at_limit, GAIN, limited
+from leo_diffmodel.explain.problem.limits import at_limit, limited
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import EFFECTS, place
 from leo_sim.model import Model
@@ -34,7 +35,8 @@ def plausible(robot, **options):
     """Parameters of all candidates of a robot by effect, place and name, within their limits."""
     model = Model(robot, **options)
     return {(c.effect.name, c.where, p.name): p
-            for c in candidates(model) for p in limited(c, model).parameters}  # fmt: skip
+            for c in candidates(model)
+            for p in limited(c, model, SETTINGS.grids).parameters}  # fmt: skip
 
 
 @pytest.mark.parametrize('robot', ROBOTS, ids=lambda r: r.name)
@@ -51,7 +53,7 @@ def test_limits_are_the_robots_and_never_wider_than_the_effects(robot):
     assert -own < mass.low < 0 < mass.high == pytest.approx(5 * mass_scale(robot))
     assert found['link_com', link, 'x'].high == pytest.approx(reach(robot))
     scale = found['torque_scale', joint, 'k']
-    assert (scale.low, scale.high) == GAIN
+    assert (scale.low, scale.high) == SETTINGS.grids.gain
     declared = {(c.effect.name, c.where, p.name): p
                 for c in candidates(Model(robot)) for p in c.parameters}  # fmt: skip
     for key, p in found.items():
@@ -77,9 +79,9 @@ def test_a_model_says_otherwise_at_one_place_or_all():
 def test_an_effect_of_the_limits_keeps_its_law_and_place():
     model = Model(TORQUE)
     for c in candidates(model):
-        kept = limited(c, model)
+        kept = limited(c, model, SETTINGS.grids)
         assert (kept.effect, kept.where) == (c.effect, c.where)
-        assert limited(kept, model) == kept
+        assert limited(kept, model, SETTINGS.grids) == kept
 
 
 @pytest.mark.parametrize(('parameter', 'value', 'half', 'reached'), [
@@ -95,7 +97,7 @@ def test_a_value_at_a_limit_is_seen_but_no_effect_is_no_limit(parameter, value, 
 def test_a_shove_is_cut_out_and_said():
     model, calm = Model(TORQUE), record(TORQUE, seconds=SECONDS, seed=4)
     pushed = record(TORQUE, seconds=SECONDS, seed=3, push=shove(TORQUE, 4.0, 12.0))
-    cut = Cut.of([calm, pushed], [], model)
+    cut = Cut.of([calm, pushed], [], SETTINGS, model)
     assert [s.source for s in cut.stretches] == [1, 1] and 0 < cut.share < 0.1
     assert cut.recordings[0] is calm and len(cut.recordings[1].episodes) == 3
     for episode in cut.recordings[1].episodes:
@@ -108,7 +110,7 @@ def test_a_shove_is_cut_out_and_said():
 def test_what_is_held_out_is_cut_too():
     pushed = record(TORQUE, seconds=SECONDS, seed=3, push=shove(TORQUE, 4.0))
     calm = record(TORQUE, seconds=SECONDS, seed=4)
-    cut = Cut.of([calm], [pushed], Model(TORQUE))
+    cut = Cut.of([calm], [pushed], SETTINGS, Model(TORQUE))
     assert [s.source for s in cut.stretches] == [1] and cut.recordings == [calm]
     assert len(cut.hold_out[0].episodes) == 2
     data, held = cut.thinned
@@ -118,7 +120,7 @@ def test_what_is_held_out_is_cut_too():
 def test_nothing_is_cut_from_a_robot_that_moved_itself():
     friction = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
     data = [record(TORQUE, friction, seconds=SECONDS)]
-    cut = Cut.of(data, [], Model(TORQUE))
+    cut = Cut.of(data, [], SETTINGS, Model(TORQUE))
     assert cut.recordings is data and cut.notes == [] and cut.share == 0.0
 
 

@@ -18,7 +18,7 @@ from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.effects import place
 from leo_sim.model import Model
 
-PLAIN = Weight(spread=1.0, samples=1000.0, most=np.inf, settings=SETTINGS)
+PLAIN = Weight(spread=1.0, samples=1000.0, most=np.inf, gates=SETTINGS.gates)
 FOLD = np.repeat(np.arange(8), 5)
 
 
@@ -43,7 +43,7 @@ def test_a_parameter_that_one_fold_alone_tells_stays_where_it_is_without_it():
     columns['bias_torque'] = np.where(FOLD[:, None] == 0, 1.0 + columns['armature'] ** 2, 0.0)
     data = sum(columns.values()) + np.random.default_rng(1).standard_normal((40, 20))
     found = solved(posed(FOLD), free(names), data, columns).fit
-    moves = _moves(found, found.residual, found.columns, FOLD)
+    moves = _moves(found, found.residual, found.columns, FOLD, SETTINGS.numerics)
     assert moves[0][1] == 0.0 != moves[0][0] and np.isfinite(list(moves.values())).all()
 
 
@@ -71,7 +71,7 @@ def test_the_left_out_loss_is_nearly_that_of_a_refit_of_a_robot(misfit):
     assert found.left.sum() == pytest.approx(refitted.sum(), rel=0.03)
     more, truth = (x - joint.loss[train] for x in (found.left, refitted))
     assert truth.sum() > 50.0 and more.sum() == pytest.approx(truth.sum(), rel=0.2)
-    weight = weigh([found], SETTINGS)
+    weight = weigh([found])
     assert weight.spread > 1.0 and weight.samples < joint.residual.size
 
 

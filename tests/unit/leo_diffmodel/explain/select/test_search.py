@@ -64,7 +64,8 @@ def test_a_scan_has_points_where_the_robot_hardly_moves():
     problem = pose([record(TORQUE, seconds=8)], [], model).problem
     null = fit(problem, Hypothesis())
     slow = replace(scales_of(model, problem.windows), rate=1e-3)
-    scan = Scanner(problem, null, slow).scan(limited(candidate(model, 'stribeck_friction'), model))
+    law = limited(candidate(model, 'stribeck_friction'), model, SETTINGS.grids)
+    scan = Scanner(problem, null, slow).scan(law)
     assert len(scan.points) and np.isfinite(scan.gain)
 
 
@@ -74,7 +75,7 @@ def test_a_ripple_is_tried_at_several_numbers_of_periods():
     scanner = Scanner(problem, fit(problem, Hypothesis()), scales_of(model, problem.windows))
     scan = scanner.scan(candidate(model, 'torque_ripple'))
     periods = [scan.own[1], *(values[1] for values in scan.others)]
-    assert len(set(periods)) == len(periods) > SETTINGS.wholes > 1
+    assert len(set(periods)) == len(periods) > SETTINGS.numerics.wholes > 1
     assert not scanner.scan(candidate(model, 'coulomb_friction')).others
 
 

@@ -16,7 +16,7 @@ from leo_diffmodel.explain.select.sets import chosen, compatible, Sets, widens
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
-PLAIN = Weight(spread=1.0, samples=1000.0, most=np.inf, settings=SETTINGS)
+PLAIN = Weight(spread=1.0, samples=1000.0, most=np.inf, gates=SETTINGS.gates)
 FOLD = np.repeat(np.arange(10), 4)
 LIMIT = 12.0
 NAMES = ('armature', 'bias_torque', 'coulomb_friction', 'torque_scale', 'viscous_friction')
@@ -73,8 +73,8 @@ def found(estimator: Regression, pool: tuple = NAMES) -> tuple[set, list]:
 def test_what_is_missing_is_found_and_chosen_in_nearly_all_turns(truth, pairs):
     best, turns = found(regression(truth, alike=1.0, pairs=pairs))
     assert best == set(truth)
-    assert len(turns) == SETTINGS.turns
-    assert turns.count(frozenset(truth)) >= SETTINGS.stable * len(turns)
+    assert len(turns) == SETTINGS.gates.turns
+    assert turns.count(frozenset(truth)) >= SETTINGS.gates.stable * len(turns)
 
 
 def test_two_that_hide_each_other_are_found_together():
@@ -146,9 +146,9 @@ def test_a_turn_leaves_out_a_tenth_of_the_folds_and_asks_for_so_much_less():
     estimator = regression({}, alike=1.0)
     sets = Sets(estimator, [], SETTINGS, lambda _: None)
     sets.add([estimator.first(Hypothesis())])
-    weight = weigh(list(sets.known.values()), SETTINGS)
+    weight = weigh(list(sets.known.values()))
     assert weight.spread == pytest.approx(1.0, abs=0.3)
-    assert len(choice.turns(sets)) == SETTINGS.turns
+    assert len(choice.turns(sets)) == SETTINGS.gates.turns
 
 
 @pytest.mark.parametrize(('whole', 'beyond', 'off', 'right'), [

@@ -71,8 +71,8 @@ def test_a_wider_law_gives_way_where_only_the_narrower_one_stays(stays, answer):
     estimator = Straight({'stribeck_friction': column, 'coulomb_friction': column})
     sets = Sets(estimator, [ELBOW, STRIBECK], SETTINGS, lambda _: None)
     sets.add([estimator.fitted(), estimator.fitted(STRIBECK)])
-    wide = round(stays * SETTINGS.turns)
-    turns = [frozenset({STRIBECK})] * wide + [frozenset({ELBOW})] * (SETTINGS.turns - wide)
+    wide = round(stays * SETTINGS.gates.turns)
+    turns = [frozenset({STRIBECK})] * wide + [frozenset({ELBOW})] * (SETTINGS.gates.turns - wide)
     best = narrowed(sets, sets.known[frozenset({STRIBECK})], turns, eq)
     assert best.names == {answer}
 

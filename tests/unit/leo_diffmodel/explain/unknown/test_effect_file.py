@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.explain.unknown.effect_file import text_of
 from leo_diffmodel.explain.unknown.families import families, table
 from leo_diffmodel.explain.unknown.found_effect import FoundEffect
@@ -27,7 +28,7 @@ def laws(name: str, carrier: str, period: float | None, hertz: float = 0.0) -> l
     knots = np.linspace(-3.0, 3.0, 8)
     variable = Variable(name, JOINT, 'rad', VALUES, knots, period)
     curve = SimpleNamespace(variable=variable, carrier=carrier, hertz=hertz)
-    forms = families(curve)
+    forms = families(curve, SETTINGS.grids)
     if name != 'path':
         forms.append(table(knots, np.sin(knots) / 3, period, variable.hats))
     made = []

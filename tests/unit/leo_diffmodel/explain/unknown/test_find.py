@@ -15,7 +15,6 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.blind import kinds, outside
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import SETTINGS, Settings
-from leo_diffmodel.explain.unknown import attempt
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
 from leo_diffmodel.explain.unknown.find import find
 from leo_diffmodel.explain.unknown.influence import influence
@@ -96,9 +95,11 @@ def test_the_curve_has_the_true_torque_within_its_intervals():
     assert len(x) >= 10 and np.mean(np.abs(y - truth) < 2 * half) > 0.8
 
 
-def test_a_sine_in_time_is_never_read_at_knots(monkeypatch):
-    monkeypatch.setattr(attempt, 'LINEAR_SHARE', 10.0)  # no readable law promises that much
-    answer = beyond(*search_of('periodic_torque'))
+def test_a_sine_in_time_is_never_read_at_knots():
+    data, known = search_of('periodic_torque')
+    stern = SETTINGS.changed(law_linear=10.0)  # no readable law promises that much
+    problem = replace(known.problem, settings=stern)
+    answer = beyond(data, replace(known, posed=replace(known.posed, problem=problem)))
     assert answer is not None and 'table' not in answer.formula
     assert answer.parameters['f']['value'] == pytest.approx(1.3, rel=0.02)
 
@@ -117,7 +118,7 @@ def test_a_law_of_the_catalogue_is_known(variable, named, known):
     curve = SimpleNamespace(carrier='torque', variable=SimpleNamespace(name=variable))
     law = Law(curve, SimpleNamespace(polar='phase' in named),
               tuple(Parameter(n, '') for n in named), np.array(list(named.values())), 0.0)
-    assert law.known(SETTINGS.law_periods) is known
+    assert law.known(SETTINGS.gates.law_periods) is known
 
 
 def test_what_the_catalogue_has_is_not_unknown(monkeypatch):

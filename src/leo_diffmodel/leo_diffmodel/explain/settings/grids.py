@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where an answer is looked for: lengths of windows, ranges of parameters, first values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+
+@dataclass(frozen=True)
+class Grids:
+    """Ranges and starting values, by the room that uses them."""
+
+    # lengths of windows
+    search_seconds: float = 0.3
+    """Of a window of the search: its start state is found from anywhere,"""
+    least_samples: int = 8
+    """with so many samples at least;"""
+    ground_seconds: float = 0.1
+    """on the ground, where contacts begin and end in longer ones,"""
+    ground_samples: int = 4
+    """with so many."""
+    longer_seconds: tuple[float, ...] = (1.0, 0.8, 0.6, 0.45)
+    """Of windows that settle close calls, the longest whose start states can be found."""
+    horizon_seconds: tuple[float, ...] = (1.0, 0.5, 0.3, 0.15)
+    """Of windows that held-out errors are told for, the longest that fits."""
+
+    # limits of parameters: what is plausible on any robot
+    gain: tuple[float, float] = (0.2, 5.0)
+    """Of a scale: a motor five times as strong as its data sheet is another motor."""
+    heavier: float = 5.0
+    """Times the heaviest link, or the largest inertia: a payload."""
+    lighter: float = 0.95
+    """Of a link's mass that may be missing."""
+    lag_seconds: float = 0.5
+    """Of a delay or lag before the motor."""
+    drift_seconds: float = 3600.0
+    """Of what changes over a recording: an hour."""
+    periods: tuple[float, float] = (0.5, 64.0)
+    """Of a ripple per turn: fewer make it a constant torque."""
+    settling_rates: tuple[float, float] = (0.02, 30.0)
+    """rad/s: where friction falls from its static to its dynamic level; slower is sticking
+    itself."""
+    settling_speeds: tuple[float, float] = (0.002, 10.0)
+    """m/s: the same of a slide."""
+    offset: float = 1.6
+    """rad: a zero that is a quarter turn off;"""
+    gap: float = 0.5
+    """rad: and a backlash that anybody sees."""
+    per_load: float = 10.0
+    """Friction takes all of the tenth part of the largest torque, at most."""
+    ground: float = 100.0
+    """Times harder or softer."""
+
+    # what a scan tries; shares are of what is large on this robot
+    fractions: tuple[float, ...] = (0.004, 0.02, 0.08, 0.3)
+    """Amplitudes: friction, dead band and delay have no slope at zero."""
+    delays: tuple[float, ...] = (0.001, 0.003, 0.006, 0.012, 0.025, 0.05)
+    """s."""
+    angles: tuple[float, ...] = (0.003, 0.015, 0.06, 0.2)
+    """rad: offsets and gaps."""
+    saturations: tuple[float, ...] = (0.97, 0.9, 0.8, 0.7, 0.55, 0.4)
+    """Limits of the input, of its largest value in the data."""
+    dead_bands: tuple[float, ...] = (0.004, 0.012, 0.03, 0.08, 0.2, 0.35)
+    """Of the same."""
+    linear_stretch: tuple[float, float] = (0.01, 20.0)
+    """Times a scanned amplitude, between which a law is straight that is linear in it,"""
+    bent_stretch: tuple[float, float] = (0.2, 5.0)
+    """and that is not."""
+    shape_shares: tuple[float, ...] = (0.05, 0.25)
+    """What shapes an effect without scaling it, such as the rate at which friction falls;"""
+    shape_seconds: tuple[float, ...] = (3.0, 20.0)
+    """s: the same of times;"""
+    directions: tuple[float, ...] = (-pi / 2, 0.0, pi / 2, pi)
+    """rad: and of angles within a turn."""
+    most_periods: int = 16
+    """Of a ripple in a turn, tried one by one; of the sine of a readable law, too."""
+    ground_directions: int = 24
+    """Angles that the answer of a law on the ground is computed at, from two."""
+    ground_factors: tuple[float, ...] = (0.25, 0.5, 2.0, 4.0)
+    """Times stiffness and damping of the ground."""
+    frictions: tuple[float, ...] = (0.1, 0.2, 0.4, 0.6, 0.9)
+    """Of the ground; so slippery that feet slide."""
+
+    # curves of what no known effect explains
+    knots: tuple[int, ...] = (8, 24)
+    """Of a curve over a variable, few and many,"""
+    turn_knots: tuple[int, ...] = (12, 32)
+    """over a turn,"""
+    path_knots: int = 9
+    """and over the path come."""
+    slow_seconds: float = 4.0
+    """Between knots of a curve over time: too slow to follow single windows."""
+    tail: float = 0.01
+    """Share of the values at each end that have no knot of their own."""
+    reaches: tuple[float, ...] = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6)
+    """rad: distances over which friction may build up, tried one by one."""
+    fastest_hz: float = 10.0
+    """Of a wave in time,"""
+    of_rate: float = 0.4
+    """and of the rate of the samples, which cannot show half of it;"""
+    per_period: int = 4
+    """frequencies tried per period in the length of the data, finer tell nothing apart."""
+    smooth_sign: float = 0.02
+    """Of the rms rate, within which the sign of dry friction turns."""
+
+    # readable laws
+    corners: int = 25
+    """Where the corner of a hinge or the centre of a bump is tried."""
+    corner_tail: float = 0.005
+    """Share of the values at each end where no corner is tried,"""
+    bump_tail: float = 0.02
+    """no bump, and no corner where values lie close."""
+    widths: tuple[float, ...] = (0.04, 0.08, 0.15, 0.3)
+    """Of a bump, of the range of its variable."""
+    settling_seconds: tuple[float, ...] = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+    """Time constants of what settles."""
+    nearby: int = 33
+    """Frequencies about the best one of a wave."""

@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How an answer is computed: iterations, tolerances, dampings, draws, and caps on work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """Numbers of the computation, by the room that uses them first."""
+
+    # problem, how finely and in how many windows
+    longest_step: float = 5e-3
+    """Integration step [s] with which every effect of the catalogue has been found, also friction
+    that sticks and slips."""
+    finest_step: float = 1.0
+    """Of the robot's own step: data almost without noise ask for no end of it."""
+    finer_nats: float = 0.5
+    """What a finer step must change the predictions of all windows by [nats], to be taken."""
+    most_windows: int = 400
+    """Windows of a problem; more tell little that is new, and cost as much each."""
+    enough_windows: int = 16
+    """To train on, for longer windows to be worth it."""
+    wider: float = 1.3
+    """Times as long as those of the search at least."""
+    tame_share: float = 0.9
+    """Share of the longer windows whose start states can be found:"""
+    most_spread: float = 0.12
+    """rad: by which the noise of the start may move the end of a longer window,"""
+    most_growth: float = 15.0
+    """and times by which such a move may grow: beyond, start states are not found from
+    anywhere."""
+
+    # problem: the loss
+    huber: float = 2.5
+    """Standard deviations from which on the loss of a residual is linear."""
+    size_rounds: int = 8
+    """Of the fixed points that find the size of what a channel is off by, to about 1 %."""
+    shared: float = 1.0
+    """How many times as much all windows tell of the size in one of them as that window itself."""
+    noise_reaches: float = 0.05
+    """Share of windows in which noise alone has a mean square above what counts as noise."""
+    farthest: float = 1e6
+    """Whitened residuals are cut here: a hypothesis may send a robot to infinity."""
+    difference: float = 0.005
+    """The finite step where it is not known how well the data tell a parameter, of what that is
+    away from neutral."""
+    longest_difference: float = 0.1
+    """Of a parameter, of its distance from neutral, or of a tenth of its range: the longest finite
+    step, for what the data hardly tell."""
+
+    # problem and estimate: start states
+    rounds: int = 4
+    """Steps that settle the start states of windows; four are enough where any are."""
+    strides: tuple[float, ...] = (1.0, 0.3)
+    """Of a step on the ground, tried one after the other."""
+    worth_nats: float = 0.03
+    """What a step of a start on the ground must promise [nats] to be tried,"""
+    follow_nats: float = 0.3
+    """and gain for another one to follow."""
+    released: float = 1.5
+    """Times the median loss: the sensitivity of such a window to its start is found again."""
+    most_bend: float = 0.3
+    """What the noise of its start may bend a window [noise, mean square], for it to be trusted."""
+    start_draws: int = 2
+    """Draws of that noise, each a rollout of all windows."""
+    kept: float = 0.5
+    """Of what a step promises; saves it less, the sensitivity is found again where it was left."""
+    start_dampings: tuple[float, ...] = (1e-4, 1e-2, 1.0)
+    """Of the scaled normal equations. The first step is the first of them; later ones are tried
+    with all, in one rollout, and a window where none gains is settled."""
+
+    # estimate: a fit
+    iterations: int = 40
+    """Most steps of a fit."""
+    step_nats: float = 0.05
+    """What a step of the parameters, or of a start state, must promise to be tried [nats]: less is
+    the end;"""
+    ground_step_nats: float = 0.5
+    """on the ground, where the loss is rougher."""
+    damping: float = 1e-3
+    """Of the scaled normal equations, to begin with"""
+    least_damping: float = 1e-9
+    """and at least; as much keeps any of them solvable."""
+    harder: float = 2.0
+    """Times the damping after a step that gains nothing, more with each;"""
+    softest: float = 1 / 3
+    """after one that keeps its promise (Nielsen 1999)."""
+    responding: float = 0.05
+    """A window on the ground responds to a parameter where its sensitivity is this share of what
+    nine in ten stay below;"""
+    most_leverage: float = 1.5
+    """one so many times as sensitive as their median is weighed down to that."""
+    no_step: float = 1e-12
+    """Of a scaled parameter that its bounds hold fast; the solver asks for room."""
+    most_bent: float = 0.75
+    """Of the curvature of the touching parabola, that contradicting windows may take off."""
+    seen_at: float = 0.85
+    """Quantile of windows on the ground, whose rest is told: a law that acts in a sixth of them is
+    seen; contacts that flip make up less (ten runs of LEO without an effect: at most 1.15 times
+    the noise here)."""
+    seen_windows: int = 4
+    """Windows above it at least: a push is not to decide."""
+
+    # estimate: its end
+    same_nats: float = 0.1
+    """Ends so many nats (that count) apart are one;"""
+    same_values: float = 0.5
+    """or so many standard errors of each value: where dry friction holds a joint, start states
+    have valleys of their own, and a loss of thousands of nats is rough by one."""
+    profile: tuple[float, ...] = (-3.0, -1.0, 1.0, 3.0)
+    """Where along a parameter the loss is looked up [standard errors]."""
+    profiles: int = 3
+    """How often a fit goes on from a better value of a profile."""
+    converged_nats: float = 1.0
+    """That count: what a fit on the ground that has come to its end may still promise to save."""
+
+    # estimate: what noise gives
+    draws: int = 1000
+    """Runs of pure noise for the threshold."""
+    at_once: int = 100
+    """Of draws, or of frequencies of a wave, in one matrix product: more take memory."""
+
+    # estimate: the search without contact
+    worth: float = 0.3
+    """Share of the threshold that a scan must promise to be fitted."""
+    singles: int = 6
+    """Effects fitted on top of a set, those that a linear scan finds best."""
+    wholes: int = 3
+    """Whole numbers of a parameter (periods of a ripple) from which it is fitted: beside what else
+    is missing, the best of a scan can be wrong."""
+    pairs: int = 2
+    """Pairs of effects fitted on top of a set at once, found in the same way;"""
+    first_pairs: int = 10
+    """and on top of the model as given, so that two effects are compared whatever leads alone."""
+    leaders: int = 12
+    """Leading effects of which all pairs are screened, one of each kind of answer."""
+    pair_points: int = 4
+    """Points of each candidate's grid that take part in that."""
+    pair_looks: int = 50
+    """Pairs of points looked at for each pair that is fitted."""
+    parallel: float = 0.98
+    """Cosine from which on two effects do the same thing: together they can do anything."""
+    look: int = 2
+    """Iterations of every fit; the better half of them then goes on (successive halving)."""
+    neutral_look: int = 3
+    """Iterations from neutral, where the first look leads nowhere."""
+
+    # estimate: the search on the ground
+    ground_windows: int = 40
+    """Windows that stand for all in scans and in the first steps of fits."""
+    scan_window_nats: float = 30.0
+    """Most that one window may say in a scan: a contact that flips says thousands for the wrong
+    reason."""
+    ridge: float = 1e-6
+    """Of the scaled normal equations of a scan, and of a missing torque."""
+    farthest_stretch: float = 30.0
+    """Times the sensor error that was scanned, up to which the answer counts as straight."""
+    between: float = 2.2
+    """An amplitude that was tried stands for those up to so many times as large and as small."""
+    most_shapes: int = 10
+    """Values of what shapes an effect, that are scanned."""
+    contenders: int = 10
+    """Candidates that are tried,"""
+    ground_worth: float = 0.35
+    """of those whose scan promises this share of the threshold;"""
+    worth_all: float = 0.8
+    """and the share that a fit in some windows,"""
+    worth_more: float = 0.5
+    """and what that comes to in all, must promise to go on."""
+    halving: tuple[tuple[int, float], ...] = ((4, inf), (3, 60.0))
+    """How many go on after each step, and by how many nats (for a dispersion of 1) behind the best
+    at most. None goes before a step: a scan may stop far from where an effect fits."""
+    rising: float = 0.1
+    """Nor does one go whose step has made up for so much of what it is behind;"""
+    late_steps: int = 6
+    """how often more."""
+    ground_iterations: int = 10
+    """Most steps of a fit whose windows are linearised anew at each,"""
+    ground_gain_nats: float = 2.0
+    """which ends where one gains less [nats]."""
+    last_steps: int = 3
+    """Of a fit whose windows are all linearised anew;"""
+    last_errors: float = 0.3
+    """shorter ones [standard errors] are not worth one."""
+    farthest_errors: float = 3.0
+    """Standard errors that one linear step may move a parameter, such as leaving a fold out. A
+    longer step keeps its direction, along which parameters make up for each other."""
+
+    # estimate: laws that do the same
+    imitation_left: float = 0.05
+    """Most that an imitation may leave of the mean squared torque."""
+    imitations: int = 3
+    """Other laws that are tried,"""
+    imitations_whole: int = 2
+    """and other whole numbers of the law itself."""
+    imitation_samples: int = 400
+    """States at which laws are compared."""
+
+    # select
+    width: int = 2
+    """Best sets of a size that are extended by further effects."""
+    refits: int = 20
+    """How often weights are found again where a fold is left out,"""
+    refit_errors: float = 0.05
+    """as long as that moves a parameter by so much of its error."""
+
+    # unknown
+    laws_tried: int = 2
+    """Curves that are fitted as one law for everything, the best of as many kinds."""
+    law_nearly: float = 3.0
+    """Most that a law may leave, in units of noise, for its starts to be settled."""
+    law_linear: float = 0.5
+    """Of what its curve promises, that a readable law must save for the curve itself not to be
+    tried;"""
+    law_near: float = 0.1
+    """and within which it is not read again,"""
+    law_refinements: int = 3
+    """which is done so often at most."""
+    readable_nats: float = 10.0
+    """What a readable form may save less than its curve [nats],"""
+    readable_share: float = 0.05
+    """and this share of it: people would rather read a formula than a table."""
+    past_samples: int = 300
+    """Of history before a window, for a memory of the path;"""
+    instant: float = 1e-9
+    """s: what a sample lasts that stands for those before the recording."""
+    stretches: int = 30
+    """In which a window's missing torque is free, at most;"""
+    ground_stretches: int = 3
+    """on the ground, where each is a rollout with contacts."""
+    small_torque: float = 1e-3
+    """Of the robot's largest, by which its answer to a torque is found."""
+    runaway: float = 100.0
+    """Times the largest measured rate: a law that gets there has run away."""
+
+    told_half: float = 4.0
+    """Times the median interval of a curve's values; one that is surer than that is told."""
+
+    # findings
+    overlapping_windows: int = 40
+    """Held-out windows on the ground that are enough; they overlap: in a few, contacts that flip
+    decide the error."""
+    longer: float = 1.05
+    """Times the windows of the search, for windows of their own to be worth it."""
+    push_times: float = 6.0
+    """Noise floors, and times the median window, from which on a held-out window is a hand
+    push."""
+
+    # what is told
+    listed: int = 3
+    """Names, stretches of time or states that a sentence lists at most;"""
+    states_listed: int = 6
+    """of states all, if these are no more."""
