@@ -9,7 +9,6 @@ import numpy as np
 
 from leo_diffmodel.compare.conditions import Condition, conditions
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
@@ -51,10 +50,8 @@ def correlation(problem: Problem, fitted: Fit) -> Correlation:
     """Autocorrelation at up to ten samples; windows far worse than most take no part."""
     windows = problem.windows
     inliers = np.flatnonzero(chi_squared(fitted) < PUSH_TIMES * np.median(chi_squared(fitted)))
-    linear = shooting.linearise(
-        problem.base, windows.take(inliers), problem.sigma, problem.numerics,
-        fitted.hypothesis, fitted.theta, fitted.start[inliers],
-    )  # fmt: skip
+    linear = problem.take(inliers).linearised(
+        fitted.hypothesis, fitted.theta, fitted.start[inliers])
     basis = np.linalg.qr(linear.by_start)[0]
     lags = np.arange(1, 1 + min(LAGS, windows.steps - 1))
     channels = fitted.start.shape[-1]

@@ -72,9 +72,7 @@ def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
     A contact may settle in two ways; what another hypothesis gains by that alone is no gain.
     """
     fixed = problem.fixed(fitted.hypothesis, fitted.theta)
-    linear = shooting.linearise(fixed.base, fixed.windows, fixed.sigma, fixed.numerics,
-                                Hypothesis(), np.zeros(0), other.start,
-                                fixed.by_start)  # fmt: skip
+    linear = fixed.linearised(Hypothesis(), np.zeros(0), other.start)
     channels = other.start.shape[-1]
     loss = shooting.loss(linear.residual, channels, fixed.numerics, fitted.typical)
     rest = shooting.eliminate(linear)[0]
@@ -149,8 +147,7 @@ def _point(
     problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array,
     errors: Array | None = None,
 ) -> _Point:
-    linear = shooting.linearise(problem.base, problem.windows, problem.sigma, problem.numerics,
-                                hypothesis, theta, start, problem.by_start, errors)  # fmt: skip
+    linear = problem.linearised(hypothesis, theta, start, errors)
     return _Point.of(problem, hypothesis, theta, start, linear)
 
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.fit import leverage_weight
 from leo_diffmodel.explain.estimate.fitted import Fit
@@ -25,7 +24,6 @@ from leo_diffmodel.explain.estimate.scan import (
     stretch_limits,
     stretched,
 )
-from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.settings import Grids
@@ -86,12 +84,8 @@ class GroundScanner(Scanner):
     def _trace(self, candidate: Candidate) -> Trace:
         points = self._straight_grid(candidate) if is_straight(candidate) else self._few(candidate)
         hypothesis = self._null.hypothesis.with_candidate(candidate)
-        model = hypothesis.model(self._problem.base, self._thetas(hypothesis, candidate, points))
-        windows, sigma = self._problem.windows, self._problem.sigma
-        starts = np.broadcast_to(self._null.start, (len(points), *self._null.start.shape))
-        e = shooting.whiten(windows, predict(model, windows, starts), sigma,
-                            self._problem.numerics.farthest)  # fmt: skip
-        return Trace(points, self._first - e)
+        thetas = self._thetas(hypothesis, candidate, points)
+        return Trace(points, self._first - self._moved(hypothesis, thetas))
 
     @property
     def _first(self) -> Array:

@@ -109,9 +109,8 @@ class Scanner:
         A parameter at its bound can take nothing up, so it is no nuisance.
         """
         self._problem, self._null, self._scales = problem, null, scales
-        self._linear = linear = shooting.linearise(
-            problem.base, problem.windows, problem.sigma, problem.numerics, null.hypothesis,
-            null.theta, null.start, problem.by_start,
+        self._linear = linear = problem.linearised(
+            null.hypothesis, null.theta, null.start,
             conditional_errors(null.columns[problem.train]),
         )  # fmt: skip
         rest, _, _, _ = shooting.eliminate(linear)
@@ -123,21 +122,14 @@ class Scanner:
         free = null.hypothesis.free(null.theta)
         self._nuisance = self._constants(linear.by_theta[..., free])
         self.residual = self._project(linear.residual)
+        self._before = self._project(self._moved(null.hypothesis, null.theta))
 
     def scan(self, candidate: Candidate) -> Scan:
         """The best point of the grid; along each ray the closed form picks the amplitude."""
         grid = self._grid(candidate)
         hypothesis = self._null.hypothesis.with_candidate(candidate)
         thetas = self._thetas(hypothesis, candidate, grid)
-        model = hypothesis.model(self._problem.base, thetas)
-        starts = np.broadcast_to(self._null.start, (len(grid), *self._null.start.shape))
-        e = shooting.whiten(
-            self._problem.windows,
-            shooting.predict(model, self._problem.windows, starts),
-            self._problem.sigma,
-            self._problem.numerics.farthest,
-        )
-        change = self.residual - self._project(e)
+        change = self._before - self._project(self._moved(hypothesis, thetas))
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         along = change @ self.residual
         stretch = np.clip(along / length2, *stretch_limits(candidate, self._problem.grids))
@@ -151,6 +143,15 @@ class Scanner:
                   for i in _other_wholes(candidate, grid, gains)]  # fmt: skip
         return Scan(candidate, full, float(gains[best]), unit, float(nats.max()), grid, nats,
                     self._split, tuple(others))  # fmt: skip
+
+    def _moved(self, hypothesis: Hypothesis, thetas: Array) -> Array:
+        """Whitened residuals of a hypothesis at some values, (..., W, N)."""
+        problem, start = self._problem, self._null.start
+        starts = np.broadcast_to(start, (*thetas.shape[:-1], *start.shape))
+        model = hypothesis.model(problem.rough, thetas) if thetas.shape[-1] else problem.rough
+        predicted = shooting.predict(model, problem.windows, starts)
+        return shooting.whiten(
+            problem.windows, predicted, problem.sigma, problem.numerics.farthest)
 
     @property
     def _split(self) -> int:

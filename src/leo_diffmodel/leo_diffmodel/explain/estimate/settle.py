@@ -146,8 +146,7 @@ def _damped_steps(
 
 
 def _linearised(fixed: Problem, start: Array) -> shooting.Linear:
-    return shooting.linearise(fixed.base, fixed.windows, fixed.sigma, fixed.numerics,
-                              Hypothesis(), np.zeros(0), start)  # fmt: skip
+    return fixed.linearised(Hypothesis(), np.zeros(0), start)
 
 
 def residual_at(fixed: Problem, start: Array) -> Array:

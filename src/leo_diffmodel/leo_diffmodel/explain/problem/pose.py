@@ -67,8 +67,8 @@ def pose(
     seconds = window_seconds(settings.grids, bool(model.robot.contacts), sample_period(everything))
     problem = _problem(model, cut(everything, seconds, history=noise.HISTORY), sigma, blocks,
                        settings)  # fmt: skip
-    model = stepped(model, problem.windows, sigma, settings.numerics)
-    problem = replace(problem, base=model)
+    model, rough_step = stepped(model, problem.windows, sigma, settings.numerics)
+    problem = replace(problem, base=model, rough_step=rough_step)
     if model.robot.contacts:
         return Posed(problem, None, blocks)
     for longer in settings.grids.longer_seconds:
@@ -77,6 +77,7 @@ def pose(
         wider = _problem(
             model, cut(everything, longer, history=noise.HISTORY), sigma, blocks, settings
         )
+        wider = replace(wider, rough_step=rough_step)
         if wider.train.sum() >= settings.numerics.enough_windows and _is_tame(wider):
             return Posed(problem, wider, blocks)
     return Posed(problem, None, blocks)

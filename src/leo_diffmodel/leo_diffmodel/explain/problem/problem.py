@@ -11,7 +11,7 @@ from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.linearisation import Linearisation
-from leo_diffmodel.explain.problem.shooting import typical_size
+from leo_diffmodel.explain.problem.shooting import Linear, linearise, typical_size
 from leo_diffmodel.explain.settings import Gates, Grids, Numerics, Settings
 from leo_sim.model import Model
 
@@ -35,6 +35,7 @@ class Problem:
             and are not judged, shape (W,); None where there are none.
         typical: size of what a hypothesis is off by in most windows [noise], (1, 2J), see
             `shooting.loss`; None before one was fitted.
+        rough_step: integration step with which sensitivities are found [s]; None is the model's.
     """
 
     base: Model
@@ -47,6 +48,7 @@ class Problem:
     fold: Array | None = None
     telling: Array | None = None
     typical: Array | None = None
+    rough_step: float | None = None
 
     @property
     def gates(self) -> Gates:
@@ -99,6 +101,20 @@ class Problem:
         the ground a measured start may be a leap out of it.
         """
         return (start,) if self.linearisation else (start, self.windows.measured[:, 0])
+
+    @property
+    def rough(self) -> Model:
+        """The model as sensitivities are found with it, integrated as coarsely as that allows."""
+        if self.rough_step is None:
+            return self.base
+        return self.base.changed(integration_step=self.rough_step)
+
+    def linearised(
+        self, hypothesis: Hypothesis, theta: Array, start: Array, errors: Array | None = None
+    ) -> Linear:
+        """The windows linearised about a hypothesis at some values; see `shooting.linearise`."""
+        return linearise(self.base, self.windows, self.sigma, self.numerics, hypothesis, theta,
+                         start, self.by_start, errors, self.rough)  # fmt: skip
 
     def fixed(self, hypothesis: Hypothesis, theta: Array) -> Problem:
         """The problem with a hypothesis at some values in the model, nothing free."""

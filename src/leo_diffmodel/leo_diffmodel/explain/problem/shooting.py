@@ -62,8 +62,9 @@ def linearise(
     start: Array,
     by_start: Array | None = None,
     errors: Array | None = None,
+    rough: Model | None = None,
 ) -> Linear:
-    """All finite differences of a hypothesis in one batched rollout.
+    """The residual of a hypothesis, and all finite differences in one batched rollout.
 
     Args:
         base: the model the hypothesis changes.
@@ -77,6 +78,7 @@ def linearise(
             (W, N, 2J); None finds it.
         errors: standard error of each parameter with the others fixed, shape (P,), where it is
             known: how far it is moved for its difference.
+        rough: `base` as it is integrated for the differences; by default as it is.
     """
     moved = hypothesis.together
     states, size = start.shape[-1] if by_start is None else 0, len(moved)
@@ -88,8 +90,11 @@ def linearise(
         starts[1 + i, :, i] += nudge[i]
     for row, some in enumerate(moved, 1 + states):
         thetas[row, some] += step[some]
-    model = hypothesis.model(base, thetas) if len(theta) else base
-    e = whiten(windows, predict(model, windows, starts), sigma, numerics.farthest)
+    rough = rough or base
+    e = _residuals(rough, windows, sigma, numerics, hypothesis, thetas, starts)
+    residual = e[0]
+    if rough is not base:
+        residual = _residuals(base, windows, sigma, numerics, hypothesis, theta, start)
     if by_start is None:
         by_start = np.stack([(e[1 + i] - e[0]) / nudge[i] for i in range(states)], axis=-1)
     by_theta = np.zeros((*e[0].shape, len(theta)))
@@ -97,7 +102,16 @@ def linearise(
         for i in some:
             seen = _seen(windows, hypothesis.recordings[i])
             by_theta[seen, :, i] = (e[row, seen] - e[0, seen]) / step[i]
-    return Linear(e[0], by_start, by_theta)
+    return Linear(residual, by_start, by_theta)
+
+
+def _residuals(
+    base: Model, windows: Windows, sigma: Array, numerics: Numerics, hypothesis: Hypothesis,
+    theta: Array, start: Array,
+) -> Array:
+    """Whitened residuals of a hypothesis at some values (..., P) and start states (..., W, 2J)."""
+    model = hypothesis.model(base, theta) if theta.shape[-1] else base
+    return whiten(windows, predict(model, windows, start), sigma, numerics.farthest)
 
 
 def _seen(windows: Windows, recording: str) -> Array | slice:

@@ -19,6 +19,9 @@ class Numerics:
     """Of the robot's own step: data almost without noise ask for no end of it."""
     finer_nats: float = 0.5
     """What a finer step must change the predictions of all windows by [nats], to be taken."""
+    rough: float = 0.05
+    """By what share the sensitivities of the median window may differ from those of that step, for
+    a longer one to find them: standard errors change by as much."""
     most_windows: int = 400
     """Windows of a problem; more tell little that is new, and cost as much each."""
     enough_windows: int = 16

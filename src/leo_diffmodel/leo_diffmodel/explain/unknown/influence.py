@@ -82,10 +82,8 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     windows, joints = problem.windows, problem.windows.q.shape[-1]
     hypothesis = fitted.hypothesis
     model = hypothesis.model(problem.base, fitted.theta)
-    linear = shooting.linearise(
-        problem.base, windows, problem.sigma, problem.numerics, hypothesis, fitted.theta,
-        fitted.start, problem.by_start, conditional_errors(fitted.columns[problem.train]),
-    )  # fmt: skip
+    linear = problem.linearised(hypothesis, fitted.theta, fitted.start,
+                                conditional_errors(fitted.columns[problem.train]))  # fmt: skip
     numerics = problem.numerics
     most = numerics.ground_stretches if problem.linearisation else numerics.stretches
     stretch = np.arange(windows.steps) * min(windows.steps, most) // windows.steps
