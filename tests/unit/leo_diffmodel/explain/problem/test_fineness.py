@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Predictions are integrated as finely as the data ask, their sensitivities more coarsely."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.simulate import record, TORQUE
+
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.limits import limited
+from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.settings import SETTINGS
+from leo_sim.effects import EFFECTS, place
+from leo_sim.model import Model
+
+EXACT = (1e-6, 1e-4)
+FINE = Model(TORQUE, integration_step=2e-4)
+
+
+@pytest.fixture(scope='module')
+def problem():
+    friction = place(TORQUE, 'viscous_friction', 'pivot', b=0.1)
+    return pose([record(TORQUE, friction, seconds=12, noise=EXACT, integration_step=2e-4)], (),
+                FINE).problem  # fmt: skip
+
+
+def drag() -> Hypothesis:
+    (one,) = [c for c in candidates(FINE) if c.effect is EFFECTS['viscous_friction']
+              and c.where == 'pivot']  # fmt: skip
+    return Hypothesis((limited(one, FINE, SETTINGS.grids),))
+
+
+def test_what_is_predicted_stays_fine_and_its_slope_is_nearly_the_same(problem):
+    fine = replace(problem, rough_step=None)
+    theta, start = np.array([0.05]), problem.windows.measured[:, 0]
+    rough, exact = (p.linearised(drag(), theta, start) for p in (problem, fine))
+    assert problem.base.integration_step < problem.rough_step == SETTINGS.numerics.longest_step
+    assert np.array_equal(rough.residual, exact.residual)
+    for a, b in ((rough.by_theta, exact.by_theta), (rough.by_start, exact.by_start)):
+        assert 0 < np.linalg.norm(a - b) < 0.05 * np.linalg.norm(b)
+
+
+def test_a_fit_ends_where_the_fine_one_does(problem):
+    rough, fine = (fit(p, drag()) for p in (problem, replace(problem, rough_step=None)))
+    error = np.sqrt(fine.covariance[0, 0])
+    assert rough.theta == pytest.approx(fine.theta, abs=0.1 * error)
+    assert rough.theta == pytest.approx(0.1, abs=5 * error)
