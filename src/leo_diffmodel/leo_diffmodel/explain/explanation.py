@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 import math
 import time
+from typing import Any
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
@@ -26,7 +27,7 @@ from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.cut import Cut
 from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
 from leo_diffmodel.explain.select.search import Search, search
-from leo_diffmodel.explain.settings import SETTINGS, Settings
+from leo_diffmodel.explain.settings import Settings, settings_for
 from leo_diffmodel.explain.tell import rows
 from leo_diffmodel.explain.tell.next_run import next_run
 from leo_diffmodel.explain.tell.sentence import answer
@@ -53,7 +54,7 @@ class Explanation:
         provenance: bags, hashes, model, seeds, versions.
         search: the search itself, for the report; None where untestable.
         unknown: the law that is missing and no known effect; None where there is none.
-        settings: the gates by name.
+        settings: the gates by name; None where one has no limit.
         stability: in what share of the held-out turns which set is chosen.
         used: what the search was made in: thinned, without what was moved from outside.
         edit_test: bags of the changed robot, predicted without what was named; None where there
@@ -76,7 +77,7 @@ class Explanation:
     provenance: dict = field(default_factory=dict)
     search: Search | None = field(repr=False, default=None)
     unknown: Unknown | None = None
-    settings: dict[str, float] = field(default_factory=dict)
+    settings: dict[str, Any] = field(default_factory=dict)
     stability: list[dict] = field(default_factory=list)
     used: tuple[Recording, ...] = field(repr=False, default=())
     edit_test: dict | None = None
@@ -101,7 +102,7 @@ def explain(
     extra: Sequence[Effect] = (),
     progress: Callable[[str], None] = lambda _: None,
     step: float | None = None,
-    settings: Settings = SETTINGS,
+    settings: Settings | None = None,
     within: float = math.inf,
     keep: bool = False,
 ) -> Explanation:
@@ -115,7 +116,8 @@ def explain(
         progress: told what is being tried.
         step: length of the one step that errors are given for [s]; by default the control
             period of the data.
-        settings: every number by which it is answered; they travel with the problem.
+        settings: every number by which it is answered, by default those for this robot; they
+            travel with the problem.
         within: time for the search [s]; the best answer so far is given after it, and says so.
         keep: use what looks moved from outside, too; so is done where effects are of the user's
             own, which may do what a hand does.
@@ -125,6 +127,7 @@ def explain(
             and the robot does not have.
     """
     began, everything = time.monotonic(), [*recordings, *hold_out]
+    settings = settings or settings_for(model.robot)
     model = with_known(model, everything)
     origin = provenance(everything, model)
 

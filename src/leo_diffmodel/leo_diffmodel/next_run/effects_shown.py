@@ -14,7 +14,7 @@ from leo_diffmodel.check.traces import scan_all
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.linearisation import settled
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.explain.settings import SETTINGS, settings_for
 from leo_diffmodel.next_run.separate import MOST_WINDOWS, windows_of
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -44,13 +44,15 @@ def shown(
     """
     wanted = [c for c in candidates(model, extra) if c.label in labels]
     on_ground = bool(model.robot.contacts)
-    windows, weight = windows_of(runs, period, on_ground, ON_GROUND if on_ground else MOST_WINDOWS)
+    settings = settings_for(model.robot)
+    windows, weight = windows_of(runs, period, settings.grids,
+                                 ON_GROUND if on_ground else MOST_WINDOWS)  # fmt: skip
     out = []
     for run in range(len(runs)):
         own = windows.source == run
         part = windows.take(own)
         problem = Problem(model, part, np.tile(sigma, (len(runs), 1)), np.ones(own.sum(), bool),
-                          SETTINGS)  # fmt: skip
+                          settings)  # fmt: skip
         if on_ground:
             kept, linearisation = settled(model, part, problem.sigma, problem.settings)
             problem = replace(problem.take(kept), linearisation=linearisation)

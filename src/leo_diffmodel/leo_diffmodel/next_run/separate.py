@@ -13,7 +13,7 @@ from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.pose import window_seconds
-from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.explain.settings import Grids, settings_for
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -21,14 +21,14 @@ MOST_WINDOWS, ROUNDS = 40, 4
 
 
 def windows_of(
-    runs: Sequence[Recording], period: float, on_ground: bool = False, most: int = MOST_WINDOWS
+    runs: Sequence[Recording], period: float, grids: Grids, most: int = MOST_WINDOWS
 ) -> tuple[Windows, Array]:
     """Short windows of every run, some of each, and how many each of them stands for.
 
     Returns:
         the windows, `source` the number of the run, and their weights, shape (W,).
     """
-    seconds = window_seconds(SETTINGS.grids, on_ground, period)
+    seconds = window_seconds(grids, period)
     windows = cut(runs, seconds, history=noise.HISTORY)
     kept, weight = [], []
     for run in range(len(runs)):
@@ -59,19 +59,20 @@ def separable(
     Returns:
         shape (runs,).
     """
-    on_ground = bool(base.robot.contacts)
-    windows, weight = windows_of(runs, period, on_ground)
+    settings = settings_for(base.robot)
+    windows, weight = windows_of(runs, period, settings.grids)
     noises = np.tile(sigma, (len(runs), 1))
     linear = shooting.linearise(
-        base, windows, noises, SETTINGS.numerics, other.hypothesis, other.theta,
+        base, windows, noises, settings.numerics, other.hypothesis, other.theta,
         windows.measured[:, 0],
     )  # fmt: skip
     rest, by_theta, _, _ = shooting.eliminate(linear)
     prior = np.linalg.pinv(other.covariance) if other.theta.size else np.zeros((0, 0))
-    most, out = SETTINGS.gates.window_nats if on_ground else np.inf, []
+    out = []
     for run in range(len(runs)):
         own = windows.source == run
-        out.append(_least(rest[own], by_theta[own], weight[own], prior, most))
+        out.append(_least(rest[own], by_theta[own], weight[own], prior,
+                          settings.gates.window_nats))  # fmt: skip
     return np.array(out)
 
 

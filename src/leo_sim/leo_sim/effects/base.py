@@ -201,7 +201,7 @@ class Effect:
         """
         raise NotImplementedError
 
-    def readings(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
+    def readings(self, p: Values, q: Array, dq: Array, memory: Any, dt: Array
                  ) -> tuple[Any, Any]:
         """Measured angles and rates of a motion.
 

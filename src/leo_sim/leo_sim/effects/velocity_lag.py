@@ -41,7 +41,7 @@ class VelocityLag(Effect):
         read = dq - behind + (read - before) * decay
         return q, read, paired(read, dq)
 
-    def readings(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
+    def readings(self, p: Values, q: Array, dq: Array, memory: Any, dt: Array
                  ) -> tuple[Any, Any]:
         """What the encoder and its filter read at all instants of a motion."""
         decay, behind = _behind(p, np.diff(dq, axis=0), dt)

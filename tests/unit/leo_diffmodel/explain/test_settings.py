@@ -2,13 +2,16 @@
 """Every number of explain: few gates, each told what it is, and all of them in force."""
 
 from dataclasses import fields
+import json
 
 import pytest
 from tests.searched import FIRST, searched
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.settings import Gates, SETTINGS, Settings, texts
+from leo_diffmodel.explain.settings import Gates, SETTINGS, Settings, settings_for, texts
+from leo_diffmodel.explain.settings.on_ground import ON_GROUND
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
 
@@ -34,8 +37,19 @@ def test_a_number_has_one_name():
 
 def test_the_gates_are_told_by_name_and_value():
     told = SETTINGS.gates.to_json()
-    assert told == {f.name: getattr(SETTINGS.gates, f.name) for f in fields(Gates)}
-    assert all(isinstance(v, int | float) and v > 0 for v in told.values())
+    assert list(told) == [f.name for f in fields(Gates)]
+    assert told.pop('window_nats') is None and json.dumps(told, allow_nan=False)
+    assert all(v == getattr(SETTINGS.gates, name) and v > 0 for name, v in told.items())
+
+
+def test_the_ground_has_numbers_of_its_own_and_a_users_are_taken_as_they_are():
+    own = settings_for(load_robot('leo'))
+    assert settings_for(TORQUE) == SETTINGS
+    assert own == SETTINGS.changed(**ON_GROUND) and own.gates.to_json()['window_nats'] == 6.0
+    for part in PARTS:
+        given = {name: value for name, value in ON_GROUND.items()
+                 if name in {f.name for f in fields(part)}}  # fmt: skip
+        assert given and not any(given[name] == getattr(part(), name) for name in given)
 
 
 def test_numbers_are_changed_by_name():

@@ -42,11 +42,6 @@ class Contact(FarAhead):
     posed: Posed
     scales: Scales
 
-    @property
-    def most_nats(self) -> float:
-        """Where one more would be a contact that flips; see `Estimator`."""
-        return self.posed.problem.gates.window_nats
-
     def first(self, hypothesis: Hypothesis) -> Estimate:
         """The model as given, its windows settled; see `Estimator`."""
         posed = standing(self.posed)

@@ -14,9 +14,15 @@ Array = np.ndarray
 
 
 class FarAhead:
-    """What both estimators say of the far end; see `Estimator.ends`."""
+    """What both estimators say of what they were given; see `Estimator`."""
 
+    posed: Posed
     _floor: Array | None = None
+
+    @property
+    def most_nats(self) -> float:
+        """What a window may say, see `Estimator`."""
+        return self.posed.problem.gates.window_nats
 
     def ends(self, at: Estimate) -> Array:
         """Errors at the ends of the longest windows there are, from their measured start, (V, 2J).

@@ -108,7 +108,7 @@ def _advanced(
     that saves less than half of the promise they are settled.
     """
     numerics, harder = problem.numerics, problem.numerics.harder
-    while (step := at.step(damping)).promised > at.enough:
+    while (step := at.step(damping)).promised > problem.numerics.step_nats:
         theta, start = _along(at.hypothesis, at.theta, at.start, step)
         residual = residual_at(problem.fixed(at.hypothesis, theta), start)
         saved = at.saved(residual)
@@ -137,9 +137,7 @@ def _settled(
     problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array | None
 ) -> Array:
     """The windows settled from some start states, or from the first there are."""
-    if start is None:
-        first = problem.linearisation
-        start = first.start if first else problem.windows.measured[:, 0]
+    start = problem.first if start is None else start
     return settle(problem, hypothesis, theta, problem.begins(start)).start
 
 
@@ -191,7 +189,6 @@ class _Point:
     typical: Array | None
     loss: Array
     most: float
-    enough: float
     matrix: Array
     descent: Array
     answer: tuple[Array, Array]
@@ -206,10 +203,7 @@ class _Point:
         channels, numerics = start.shape[-1], problem.numerics
         typical = problem.typical_of(linear.residual)
         loss = shooting.loss(linear.residual, channels, numerics, typical)
-        most, enough = np.inf, numerics.step_nats
-        if problem.linearisation:
-            most = problem.gates.out_of_line * float(np.median(loss[problem.train]))
-            enough = numerics.ground_step_nats
+        most = numerics.moving * max(float(np.median(loss[problem.train])), 1e-12)
         weight = shooting.robust_weight(linear.residual, channels, numerics, typical)
         residual, columns, solved, gain = shooting.eliminate(linear, weight)
         chosen = problem.train & (loss < most)
@@ -217,7 +211,7 @@ class _Point:
         columns = columns[chosen] * leverage
         descent = -np.einsum('wnp,wn->p', columns, residual[chosen] * leverage[..., 0])
         return cls(hypothesis, theta, start, linear, numerics, rest, slope, problem.train,
-                   typical, loss, most, enough, gram(columns), descent, (-solved, -gain))
+                   typical, loss, most, gram(columns), descent, (-solved, -gain))
 
     @property
     def errors(self) -> Array:
@@ -293,10 +287,10 @@ def leverage_weight(problem: Problem, by_theta: Array) -> Array:
     A contact that comes or goes with a small change of a parameter makes a window many times as
     sensitive to it as it is to a larger change.
     """
-    if not problem.linearisation or not by_theta.size:
+    numerics = problem.numerics
+    if not np.isfinite(numerics.most_leverage) or not by_theta.size:
         return np.ones((len(by_theta), 1, 1))
     size = np.sqrt((by_theta**2).sum(axis=1))
-    numerics = problem.numerics
     responding = size >= numerics.responding * np.quantile(size, 0.9, axis=0)
     typical = [np.median(s[a]) for s, a in zip(size.T, responding.T, strict=True)]
     most = numerics.most_leverage * np.array(typical)

@@ -32,8 +32,8 @@ def gain(null: Fit, other: Fit, chosen: Array, most: float = np.inf) -> float:
 
 
 def most_nats(problem: Problem, spread: float) -> float:
-    """Most that a window may say on the ground [nats], of residuals of some dispersion."""
-    return problem.gates.window_nats * spread if problem.linearisation else np.inf
+    """Most that a window may say [nats], of residuals of some dispersion."""
+    return problem.gates.window_nats * spread
 
 
 def gains(null: Fit, others: Sequence[Fit], chosen: Array, most: float) -> list[float]:
@@ -110,10 +110,9 @@ def rest_of(problem: Problem, null: Fit, final: Fit) -> Rest:
         null: the fit without the effects.
         final: the fit with them.
     """
-    quantile, numerics = 0.5, problem.numerics
-    if problem.linearisation:
-        most = 1.0 - numerics.seen_windows / len(final.residual)
-        quantile = max(0.5, min(numerics.seen_at, most))
+    numerics = problem.numerics
+    most = 1.0 - numerics.seen_windows / len(final.residual)
+    quantile = max(0.5, min(numerics.seen_at, most))
     before, ratio = (unexplained(f, quantile) for f in (null, final))
     correlation = dispersion(final) / max(1.0, unexplained(final))
     share = float(np.clip((ratio - 1.0) / max(before - 1.0, 1e-9), 0.0, 1.0))

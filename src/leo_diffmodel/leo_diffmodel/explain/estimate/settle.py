@@ -88,7 +88,7 @@ class _Settling:
         first = numerics.start_dampings[:1]
         for number in range(numerics.rounds):
             steps, promised = self._planned(going, numerics.start_dampings if number else first)
-            worth = promised > numerics.step_nats
+            worth = promised > numerics.start_nats
             going = going[worth]
             if not going.size:
                 break

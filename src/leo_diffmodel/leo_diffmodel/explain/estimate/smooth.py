@@ -32,7 +32,6 @@ class Smooth(FarAhead):
 
     posed: Posed
     scales: Scales
-    most_nats: float = np.inf
 
     def first(self, hypothesis: Hypothesis) -> Estimate:
         """The model as given, with what is uncertain refitted."""

@@ -21,19 +21,18 @@ Array = np.ndarray
 def validation_windows(recordings: Sequence[Recording], found: Search, model: Model) -> Windows:
     """Windows of validation data, as long as the longest horizon that fits.
 
-    On the ground, the longest of which there are enough, or else the shortest. They keep what was
-    before them where the explained model has a memory, such as a delay that was named.
+    That is the longest of which there are enough, or else the shortest. They keep what was before
+    them where the explained model has a memory, such as a delay that was named.
     """
     remembering = errors.has_memory(found.final.hypothesis.model(model, found.final.theta))
     problem = found.problem
     numerics, validation = problem.numerics, problem.windows.take(problem.judged)
-    enough = numerics.overlapping_windows if model.robot.contacts else 1
     shortest = numerics.longer * float(validation.dt[0].sum())
     chosen = validation
     for seconds in (s for s in problem.grids.horizon_seconds if s > shortest):
         windows = held_out(recordings, found.posed.blocks, model, seconds, remembering)
         chosen = windows if windows and windows.count else chosen
-        if windows and windows.count >= enough:
+        if windows and windows.count >= numerics.held_windows:
             break
     return chosen
 

@@ -33,12 +33,13 @@ def stepped(
         numerics: the longest and the finest step, and what a finer one must change.
 
     Returns:
-        the model, and the longest step [s] that finds the sensitivity to the start states.
+        the model, and the longest step [s] that finds the sensitivity to the start states; None
+        is its own.
     """
-    if model.robot.contacts:
-        return model, None
     least = numerics.finest_step * model.integration_step
-    coarse = model.changed(integration_step=max(numerics.longest_step, least))
+    if numerics.longest_step <= least:
+        return model, None
+    coarse = model.changed(integration_step=numerics.longest_step)
     tried = [_linearised(coarse, windows, sigma, numerics)]
     steps = [coarse.integration_step]
     while 0.5 * steps[-1] >= least:

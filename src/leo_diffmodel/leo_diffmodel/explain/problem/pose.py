@@ -17,7 +17,7 @@ from leo_diffmodel.compare.windows import cut, sample_period, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.fineness import stepped
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.settings import Grids, SETTINGS, Settings
+from leo_diffmodel.explain.settings import Grids, Settings, settings_for
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -46,7 +46,7 @@ class Posed:
 
 def pose(
     recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model,
-    settings: Settings = SETTINGS,
+    settings: Settings | None = None,
 ) -> Posed:
     """Cut the data, read its noise, and split training from held-out blocks.
 
@@ -54,23 +54,21 @@ def pose(
         recordings: what a fit may see.
         hold_out: what it may not; without any, time blocks of the others.
         model: the model to explain.
-        settings: travel with the problem.
+        settings: travel with the problem; by default those for this robot.
 
     Raises:
         ValueError: no window fits.
     """
-    everything = [*recordings, *hold_out]
+    everything, settings = [*recordings, *hold_out], settings or settings_for(model.robot)
     if model.robot.contacts:
         model = fast_enough(model, cut(everything, errors.step_seconds(everything)))
     sigma = noise.estimate(model, noise.short_windows(everything))
     blocks = make_blocks(recordings, hold_out, bool(own_constants(model, hold_out)))
-    seconds = window_seconds(settings.grids, bool(model.robot.contacts), sample_period(everything))
+    seconds = window_seconds(settings.grids, sample_period(everything))
     problem = _problem(model, cut(everything, seconds, history=noise.HISTORY), sigma, blocks,
                        settings)  # fmt: skip
     model, rough_step = stepped(model, problem.windows, sigma, settings.numerics)
     problem = replace(problem, base=model, rough_step=rough_step)
-    if model.robot.contacts:
-        return Posed(problem, None, blocks)
     for longer in settings.grids.longer_seconds:
         if longer < settings.numerics.wider * seconds or not _fits(everything, longer):
             continue
@@ -83,10 +81,8 @@ def pose(
     return Posed(problem, None, blocks)
 
 
-def window_seconds(grids: Grids, on_ground: bool, period: float) -> float:
+def window_seconds(grids: Grids, period: float) -> float:
     """Length of a window of the search [s]."""
-    if on_ground:
-        return max(grids.ground_seconds, grids.ground_samples * period)
     return max(grids.search_seconds, grids.least_samples * period)
 
 

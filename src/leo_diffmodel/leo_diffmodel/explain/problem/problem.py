@@ -88,11 +88,16 @@ class Problem:
     def typical_of(self, residual: Array) -> Array | None:
         """Size of what most training windows are off by, (1, 2J), of whitened residuals (W, N).
 
-        None on the ground, where what settles the start states looks at each window by itself.
+        None where nothing is shared between windows.
         """
-        if self.linearisation:
+        if not self.numerics.shared:
             return None
         return typical_size(residual[self.train], 2 * self.windows.q.shape[-1], self.numerics)
+
+    @property
+    def first(self) -> Array:
+        """Where start states begin at first, (W, 2J)."""
+        return self.linearisation.start if self.linearisation else self.windows.measured[:, 0]
 
     def begins(self, start: Array) -> tuple[Array, ...]:
         """Where start states may begin, each (W, 2J): where they were, and where measured.

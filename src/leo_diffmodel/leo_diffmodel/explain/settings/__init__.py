@@ -16,6 +16,8 @@ from typing import Any
 from leo_diffmodel.explain.settings.gates import Gates
 from leo_diffmodel.explain.settings.grids import Grids
 from leo_diffmodel.explain.settings.numerics import Numerics
+from leo_diffmodel.explain.settings.on_ground import ON_GROUND
+from leo_sim.description.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -48,4 +50,11 @@ def texts(part: type) -> dict[str, str]:
 
 SETTINGS = Settings()
 """As they are told of in docs/evidence.md."""
-__all__ = ['SETTINGS', 'Gates', 'Grids', 'Numerics', 'Settings', 'texts']
+
+
+def settings_for(robot: Robot) -> Settings:
+    """The settings for motion without contact, or with it."""
+    return SETTINGS.changed(**ON_GROUND) if robot.contacts else SETTINGS
+
+
+__all__ = ['SETTINGS', 'Gates', 'Grids', 'Numerics', 'Settings', 'settings_for', 'texts']

@@ -8,6 +8,7 @@ XL330 servo; what was chosen on which is in docs/evidence.md.
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from math import inf, isfinite
 
 
 @dataclass(frozen=True)
@@ -41,9 +42,8 @@ class Gates:
     """What is further behind is not even told as a rival [nats]."""
     equal_nats: float = 0.5
     """Sets no further apart are one thing by two names, as fits end so far apart [nats]."""
-    window_nats: float = 6.0
-    """Most that one window with contacts may say, for a dispersion of 1 [nats]: a contact there
-    may flip."""
+    window_nats: float = inf
+    """Most that one window may say for or against a hypothesis, for a dispersion of 1 [nats]."""
     most_effects: int = 8
     """At most so many names beside each other."""
     turns: int = 60
@@ -65,8 +65,7 @@ class Gates:
     far: float = 4.0
     """Times the noise (mean square) that matters however much was explained."""
     out_of_line: float = 2.0
-    """Times the median loss that a window may count for in what is unexplained; on the ground, one
-    that is worse does not move the parameters."""
+    """Times the median loss that a window may count for in what is unexplained."""
     law_nats: float = 15.0
     """A law that is no known effect must save so much [nats]: white noise gives the best of all
     curves 9 at most (40 draws)."""
@@ -102,6 +101,6 @@ class Gates:
     least_motion: float = 8.0
     """Standard deviations of noise a window must swing to count as motion."""
 
-    def to_json(self) -> dict[str, float]:
-        """All of them by name."""
-        return asdict(self)
+    def to_json(self) -> dict[str, float | None]:
+        """All of them by name; None stands for what has no limit."""
+        return {name: value if isfinite(value) else None for name, value in asdict(self).items()}

@@ -15,11 +15,7 @@ class Grids:
     search_seconds: float = 0.3
     """Of a window of the search: its start state is found from anywhere,"""
     least_samples: int = 8
-    """with so many samples at least;"""
-    ground_seconds: float = 0.1
-    """on the ground, where contacts begin and end in longer ones,"""
-    ground_samples: int = 4
-    """with so many."""
+    """with so many samples at least."""
     longer_seconds: tuple[float, ...] = (1.0, 0.8, 0.6, 0.45)
     """Of windows that settle close calls, the longest whose start states can be found."""
     horizon_seconds: tuple[float, ...] = (1.0, 0.5, 0.3, 0.15)

@@ -79,10 +79,11 @@ class Numerics:
     iterations: int = 40
     """Most steps of a fit."""
     step_nats: float = 0.05
-    """What a step of the parameters, or of a start state, must promise to be tried [nats]: less is
-    the end;"""
-    ground_step_nats: float = 0.5
-    """on the ground, where the loss is rougher."""
+    """What a step of the parameters must promise to be tried [nats]: less is the end;"""
+    start_nats: float = 0.05
+    """and one of the start state of a window."""
+    moving: float = inf
+    """Times the median loss: a window that is worse does not move the parameters."""
     damping: float = 1e-3
     """Of the scaled normal equations, to begin with"""
     least_damping: float = 1e-9
@@ -92,18 +93,16 @@ class Numerics:
     softest: float = 1 / 3
     """after one that keeps its promise (Nielsen 1999)."""
     responding: float = 0.05
-    """A window on the ground responds to a parameter where its sensitivity is this share of what
-    nine in ten stay below;"""
-    most_leverage: float = 1.5
+    """A window responds to a parameter where its sensitivity is this share of what nine in ten
+    stay below;"""
+    most_leverage: float = inf
     """one so many times as sensitive as their median is weighed down to that."""
     no_step: float = 1e-12
     """Of a scaled parameter that its bounds hold fast; the solver asks for room."""
     most_bent: float = 0.75
     """Of the curvature of the touching parabola, that contradicting windows may take off."""
-    seen_at: float = 0.85
-    """Quantile of windows on the ground, whose rest is told: a law that acts in a sixth of them is
-    seen; contacts that flip make up less (ten runs of LEO without an effect: at most 1.15 times
-    the noise here)."""
+    seen_at: float = 0.5
+    """Quantile of windows whose rest is told: the median does not see what shows in fewer."""
     seen_windows: int = 4
     """Windows above it at least: a push is not to decide."""
 
@@ -231,9 +230,7 @@ class Numerics:
     instant: float = 1e-9
     """s: what a sample lasts that stands for those before the recording."""
     stretches: int = 30
-    """In which a window's missing torque is free, at most;"""
-    ground_stretches: int = 3
-    """on the ground, where each is a rollout with contacts."""
+    """In which a window's missing torque is free, at most."""
     small_torque: float = 1e-3
     """Of the robot's largest, by which its answer to a torque is found."""
     runaway: float = 100.0
@@ -243,9 +240,8 @@ class Numerics:
     """Times the median interval of a curve's values; one that is surer than that is told."""
 
     # findings
-    overlapping_windows: int = 40
-    """Held-out windows on the ground that are enough; they overlap: in a few, contacts that flip
-    decide the error."""
+    held_windows: int = 1
+    """Held-out windows that are enough for a horizon."""
     longer: float = 1.05
     """Times the windows of the search, for windows of their own to be worth it."""
     push_times: float = 6.0

@@ -85,14 +85,13 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     linear = problem.linearised(hypothesis, fitted.theta, fitted.start,
                                 conditional_errors(fitted.columns[problem.train]))  # fmt: skip
     numerics = problem.numerics
-    most = numerics.ground_stretches if problem.linearisation else numerics.stretches
-    stretch = np.arange(windows.steps) * min(windows.steps, most) // windows.steps
+    most = min(windows.steps, numerics.stretches)
+    stretch = np.arange(windows.steps) * most // windows.steps
     size = numerics.small_torque * torque_scale(model.robot)
     torques = _torques(stretch, windows.dt.shape, joints, size)
     predicted, columns = respond(model, windows, fitted.start, torques)
-    if problem.linearisation:  # an extra torque there may throw the robot out of the ground
-        lost = ~tame(columns)
-        predicted[lost], columns[lost] = windows.measured[lost], 0.0
+    lost = ~tame(columns)  # an extra torque may throw a robot out of the ground
+    predicted[lost], columns[lost] = windows.measured[lost], 0.0
     noise = problem.sigma[windows.source][:, None, :, None]
     answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1)
     answer = answer / size
