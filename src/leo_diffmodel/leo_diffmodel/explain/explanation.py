@@ -61,6 +61,8 @@ class Explanation:
         next_command: what to type for `next_run`; None where it is not typed, or not known.
         fit: how surely the last fit rests at the least loss (`estimate.fitted.Certificate`); None
             where nothing was fitted.
+        shown_for: by joint where named effects act, the angle, speed and load (each low, high and
+            unit) that they were seen at.
     """
 
     verdict: str
@@ -82,13 +84,14 @@ class Explanation:
     edit_test: dict | None = None
     next_command: str | None = None
     fit: dict | None = None
+    shown_for: dict[str, dict] = field(default_factory=dict)
 
     def to_json(self) -> dict:
         """The contents of explain.json."""
         names = (
             'verdict', 'sentence', 'effects', 'constants', 'hypotheses', 'not_testable',
             'next_run', 'errors', 'stability', 'settings', 'seconds', 'provenance', 'edit_test',
-            'next_command', 'fit',
+            'next_command', 'fit', 'shown_for',
         )  # fmt: skip
         told = self.unknown.to_json() if self.unknown else None
         return {name: getattr(self, name) for name in names} | {'unknown': told}
@@ -187,6 +190,7 @@ def _answer(findings: Findings, left_out: Sequence[str]) -> Explanation:
         search=findings.search,
         fit=certificate.to_json() if certificate else None,
         unknown=findings.unknown,
+        shown_for=rows.shown_for(findings),
     )
 
 

@@ -16,6 +16,7 @@ from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.findings.own_values import own_values
 from leo_diffmodel.explain.findings.refuted import refuted
+from leo_diffmodel.explain.findings.shown import shown_for
 from leo_diffmodel.explain.findings.windows import validation_windows
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
@@ -99,4 +100,7 @@ def _judged(
         refuted=refuted(found, held, facts),
         rest=rest_of(found.null, found.final, bool(problem.linearisation), gates),
         unknown=unknown,
+        bags=bags,
+        shown=shown_for(problem.windows, held.model(found.final),
+                        found.final.hypothesis.candidates, facts),
     )
