@@ -31,8 +31,12 @@ from leo_diffmodel.explain.tell import rows
 from leo_diffmodel.explain.tell.next_run import next_run
 from leo_diffmodel.explain.tell.sentence import answer
 from leo_diffmodel.explain.unknown.answer import Unknown
+from leo_msgs_py.progress import Told
 from leo_sim.effects import Effect
 from leo_sim.model import Model
+
+FITTED = 0.9
+"""Share of the time for an answer after which nothing is fitted any more."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +123,8 @@ def explain(
         step: length of the one step that errors are given for [s]; by default the control
             period of the data.
         settings: the gates.
-        within: time for the search [s]; the best answer so far is given after it, and says so.
+        within: time for the answer [s]; it is then the best of what was tried and has come to
+            its end, and says what was not tried.
         keep: use what looks moved from outside, too; so is done where effects are of the user's
             own, which may do what a hand does.
 
@@ -127,7 +132,7 @@ def explain(
         UserError: a step that cannot be scored, or constants that recordings say of themselves
             and the robot does not have.
     """
-    began, everything = time.monotonic(), [*recordings, *hold_out]
+    began, everything, heard = time.monotonic(), [*recordings, *hold_out], Told.of(progress)
     model = with_known(model, everything)
     origin = provenance(everything, model)
 
@@ -148,10 +153,10 @@ def explain(
         return told(_untestable(model, reason, extra))
     step, everything = errors.step_seconds(recordings, step), [*recordings, *hold_out]
     facts = Facts.of(model.robot, recordings)
-    found = search(everything, model, posed, settings, extra, progress, began + within,
-                   alike=facts.alike)  # fmt: skip
+    until = began + FITTED * within
+    found = search(everything, model, posed, settings, extra, heard, until, facts.alike)
     findings = collect(everything, model, found, facts, step, own_constants(model, hold_out),
-                       progress)  # fmt: skip
+                       heard)  # fmt: skip
     return told(replace(_answer(findings, cut.notes), used=tuple(everything)))
 
 

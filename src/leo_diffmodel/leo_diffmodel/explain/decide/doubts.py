@@ -10,7 +10,7 @@ from leo_diffmodel.explain.problem.hypothesis import amplitude_indices
 from leo_diffmodel.explain.problem.limits import at_limit
 
 MOST_INSTEAD = 3
-"""Names told of those that were chosen instead."""
+"""Names told of those that were chosen instead, or not tried."""
 
 
 def doubt(findings: Findings, part: Part) -> str:
@@ -61,9 +61,18 @@ def doubts(findings: Findings) -> list[str]:
         told.append(f'{findings.refuted} has a smaller held-out error')
     certificate = findings.final.certificate
     if certificate and not certificate.converged:
-        told.append(f'{certificate.starts} starts of the fit end at different values')
-    complete = findings.search.complete
-    return told if complete else [*told, 'the time was over: the best answer so far']
+        told.append(f'{certificate.starts} starts of the fit end at different values'
+                    if certificate.starts > 1 else 'the fit has not come to its end')  # fmt: skip
+    return [*told, *_untried(findings)]
+
+
+def _untried(findings: Findings) -> Iterator[str]:
+    """What there was no time for."""
+    untried = findings.search.untried
+    more = len(untried) - MOST_INSTEAD
+    if untried:
+        listed = ', '.join(untried[:MOST_INSTEAD]) + (f' and {more} more' if more > 0 else '')
+        yield f'the time was over; not tried: {listed}'
 
 
 def _on_limits(findings: Findings) -> Iterator[str]:

@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
+from leo_diffmodel.explain.estimate.estimator import Progress, STEPS
 from leo_diffmodel.explain.estimate.loss import rest_of
 from leo_diffmodel.explain.estimate.own_constants import completed
 from leo_diffmodel.explain.findings import parts, tables
@@ -34,7 +35,7 @@ def collect(
     facts: Facts,
     step: float,
     own: Sequence[Constant] = (),
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Progress = lambda *_: None,
 ) -> Findings:
     """Look for a law that is no known effect, and judge each chosen effect beside the others.
 
@@ -49,7 +50,9 @@ def collect(
     """
     null, final = (completed(found.problem, f, own) for f in (found.null, found.final))
     found = replace(found, null=null, final=final)
-    progress('what no known effect explains')
+    progress('what no known effect explains', STEPS.end // 2)
+    if found.complete and found.problem.late:
+        found = replace(found, untried=('a law that is no known effect',))
     law = find(recordings, found) if found.complete else None
     found = beside(found, law) if law else found
     windows = validation_windows(recordings, found, model)

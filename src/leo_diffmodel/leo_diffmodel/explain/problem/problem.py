@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+import time
 
 import numpy as np
 
@@ -33,6 +34,7 @@ class Problem:
             and are not judged, shape (W,); None where there are none.
         typical: size of what a hypothesis is off by in most windows [noise], (1, 2J), see
             `shooting.loss`; None before one was fitted.
+        until: when its fits end wherever they are [s of `time.monotonic`].
     """
 
     base: Model
@@ -44,6 +46,12 @@ class Problem:
     fold: Array | None = None
     telling: Array | None = None
     typical: Array | None = None
+    until: float = np.inf
+
+    @property
+    def late(self) -> bool:
+        """Whether the time is over."""
+        return time.monotonic() > self.until
 
     @property
     def judged(self) -> Array:

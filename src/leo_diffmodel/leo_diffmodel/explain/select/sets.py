@@ -9,11 +9,12 @@ import time
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, Progress
+from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
+from leo_msgs_py.progress import Told
 from leo_sim.effects import Parameter
 
 Array = np.ndarray
@@ -33,16 +34,21 @@ class Sets:
         known: the fitted sets by their effects.
         extensions: what was tried on top of which set.
         carried: which set was fitted from the values of which larger one.
+        front: sets whose extensions there was no time for.
     """
 
     estimator: Estimator
     pool: Sequence[Candidate]
     settings: Settings
-    told: Progress
+    told: Told
     until: float = np.inf
     known: dict[Names, Scored] = field(default_factory=dict)
     extensions: dict[Names, Extension] = field(default_factory=dict)
     carried: set[tuple[Names, Names]] = field(default_factory=set)
+    front: tuple[Names, ...] = ()
+
+    def __post_init__(self) -> None:
+        self.told = Told.of(self.told)
 
     @property
     def weight(self) -> Weight:
@@ -55,6 +61,13 @@ class Sets:
         return time.monotonic() > self.until
 
     @property
+    def untried(self) -> tuple[str, ...]:
+        """What there was no time for, in words."""
+        begun = [_label([*names, *added])
+                 for names, e in self.extensions.items() for added in e.untried]  # fmt: skip
+        return (*begun, *(f'more beside {_label(names)}' for names in self.front))
+
+    @property
     def threshold(self) -> float:
         """Gain that noise alone can give [nats]."""
         limits = [e.threshold for e in self.extensions.values()]
@@ -65,8 +78,13 @@ class Sets:
         return self.weight.ordered(list(self.known.values()))
 
     def add(self, sets: Iterable[Estimate]) -> None:
-        """Score fitted sets; of two fits of one set the better is kept."""
+        """Score fitted sets; of two fits of one set the better is kept.
+
+        Where the time is over, what has not come to its end is no answer.
+        """
         for at in sets:
+            if self.late and at.names and not at.fit.ended:
+                continue
             mine = replace(score(at), ends=self.estimator.ends(at))
             other = self.known.get(at.names)
             if other is None or float(mine.left.sum()) < float(other.left.sum()):
@@ -89,11 +107,24 @@ class Sets:
         self.extensions[names] = found
         self.add([found.base, *found.larger])
 
+    def expect(self, front: Sequence[Names]) -> None:
+        """Tell about how much is to come: sets to extend now, or later at the beginning; the end.
+
+        A first answer has neighbours to be extended too.
+        """
+        settings, count, pool = self.settings, len(front), len(self.pool)
+        first = STEPS.round(pool, settings.singles + settings.first_pairs)
+        each = STEPS.round(pool, settings.singles + settings.pairs)
+        rounds = count * each if self.extensions else first + settings.width * each
+        self.told.expect(rounds + STEPS.end)
+
     def add_parts(self, whole: Scored) -> bool:
         """Fit a set less one effect, for each of them, from its values; False where it was done.
 
         A part that was fitted from elsewhere may have come to rest in a worse place.
         """
+        if self.late:
+            return False
         new = [n for n in _parts(whole) if (n, whole.names) not in self.carried]
         self.carried |= {(n, whole.names) for n in new}
         self.add(self._part(n, whole.at) for n in new)
@@ -103,6 +134,10 @@ class Sets:
         full = near.fit.hypothesis
         part = Hypothesis(tuple(c for c in full.candidates if c in names), full.constants)
         return self.estimator.refitted(near, part, part.carried(full, near.fit.theta))
+
+
+def _label(names: Iterable[Candidate]) -> str:
+    return ' + '.join(c.label for c in names)
 
 
 def compatible(names: Iterable[Candidate], other: Candidate) -> bool:
@@ -123,10 +158,11 @@ def _overlap(a: Candidate, b: Candidate) -> bool:
 def search(sets: Sets, first: Estimate) -> Scored:
     """The set that is chosen once all its neighbours are known, or the time is over."""
     sets.add([first])
-    while not (sets.late and sets.extensions):
-        front = [n for n in _front(sets) if n not in sets.extensions]
-        if not front:
+    while front := [n for n in _front(sets) if n not in sets.extensions]:
+        if sets.late and sets.extensions:
+            sets.front = tuple(front)
             break
+        sets.expect(front)
         sets.extend(front[0], few=front[0] < best_of(sets).names and bool(front[0]))
     return best_of(sets)
 
@@ -266,7 +302,7 @@ def _distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
 
 def _split(sets: Sets, best: Scored, candidate: Candidate) -> None:
     """A value of its own at each joint instead of a shared one."""
-    if candidate.where != 'all' or candidate.effect.late:
+    if candidate.where != 'all' or candidate.effect.late or sets.late:
         return
     own = [c for c in sets.pool if c.effect.name == candidate.effect.name and c.where != 'all'
            and c not in best.names]  # fmt: skip

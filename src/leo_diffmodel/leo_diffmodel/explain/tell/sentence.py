@@ -19,7 +19,7 @@ def answer(findings: Findings, decision: Decision, left_out: Sequence[str] = ())
     notes = [*decision.doubts, *left_out, *decision.notes]
     words = findings.unknown.words if findings.unknown else None
     told = sentence(decision.verdict, decision.named, _change(findings), notes, words,
-                    _left(findings))  # fmt: skip
+                    _left(findings), not findings.search.complete)  # fmt: skip
     return ' '.join([told, *shown(findings)])
 
 
@@ -30,6 +30,7 @@ def sentence(
     notes: Sequence[str] = (),
     outside: str | None = None,
     rest: str = '',
+    cut_short: bool = False,
 ) -> str:
     """One or two plain sentences.
 
@@ -40,10 +41,13 @@ def sentence(
         notes: doubts, and what the named effects could also be, in words.
         outside: the law that is no known effect, or who moved the robot, in words.
         rest: how much is left and where, in words.
+        cut_short: not all was tried.
     """
     if notes:
         change = f'{change} ({"; ".join(notes)})'
     listed = '; '.join(_describe(n) for n in named)
+    if cut_short:
+        return f'Cut short, so nothing is sure: {"; ".join(filter(None, [listed, change]))}.'
     if verdict == 'fine':
         return f'Nothing is missing that this data can show: {change}.'
     if verdict == 'unknown':

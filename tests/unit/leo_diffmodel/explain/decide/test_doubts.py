@@ -32,7 +32,7 @@ def findings(share=1.0, floors=(), own=({}, {}, {}), **of_choices):
     choices = {'kept': share, 'sets': ((LABELS, share),), 'instead': (), 'beside': ()}
     return SimpleNamespace(settings=SETTINGS, final=fit, effects=parts, floors=floors, own=own,
                            choices=Choices(**choices | of_choices), other='', refuted='',
-                           search=SimpleNamespace(complete=True))  # fmt: skip
+                           search=SimpleNamespace(untried=()))  # fmt: skip
 
 
 def test_what_all_turns_hold_is_sure():
