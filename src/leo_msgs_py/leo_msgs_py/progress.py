@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -155,7 +156,7 @@ def _bar(title: str, clock: Clock, console: Terminal) -> Iterator[Callable[[str]
 @contextmanager
 def _lines(title: str, clock: Clock) -> Iterator[Callable[[str], None]]:
     """A line every `EVERY` seconds, however long a step takes."""
-    said, over = [title], Event()
+    said, over = deque([title], maxlen=1), Event()
 
     def lines() -> None:
         while not over.wait(EVERY):

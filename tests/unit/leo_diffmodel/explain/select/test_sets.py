@@ -165,3 +165,23 @@ def test_two_effects_that_predict_what_one_does_are_no_better_answer(whole, beyo
     told = [replace(s, ends=np.full((5, 2), errors.get('_'.join(sorted(names(s))), -1e4)))
             for s in sets]  # fmt: skip
     assert names(chosen(told, replace(PLAIN, null=told[0]), LIMIT)) == right
+
+
+def test_where_the_time_is_over_what_has_not_ended_is_no_answer():
+    estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0, pairs=False)
+    first = estimator.first(Hypothesis())
+    larger = estimator.extended(first, [wide(POOL[n]) for n in NAMES], None).larger
+    rough = [at._replace(fit=replace(at.fit, ended=False)) for at in larger]
+    for until, kept in ((np.inf, len(larger)), (0.0, 0)):
+        sets = Sets(estimator, [], SETTINGS, lambda _: None, until=until)
+        sets.add([first, *rough])
+        assert len(sets.known) == 1 + kept
+    sets.add(larger)
+    assert len(sets.known) == 1 + len(larger)
+
+
+def test_what_was_not_extended_is_told():
+    estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0, pairs=False)
+    late = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None, until=0.0)
+    choice.search(late, estimator.first(Hypothesis()))
+    assert late.untried[0] == 'more beside armature:pivot'

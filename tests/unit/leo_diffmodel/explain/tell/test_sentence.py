@@ -3,9 +3,11 @@
 
 from types import SimpleNamespace
 
+from leo_diffmodel.explain.decide.verdict import Named
 from leo_diffmodel.explain.findings.findings import Range, Shown
 from leo_diffmodel.explain.tell import rows
-from leo_diffmodel.explain.tell.sentence import shown
+from leo_diffmodel.explain.tell.next_run import next_run
+from leo_diffmodel.explain.tell.sentence import sentence, shown
 
 PIVOT = Shown('pivot', Range(-1.23, 2.0, 'rad'), Range(-6, 5.5, 'rad/s'), Range(0, 0.31, 'N m'))
 
@@ -31,3 +33,14 @@ def test_of_many_joints_the_first_are_told_and_all_listed():
 
 def test_where_nothing_is_named_nothing_is_shown():
     assert [*shown(findings())] == [] and rows.shown_for(findings()) == {}
+
+
+def test_an_answer_that_was_cut_short_says_so_and_asks_for_more_time():
+    named, notes = [Named('armature:pivot', 'J = 1 kg m2')], ['the time was over; not tried: x']
+    said = sentence('ambiguous', named, 'held-out error 1 -> 0', notes, cut_short=True)
+    assert said == ('Cut short, so nothing is sure: armature:pivot (J = 1 kg m2); '
+                    'held-out error 1 -> 0 (the time was over; not tried: x).')  # fmt: skip
+    none = sentence('ambiguous', [], 'held-out error 1 -> 1', cut_short=True)
+    assert none == 'Cut short, so nothing is sure: held-out error 1 -> 1.'
+    cut = SimpleNamespace(search=SimpleNamespace(complete=False))
+    assert next_run('ambiguous', cut) == 'the same again without --within, or with more time'
