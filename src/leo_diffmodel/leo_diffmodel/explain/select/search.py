@@ -126,8 +126,11 @@ def search(
     best = best if late else narrowed(found, best, turns, alike)
     empty = found.known[frozenset()]
     scans = found.extensions[frozenset()].scans
-    at = best.at._replace(posed=best.at.posed.before(until))
-    final = _largest_first(fits, fits.finished(at, _starts(best.fit, scans)))
+    at = _finished(fits, best, scans, until)
+    if late and not (at.fit.certificate and at.fit.certificate.converged):
+        best = choice.best_ended(found)
+        at = _finished(fits, best, scans, until)
+    final = _largest_first(fits, at)
     told('the last fit', STEPS.end // 2)
     return Search(
         null=empty.fit,
@@ -141,6 +144,11 @@ def search(
         turns=turns,
         untried=(*found.untried, *(['longer windows'] if late else [])),
     )
+
+
+def _finished(fits: Estimator, best: Scored, scans: Sequence[Scan], until: float) -> Estimate:
+    at = best.at._replace(posed=best.at.posed.before(until))
+    return fits.finished(at, _starts(best.fit, scans))
 
 
 def _starts(fitted: Fit, scans: Sequence[Scan]) -> list[Array]:

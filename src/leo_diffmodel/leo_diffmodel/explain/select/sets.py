@@ -78,13 +78,8 @@ class Sets:
         return self.weight.ordered(list(self.known.values()))
 
     def add(self, sets: Iterable[Estimate]) -> None:
-        """Score fitted sets; of two fits of one set the better is kept.
-
-        Where the time is over, what has not come to its end is no answer.
-        """
+        """Score fitted sets; of two fits of one set the better is kept."""
         for at in sets:
-            if self.late and at.names and not at.fit.ended:
-                continue
             mine = replace(score(at), ends=self.estimator.ends(at))
             other = self.known.get(at.names)
             if other is None or float(mine.left.sum()) < float(other.left.sum()):
@@ -176,6 +171,12 @@ def best_of(sets: Sets) -> Scored:
         if not _parts(scored) <= sets.known.keys() and sets.add_parts(scored):
             return best_of(sets)
     return best
+
+
+def best_ended(sets: Sets) -> Scored:
+    """The set that is chosen of the model as given and those whose fits have come to their end."""
+    ended = [s for s in sets.known.values() if s.fit.ended or not s.names]
+    return chosen(ended, sets.weight, sets.threshold)
 
 
 def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:
