@@ -103,7 +103,7 @@ def _each(
 ) -> int:
     """Explain every bag by itself; a folder of each in DIR."""
     names = unique_names([r.path for r in recordings])
-    results = []
+    results: list[Explanation] = []
     for name, recording in zip(names, recordings, strict=True):
         share = 1 / (len(names) - len(results))
         result = _explained(arguments, model, [recording], (), f'explaining {name}', share)

@@ -109,14 +109,14 @@ def successive_halving(
     the model without it favour small effects. Those ahead after a step in some windows go on;
     the last are fitted in all. None where the time is over.
     """
-    if posed.problem.late or not scans:
+    if posed.problem.late() or not scans:
         return null, []
     worth = [s for s in scans[:MOST_CONTENDERS] if s.gain > WORTH * limit] or scans[:1]
     train = np.flatnonzero(posed.problem.train)
     count = min(HALVING_WINDOWS, len(train))
     some = train[np.linspace(0, len(train) - 1, count).astype(int)]
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
-    if posed.problem.late:
+    if posed.problem.late():
         return null, []
     first = finalists(null, [replace(s, theta=at.fit.theta) for s, at in field], scans)
     last = _each(_linearised, posed, [_with(null, s) for s in first])
@@ -140,7 +140,7 @@ def _played(
         field, rising = _further(null, field, left, behind)
         progress(field[0][0].candidate.label, STEPS.look * len(field))
     for _ in range(LATE):
-        if not rising or posed.problem.late:
+        if not rising or posed.problem.late():
             break
         field, rising = _further(null, field, *HALVING[-1])
     field = field[: HALVING[-1][0]]
@@ -265,7 +265,7 @@ def converged(posed: Posed, best: Fit) -> Stand:
     first = at = _linearised(posed, best, finer=True)
     gained = 0.0
     for _ in range(MOST_STEPS if best.hypothesis.size else 0):
-        if posed.problem.late:
+        if posed.problem.late():
             break
         at, gained = _advanced(at, finer=True)
         if gained < ENOUGH_NATS:
@@ -284,7 +284,7 @@ def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
     """
     at = _linearised(posed, best, finer=True, anew=True)
     for _ in range(LAST_STEPS):
-        if posed.problem.late:
+        if posed.problem.late():
             break
         farthest = _standard_errors_moved(at)
         if farthest < NEARLY:

@@ -45,7 +45,7 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     best = _profiled(problem, fit(problem, hypothesis, fitted.theta, fitted.start, thorough=True))
     ends = [best]
     for theta in (*starts, None, None):
-        if _reached(problem, ends, best) > 1 or problem.late:
+        if _reached(problem, ends, best) > 1 or problem.late():
             break
         begin = _aside(best, len(ends)) if theta is None else theta
         other = fit(problem, hypothesis, begin, thorough=True)
@@ -78,11 +78,11 @@ def _aside(fitted: Fit, number: int) -> Array:
 def _profiled(problem: Problem, fitted: Fit) -> Fit:
     """The fit from the best value of a profile on, as long as one is better than its end."""
     for _ in range(PROFILES):
-        if problem.late:
+        if problem.late():
             break
         least, begin = _loss(problem, fitted) - _tolerance(fitted), None
         told = replace(problem, typical=fitted.typical)
-        for theta in takewhile(lambda _: not problem.late, _profile(fitted)):
+        for theta in takewhile(lambda _: not problem.late(), _profile(fitted)):
             settled = settle(told, fitted.hypothesis, theta, (fitted.start,))
             loss = float(settled.loss[problem.train].sum())
             if loss < least:

@@ -60,7 +60,7 @@ def fit(
     at = _point(problem, hypothesis, theta, _settled(problem, hypothesis, theta, start))
     damping, settled, ended = DAMPING, True, not hypothesis.size
     for _ in range(iterations if hypothesis.size else 0):
-        if problem.late:
+        if problem.late():
             break
         there, damping = _advanced(problem, at, damping, thorough)
         ended = there is None and settled

@@ -51,15 +51,25 @@ def collect(
     null, final = (completed(found.problem, f, own) for f in (found.null, found.final))
     found = replace(found, null=null, final=final)
     progress('what no known effect explains', STEPS.end // 2)
-    if found.complete and found.problem.late:
-        found = replace(found, untried=('a law that is no known effect',))
-    law = find(recordings, found) if found.complete else None
-    found = beside(found, law) if law else found
+    found, law = _with_law(recordings, found)
     windows = validation_windows(recordings, found, model)
     held = HeldOut(found.problem, model, windows, tuple(own))
     held = held.undisturbed((law and law.attempt.fit) or found.final)
     unknown = _told(recordings, law, held) if law else None
     return _judged(found, held, facts, step, tuple(r.name for r in recordings), unknown)
+
+
+def _with_law(recordings: Sequence[Recording], found: Search) -> tuple[Search, Found | None]:
+    """The search beside the law that is no known effect, and that law; None where there is none.
+
+    A search that was cut short, or that leaves no time for it, knows none.
+    """
+    if not found.complete:
+        return found, None
+    law = None if found.problem.late() else find(recordings, found)
+    if found.problem.late():
+        return replace(found, untried=('a law that is no known effect',)), None
+    return (beside(found, law), law) if law else (found, None)
 
 
 def _told(recordings: Sequence[Recording], law: Found, held: HeldOut) -> Unknown:

@@ -48,7 +48,6 @@ class Problem:
     typical: Array | None = None
     until: float = np.inf
 
-    @property
     def late(self) -> bool:
         """Whether the time is over."""
         return time.monotonic() > self.until
