@@ -103,14 +103,17 @@ class Sets:
         self.add([found.base, *found.larger])
 
     def expect(self, front: Sequence[Names]) -> None:
-        """Tell about how much is to come: sets to extend now, or later at the beginning; the end.
+        """Tell about how much is to come: the sets to extend, as those before, and the end.
 
-        A first answer has neighbours to be extended too.
+        At the beginning the catalogue says how much one is, and a first answer has neighbours.
         """
-        settings, count, pool = self.settings, len(front), len(self.pool)
-        first = STEPS.round(pool, settings.singles + settings.first_pairs)
-        each = STEPS.round(pool, settings.singles + settings.pairs)
-        rounds = count * each if self.extensions else first + settings.width * each
+        settings, pool = self.settings, len(self.pool)
+        if self.extensions:
+            rounds = len(front) * self.told.clock.done // len(self.extensions)
+        else:
+            first = STEPS.round(pool, settings.singles + settings.first_pairs)
+            each = STEPS.round(pool, settings.singles + settings.pairs)
+            rounds = first + settings.width * each
         self.told.expect(rounds + STEPS.end)
 
     def add_parts(self, whole: Scored) -> bool:
