@@ -2,12 +2,12 @@
 """compare, explain, repair and add on the command line: files, JSON, exit status, Ctrl-C."""
 
 import json
-import math
 import os
 from pathlib import Path
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
@@ -32,7 +32,7 @@ def _few():
     Nor do they say after 10 s how far they are, which a busy machine needs.
     """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(progress, 'EVERY', math.inf)
+        patch.setattr(progress, 'EVERY', threading.TIMEOUT_MAX)
         among(patch, Model(TORQUE), 'coulomb_friction', 'viscous_friction', 'stribeck_friction',
               'bias_torque')
         yield

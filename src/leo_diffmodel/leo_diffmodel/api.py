@@ -73,7 +73,7 @@ def explain(
         effects: of your own beside the known ones; naming a Python file here lets it run.
         step: length of the one step that errors are given for [s]; by default the control period
             of the data.
-        within: time for the search [s]; after it the best answer so far, which says so.
+        within: time for the answer [s]; it is then the best that has come to its end, and says so.
         keep: use what looks moved from outside, too.
         edit_test: bags of the robot after what is named was taken out of it.
         progress: told what is being tried.

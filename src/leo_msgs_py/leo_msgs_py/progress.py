@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+import math
 import sys
+from threading import Event, Thread
 import time
-from typing import Protocol
 
 from rich.progress import (
     BarColumn,
@@ -36,10 +38,12 @@ class Clock:
     Attributes:
         steps: about how many there will be; None where nobody knows.
         now: the time [s].
+        within: after which they end in any case [s].
     """
 
-    steps: int | None
+    steps: int | None = None
     now: Callable[[], float] = time.monotonic
+    within: float = math.inf
     done: int = 0
     began: float = field(init=False)
     last: float = field(init=False)
@@ -65,11 +69,14 @@ class Clock:
         if self.steps is None or not FEWEST <= self.done < self.steps:
             return None
         pace = (self.last - self.began) / self.done
-        return max(pace * (self.steps - self.done), self.now() - self.last)
+        guess = max(pace * (self.steps - self.done), self.now() - self.last)
+        return min(guess, max(self.within - self.elapsed, 0.0))
 
     def __str__(self) -> str:
+        known = self.steps is not None and self.done <= self.steps
+        part = f'{self.done} of about {self.steps} steps in ' if known else ''
         told = '' if self.left is None else f', about {in_words(self.left)} left'
-        return f'{in_words(self.elapsed)}{told}'
+        return f'{part}{in_words(self.elapsed)}{told}'
 
 
 def in_words(seconds: float) -> str:
@@ -90,41 +97,76 @@ class _Left(ProgressColumn):
         return Text('' if left is None else f'about {in_words(left)} left')
 
 
-class Told(Protocol):
-    """Hears what has been done, and how many steps that were."""
+@dataclass
+class Told:
+    """Hears what has been done, how many steps that were, and how many are to come.
+
+    Attributes:
+        show: shows what is being done.
+        clock: counts the steps.
+    """
+
+    show: Callable[[str], None]
+    clock: Clock = field(default_factory=Clock)
+
+    @classmethod
+    def of(cls, hears: Callable[[str], None]) -> Told:
+        """Whoever hears, also of steps; they are kept from what hears words alone."""
+        return hears if isinstance(hears, Told) else cls(hears)
 
     def __call__(self, text: str, steps: int = 1) -> None:
         """One step is done, or several."""
+        self.clock.step(steps)
+        self.show(text)
+
+    def expect(self, steps: int) -> None:
+        """About so many more steps are to come."""
+        self.clock.steps = self.clock.done + steps
 
 
 @contextmanager
-def progress(title: str, steps: int | None = None) -> Iterator[Told]:
-    """Tell on stderr what is being done and, where `steps` says how much, the time left."""
-    console, clock = Terminal(stderr=True), Clock(steps)
-    if not console.is_terminal:
-        yield _lines(title, clock)
-        return
+def progress(title: str, steps: int | None = None, within: float = math.inf) -> Iterator[Told]:
+    """Tell on stderr what is being done, how much of how much, and the time left.
+
+    Args:
+        title: what is being done.
+        steps: about how many there will be, where that is known.
+        within: after which it ends in any case [s].
+    """
+    console, clock = Terminal(stderr=True), Clock(steps, within=within)
+    shown = _bar(title, clock, console) if console.is_terminal else _lines(title, clock)
+    with shown as show:
+        yield Told(show, clock)
+
+
+@contextmanager
+def _bar(title: str, clock: Clock, console: Terminal) -> Iterator[Callable[[str], None]]:
     what = TextColumn('{task.description}', markup=False)
     columns = (SpinnerColumn(), what, BarColumn(), TimeElapsedColumn(), _Left(clock))
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(title, total=steps)
+        task = bar.add_task(title, total=clock.steps)
 
-        def told(text: str, steps: int = 1) -> None:
-            clock.step(steps)
-            bar.update(task, advance=steps, description=f'{title}: {text}')
+        def show(text: str) -> None:
+            about = f'{title}: {text}'
+            bar.update(task, total=clock.steps, completed=clock.done, description=about)
 
-        yield told
+        yield show
 
 
-def _lines(title: str, clock: Clock) -> Told:
-    """Print a line every `EVERY` seconds."""
-    printed = clock.began
+@contextmanager
+def _lines(title: str, clock: Clock) -> Iterator[Callable[[str], None]]:
+    """A line every `EVERY` seconds, however long a step takes."""
+    said, over = deque([title], maxlen=1), Event()
 
-    def told(text: str, steps: int = 1) -> None:
-        nonlocal printed
-        clock.step(steps)
-        if clock.last - printed >= EVERY:
-            printed = clock.last
-            print(f'{title}: {text} ({clock})', file=sys.stderr, flush=True)
+    def lines() -> None:
+        while not over.wait(EVERY):
+            with suppress(OSError, ValueError):  # nobody reads any more
+                print(f'{said[-1]} ({clock})', file=sys.stderr, flush=True)
 
-    return told
+    thread = Thread(target=lines, daemon=True)
+    thread.start()
+    try:
+        yield lambda text: said.append(f'{title}: {text}')
+    finally:
+        over.set()
+        thread.join()

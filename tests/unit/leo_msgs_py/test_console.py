@@ -4,6 +4,8 @@
 import io
 
 from leo_msgs_py.console import Table, Terminal
+from leo_msgs_py.progress import progress
+from leo_msgs_py.terminal import visible_output
 
 NAMES = ('command_delay', 'load_dependent_friction:shoulder_lift')
 
@@ -20,3 +22,15 @@ def test_names_are_never_cut_at_80_columns():
     assert '…' not in text.getvalue() and max(map(len, lines)) <= 80
     first = ''.join(line.split('│')[1].strip() for line in lines if line.startswith('│'))
     assert all(name in first for name in NAMES)
+
+
+def test_a_bar_draws_itself_and_no_name_in_it_is_obeyed(monkeypatch):
+    text = io.StringIO()
+    text.isatty = lambda: True
+    monkeypatch.setattr('sys.stderr', text)
+    monkeypatch.setenv('TERM', 'xterm')
+    with visible_output(), progress('explaining', 2) as told:
+        told('drag\x1b[2J')
+    shown = text.getvalue()
+    assert '\x1b[2K' in shown and r'\x1b[2K' not in shown
+    assert 'explaining: drag' in shown and 'drag\x1b[2J' not in shown

@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The time left is never less than the step takes that is being done; piped, lines come."""
 
+import time
+
+from tests.patience import PATIENCE
+
 from leo_msgs_py import progress
-from leo_msgs_py.progress import Clock
+from leo_msgs_py.progress import Clock, Told
 
 
 class Time:
@@ -14,26 +18,26 @@ class Time:
 
 
 def clock_after(steps, pace, done):
-    time = Time()
-    clock = Clock(steps, time)
+    at = Time()
+    clock = Clock(steps, at)
     for _ in range(done):
-        time.at += pace
+        at.at += pace
         clock.step()
-    return time, clock
+    return at, clock
 
 
 def test_the_time_left_follows_the_pace():
     _, clock = clock_after(10, 2.0, 4)
     assert clock.left == 12.0
-    assert str(clock) == '8 s, about 12 s left'
+    assert str(clock) == '4 of about 10 steps in 8 s, about 12 s left'
 
 
 def test_a_last_step_that_takes_minutes_has_not_one_second_left():
-    time, clock = clock_after(10, 1.0, 9)
+    at, clock = clock_after(10, 1.0, 9)
     assert clock.left == 1.0
-    time.at += 240.0
+    at.at += 240.0
     assert clock.left == 240.0
-    assert str(clock) == '4 min, about 4 min left'
+    assert str(clock) == '9 of about 10 steps in 4 min, about 4 min left'
 
 
 def test_more_steps_than_expected_and_few_say_nothing():
@@ -43,18 +47,49 @@ def test_more_steps_than_expected_and_few_say_nothing():
 
 
 def test_a_step_that_is_as_long_as_several_counts_as_them():
-    time, clock = clock_after(100, 2.0, 0)
+    at, clock = clock_after(100, 2.0, 0)
     for steps in (1, 2, 7):
-        time.at += 2.0 * steps
+        at.at += 2.0 * steps
         clock.step(steps)
     assert clock.left == 180.0
 
 
-def test_piped_a_line_comes_now_and_then(capsys, monkeypatch):
-    monkeypatch.setattr(progress, 'EVERY', 0.0)
+def test_no_more_time_is_left_than_there_is():
+    at = Time()
+    clock = Clock(100, at, within=30.0)
+    for _ in range(4):
+        at.at += 5.0
+        clock.step()
+    assert clock.left == 10.0
+
+
+def test_what_is_to_come_is_told_as_it_is_known():
+    clock, shown = Clock(None, Time()), []
+    told = Told(shown.append, clock)
+    assert Told.of(told) is told
+    told('noise')
+    assert (str(clock), clock.left) == ('0 s', None)
+    told.expect(20)
+    told('friction', 4)
+    assert shown == ['noise', 'friction'] and str(clock).startswith('5 of about 21 steps in ')
+
+
+def test_who_hears_words_alone_is_told_no_steps():
+    heard = []
+    told = Told.of(heard.append)
+    told.expect(3)
+    told('friction', 8)
+    assert heard == ['friction']
+
+
+def test_piped_lines_come_while_a_step_lasts(capsys, monkeypatch):
+    monkeypatch.setattr(progress, 'EVERY', 0.001)
+    lines, end = '', time.monotonic() + PATIENCE
     with progress.progress('explaining', 10) as told:
         told('friction')
-    assert capsys.readouterr().err.startswith('explaining: friction (')
+        while lines.count('explaining: friction (1 of about 10 steps in ') < 2:
+            assert time.monotonic() < end
+            lines += capsys.readouterr().err
 
 
 def test_piped_and_short_nothing_is_printed(capsys):

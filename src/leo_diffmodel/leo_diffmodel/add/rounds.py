@@ -49,6 +49,7 @@ def merged(found: Sequence[Explanation]) -> Explanation:
         sentence=' Then: '.join(each.sentence for each in found),
         effects=[row for each in found for row in each.effects],
         constants={path: c for each in found for path, c in each.constants.items()},
+        shown_for={joint: s for each in found for joint, s in each.shown_for.items()},
         next_run=last.next_run,
         next_command=last.next_command,
         errors=_errors(found),

@@ -32,6 +32,7 @@ from leo_diffmodel.explain.tell import rows
 from leo_diffmodel.explain.tell.next_run import next_run
 from leo_diffmodel.explain.tell.sentence import answer
 from leo_diffmodel.explain.unknown.answer import Unknown
+from leo_msgs_py.progress import Told
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -62,6 +63,8 @@ class Explanation:
         next_command: what to type for `next_run`; None where it is not typed, or not known.
         fit: how surely the last fit rests at the least loss (`estimate.fitted.Certificate`); None
             where nothing was fitted.
+        shown_for: by joint where named effects act, the angle, speed and load (each low, high and
+            unit) that they were seen at.
     """
 
     verdict: str
@@ -83,13 +86,14 @@ class Explanation:
     edit_test: dict | None = None
     next_command: str | None = None
     fit: dict | None = None
+    shown_for: dict[str, dict] = field(default_factory=dict)
 
     def to_json(self) -> dict:
         """The contents of explain.json."""
         names = (
             'verdict', 'sentence', 'effects', 'constants', 'hypotheses', 'not_testable',
             'next_run', 'errors', 'stability', 'settings', 'seconds', 'provenance', 'edit_test',
-            'next_command', 'fit',
+            'next_command', 'fit', 'shown_for',
         )  # fmt: skip
         told = self.unknown.to_json() if self.unknown else None
         return {name: getattr(self, name) for name in names} | {'unknown': told}
@@ -118,7 +122,8 @@ def explain(
             period of the data.
         settings: every number by which it is answered, by default those for this robot; they
             travel with the problem.
-        within: time for the search [s]; the best answer so far is given after it, and says so.
+        within: time for the answer [s]; it is then the best of what was tried and has come to
+            its end, and says what was not tried.
         keep: use what looks moved from outside, too; so is done where effects are of the user's
             own, which may do what a hand does.
 
@@ -126,7 +131,7 @@ def explain(
         UserError: a step that cannot be scored, or constants that recordings say of themselves
             and the robot does not have.
     """
-    began, everything = time.monotonic(), [*recordings, *hold_out]
+    began, everything, heard = time.monotonic(), [*recordings, *hold_out], Told.of(progress)
     settings = settings or settings_for(model.robot)
     model = with_known(model, everything)
     origin = provenance(everything, model)
@@ -149,10 +154,10 @@ def explain(
         return told(_untestable(model, reason, extra))
     step, everything = errors.step_seconds(recordings, step), [*recordings, *hold_out]
     facts = Facts.of(model.robot, recordings)
-    found = search(everything, model, posed, extra, progress, began + within,
-                   alike=facts.alike)  # fmt: skip
+    until = began + settings.numerics.fitted * within
+    found = search(everything, model, posed, extra, heard, until, facts.alike)
     findings = collect(everything, model, found, facts, step, own_constants(model, hold_out),
-                       progress)  # fmt: skip
+                       heard)  # fmt: skip
     return told(replace(_answer(findings, cut.notes), used=tuple(everything)))
 
 
@@ -192,6 +197,7 @@ def _answer(findings: Findings, left_out: Sequence[str]) -> Explanation:
         search=findings.search,
         fit=certificate.to_json() if certificate else None,
         unknown=findings.unknown,
+        shown_for=rows.shown_for(findings),
     )
 
 

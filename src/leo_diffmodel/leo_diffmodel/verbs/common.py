@@ -11,6 +11,7 @@ import os
 from pathlib import Path
 import shlex
 import sys
+import time
 from typing import TYPE_CHECKING
 
 from leo_diffmodel.bags.recording import read_bag, Recording
@@ -72,8 +73,9 @@ def add_span_arguments(arguments: argparse.ArgumentParser) -> None:
 def add_search_arguments(arguments: argparse.ArgumentParser) -> None:
     """How long to search, and whether to use what was moved from outside."""
     arguments.add_argument(
-        '--within', type=seconds, default=math.inf, metavar='60s',
-        help='answer within this time (s or min), with the best so far',
+        '--within', type=until, dest='until', default=math.inf, metavar='60s',
+        help='answer within this time (s or min; what starting takes is not counted), with the '
+        'best that has come to its end',
     )  # fmt: skip
     arguments.add_argument(
         '--keep', action='store_true', help='use what looks moved from outside, too'
@@ -93,6 +95,16 @@ def seconds(text: str) -> float:
     if not value > 0:
         raise argparse.ArgumentTypeError(f'{text!r} is no time; write 60s or 2min')
     return value
+
+
+def until(text: str) -> float:
+    """When a time from now on is over [s of `time.monotonic`]."""
+    return time.monotonic() + seconds(text)
+
+
+def left(arguments: argparse.Namespace) -> float:
+    """What is left of the time for an answer [s]."""
+    return arguments.until - time.monotonic()
 
 
 def read_bags(paths: Sequence[str], model: Model, topic_map: str | None) -> list[Recording]:
@@ -180,7 +192,8 @@ def next_command(
 ) -> str | None:
     """`leo next` for what an answer leaves open, to type it; None where nothing can be driven."""
     driven = any(a.strongest > 0 for a in answer.model.robot.actuators)
-    if answer.verdict not in NEGATIVE or not answer.next_run or not driven:
+    cut_short = answer.search is not None and not answer.search.complete
+    if answer.verdict not in NEGATIVE or not answer.next_run or not driven or cut_short:
         return None
     told = ['--explain', str(folder)] if folder and answer.search is not None else []
     return shlex.join([*shlex.split(same_bags('next', arguments)), *told])
@@ -194,12 +207,3 @@ def _span_words(arguments: argparse.Namespace) -> list[str]:
 def write_json(folder: Path, name: str, data: dict) -> Path:
     """Write a JSON file whole or not at all."""
     return write_whole(folder / name, json.dumps(data, indent=1, allow_nan=False) + '\n')
-
-
-def search_steps(model: Model) -> int:
-    """About how many candidates a search will try: two rounds, scans and fits."""
-    from leo_diffmodel.explain.problem.candidates import candidates
-    from leo_diffmodel.explain.settings import SETTINGS
-
-    numerics = SETTINGS.numerics
-    return 4 * (len(candidates(model)) + numerics.singles + numerics.pairs)

@@ -73,13 +73,13 @@ def main(argv: list[str]) -> int:
 
 def _explained(
     arguments: argparse.Namespace, model: Model, recordings: Sequence[Recording],
-    held: Sequence[Recording] = (), title: str = 'explaining',
+    held: Sequence[Recording] = (), title: str = 'explaining', share: float = 1.0,
 ) -> Explanation:
-    own = common.own_effects(arguments)
-    with common.progress(title, common.search_steps(model)) as heard:
+    own, within = common.own_effects(arguments), share * common.left(arguments)
+    with common.progress(title, within=within) as heard:
         return explain(
             recordings, model, held, own, heard, arguments.step,
-            within=arguments.within, keep=arguments.keep,
+            within=within, keep=arguments.keep,
         )  # fmt: skip
 
 
@@ -103,9 +103,10 @@ def _each(
 ) -> int:
     """Explain every bag by itself; a folder of each in DIR."""
     names = unique_names([r.path for r in recordings])
-    results = []
+    results: list[Explanation] = []
     for name, recording in zip(names, recordings, strict=True):
-        result = _explained(arguments, model, [recording], title=f'explaining {name}')
+        share = 1 / (len(names) - len(results))
+        result = _explained(arguments, model, [recording], (), f'explaining {name}', share)
         results.append(result)
         if folder and (inside := common.fresh_folder(str(folder / name))):
             arguments.bags = [str(recording.path)]

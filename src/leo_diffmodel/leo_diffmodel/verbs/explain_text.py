@@ -9,7 +9,7 @@ WIDTH, LINES = 100, 2
 CHANGE = re.compile(r'[;:] (?=(?:median )?held-out error )')
 NOTES = re.compile(r'(?:\(noise [^()]*\)|\d more states) \(')
 EFFECTS = re.compile(r'; (?=[A-Za-z_][\w.]*:\S+ \()')
-REST = re.compile(r'\. (?=\d+ % of |The rest )')
+REST = re.compile(r'\. (?=\d+ % of |The rest |Shown in )')
 
 
 def told(verdict: str, sentence: str) -> list[str]:

@@ -116,7 +116,7 @@ def _answer(
     from leo_diffmodel.explain.explanation import explain
 
     if arguments.explain is None:
-        with common.progress('explaining', common.search_steps(model)) as told:
+        with common.progress('explaining') as told:
             return explain(recordings, model, (), own, told).to_json()
     path = Path(arguments.explain)
     path = path / 'explain.json' if path.is_dir() else path

@@ -42,11 +42,11 @@ def main(argv: list[str]) -> int:
     model = common.load(arguments)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
-    with common.progress('repairing', common.search_steps(model)) as told:
+    with common.progress('repairing', within=common.left(arguments)) as told:
         before = compare(recordings, model, arguments.step)
         ask = partial(explain, recordings, hold_out=held, extra=own, progress=told,
                       step=arguments.step, keep=arguments.keep)  # fmt: skip
-        found = rounds(lambda m, left: ask(m, within=left), model, arguments.within)
+        found = rounds(lambda m, left: ask(m, within=left), model, common.left(arguments))
     found = [replace(each, next_command=common.next_command(arguments, None, each))
              for each in found]  # fmt: skip
     result = merged(found)

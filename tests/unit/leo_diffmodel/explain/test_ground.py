@@ -296,3 +296,11 @@ def test_a_parameter_on_its_bound_does_not_count_as_one_that_still_moves():
     fitted = SimpleNamespace(standard_errors=np.array([0.0, 0.5]))
     stand = Stand(None, fitted, SimpleNamespace(theta=np.array([3.0, -1.0])))
     assert contact._standard_errors_moved(stand) == 2.0
+
+
+def test_on_the_ground_too_an_answer_is_cut_short_and_says_so():
+    bag = recorded(place(LEO, 'coulomb_friction', 'left_knee', c=0.15), seconds=3.0)
+    found = explain([bag], Model(LEO, engine='rigid'), within=1e-3)
+    assert (found.verdict, found.effects, found.shown_for) == ('ambiguous', [], {})
+    assert found.sentence.startswith('Cut short') and 'the time was over' in found.sentence
+    assert not found.search.complete and len(found.search.untried) > 20

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.places import REAL_DATA
+from tests.searched import among
 from tests.simulate import bag, DT, record, TORQUE
 import yaml
 
@@ -422,8 +423,10 @@ def test_the_head_of_a_real_log_says_mass_and_length(tmp_path):
     assert with_known(Model('servo_pendulum'), [recording]).by_recording == {}
 
 
-def test_leo_explain_prints_the_constants_of_each_recording(tmp_path, capsys):
+def test_leo_explain_prints_the_constants_of_each_recording(tmp_path, capsys, monkeypatch):
     bags = [str(bag(tmp_path / r.name, r)) for r in runs(seconds=6.0)]
-    main(['explain', *bags, '--model', str(written(tmp_path, FILE)), '--within', '1s'])
+    file = str(written(tmp_path, FILE))
+    among(monkeypatch, load_model(file), 'viscous_friction')
+    main(['explain', *bags, '--model', file])
     said = capsys.readouterr().out
     assert f'{BOB}: 0.6' in said and 'in run_1, 1.' in said

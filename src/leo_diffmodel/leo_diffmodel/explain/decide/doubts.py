@@ -58,9 +58,18 @@ def doubts(findings: Findings) -> list[str]:
         told.append(f'{findings.refuted} has a smaller held-out error')
     certificate = findings.final.certificate
     if certificate and not certificate.converged:
-        told.append(f'{certificate.starts} starts of the fit end at different values')
-    complete = findings.search.complete
-    return told if complete else [*told, 'the time was over: the best answer so far']
+        told.append(f'{certificate.starts} starts of the fit end at different values'
+                    if certificate.starts > 1 else 'the fit has not come to its end')  # fmt: skip
+    return [*told, *_untried(findings)]
+
+
+def _untried(findings: Findings) -> Iterator[str]:
+    """What there was no time for."""
+    untried, most = findings.search.untried, findings.numerics.listed
+    more = len(untried) - most
+    if untried:
+        listed = ', '.join(untried[:most]) + (f' and {more} more' if more > 0 else '')
+        yield f'the time was over; not tried: {listed}'
 
 
 def _on_limits(findings: Findings) -> Iterator[str]:

@@ -58,13 +58,14 @@ def decision(findings: Findings) -> Decision:
     """The verdict, and what speaks against it."""
     named = tuple(_named(findings, part) for part in findings.effects)
     doubtful, more = doubts(findings), beside(findings)
-    verdict = decide(named, findings.rest, bool(findings.unknown), doubtful, bool(more))
+    verdict = decide(named, findings.rest, bool(findings.unknown), doubtful, bool(more),
+                     cut_short=not findings.search.complete)  # fmt: skip
     pair = pair_note((part.candidate for part in findings.effects), findings.facts)
     return Decision(verdict, named, tuple(doubtful), tuple(filter(None, [more, pair])))
 
 
 def decide(named: Sequence[Named], rest: Rest, unknown: bool, doubts: Sequence[str] = (),
-           more: bool = False) -> str:
+           more: bool = False, cut_short: bool = False) -> str:
     """fine, named, partly, ambiguous or unknown.
 
     Args:
@@ -73,7 +74,10 @@ def decide(named: Sequence[Named], rest: Rest, unknown: bool, doubts: Sequence[s
         unknown: one law that is no known effect explains more, or somebody moved the robot.
         doubts: what keeps the whole answer from being sure.
         more: other effects are chosen beside these too often for these to be all.
+        cut_short: not all was tried, so that nothing is known of what is left.
     """
+    if cut_short:
+        return 'ambiguous'
     if unknown or (rest.matters and not any(n.sure for n in named)):
         return 'unknown'
     if not named:

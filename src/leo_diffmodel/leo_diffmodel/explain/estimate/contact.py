@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
+from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress, STEPS
 from leo_diffmodel.explain.estimate.far_ahead import FarAhead
 from leo_diffmodel.explain.estimate.fit import fit, looked_at, moved, settled_as, Step
 from leo_diffmodel.explain.estimate.fitted import Certificate, Fit
@@ -53,12 +53,14 @@ class Contact(FarAhead):
         """Scan all candidates; the most promising are knocked out one after the other."""
         posed, null, _ = converged(base.posed, base.fit)
         scanner = GroundScanner(posed.problem, null, self.scales)
-        scanner.trace(pool, lambda c: told(c.label))
-        scans = sorted((scanner.scan(c) for c in pool), key=lambda s: -s.gain)
+        traced = scanner.trace(pool, lambda c: told(c.label, STEPS.scan))
+        scans = sorted(map(scanner.scan, traced), key=lambda s: -s.gain)
         limit = threshold(scans, posed.problem.settings)
         null, last = successive_halving(posed, null, scans, limit, told)
         larger = tuple(Estimate(at.posed, at.fit) for at in last)
-        return Extension(Estimate(posed, null), larger, tuple(scans), limit)
+        untried = [] if last else [(s.candidate,) for s in scans]
+        untried += [(c,) for c in pool if c not in traced]
+        return Extension(Estimate(posed, null), larger, tuple(scans), limit, tuple(untried))
 
     def refitted(
         self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
@@ -84,20 +86,25 @@ def successive_halving(
 
     A fit is expensive here. Each candidate has its own contacts from the first step on; those of
     the model without it favour small effects. Those ahead after a step in some windows go on;
-    the last are fitted in all.
+    the last are fitted in all. None where the time is over.
     """
+    if posed.problem.late() or not scans:
+        return null, []
     numerics, train = posed.problem.numerics, np.flatnonzero(posed.problem.train)
     least = numerics.ground_worth * limit
     worth = [s for s in scans[: numerics.contenders] if s.gain > least] or scans[:1]
     count = min(numerics.ground_windows, len(train))
     some = train[np.linspace(0, len(train) - 1, count).astype(int)]
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
+    if posed.problem.late():
+        return null, []
     first = finalists(null, [replace(s, theta=at.fit.theta) for s, at in field], scans)
     last = _each(_linearised, posed, [_with(null, s) for s in first])
     promised = nats * len(train) / count
     more = numerics.worth_more * limit
     if promised > numerics.worth_all * limit and _gained(null, last) > more:
         last = _each(converged, posed, [at.fit for at in last])
+        progress('the last contenders', STEPS.fit * len(last))
         near, others = _imitating(min(last, key=_loss), scans)
         first, last = [*first, *near], [*last, *others]
     null = _from_others(null, last)
@@ -112,9 +119,9 @@ def _played(
     field, numerics = list(zip(scans, stands, strict=True)), posed.problem.numerics
     for left, behind in numerics.halving:
         field, rising = _further(null, field, left, behind)
-        progress(field[0][0].candidate.label)
+        progress(field[0][0].candidate.label, STEPS.look * len(field))
     for _ in range(numerics.late_steps):
-        if not rising:
+        if not rising or posed.problem.late():
             break
         field, rising = _further(null, field, *numerics.halving[-1])
     field = field[: numerics.halving[-1][0]]
@@ -238,12 +245,15 @@ def _advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
 def converged(posed: Posed, best: Fit) -> Stand:
     """A hypothesis fitted with its windows linearised anew at every step."""
     first = at = _linearised(posed, best, finer=True)
-    numerics = posed.problem.numerics
+    gained, numerics = 0.0, posed.problem.numerics
     for _ in range(numerics.ground_iterations if best.hypothesis.size else 0):
+        if posed.problem.late():
+            break
         at, gained = _advanced(at, finer=True)
         if gained < numerics.ground_gain_nats:
             break
-    return at if at is first else _linearised(at.posed, at.fit, finer=True)
+    at = at if at is first else _linearised(at.posed, at.fit, finer=True)
+    return at._replace(fit=replace(at.fit, ended=gained < numerics.ground_gain_nats))
 
 
 def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
@@ -257,6 +267,8 @@ def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
     problem, numerics = posed.problem, posed.problem.numerics
     at = _linearised(posed, best, finer=True, anew=True)
     for _ in range(numerics.last_steps):
+        if problem.late():
+            break
         farthest = _standard_errors_moved(at)
         if farthest < numerics.last_errors:
             break

@@ -16,7 +16,24 @@ from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
-Progress = Callable[[str], None]
+Progress = Callable[..., None]
+"""Hears what was done, and how many steps that were."""
+
+
+class Steps(NamedTuple):
+    """What each trial costs, by and large, beside the scan of a candidate."""
+
+    scan: int = 1
+    look: int = 4
+    fit: int = 8
+    end: int = 64
+
+    def round(self, pool: int, fits: int) -> int:
+        """All candidates scanned, so many looked at, the better half of them fitted."""
+        return self.scan * pool + self.look * fits + self.fit * ((fits + 1) // 2)
+
+
+STEPS = Steps()
 
 
 class Estimate(NamedTuple):
@@ -45,12 +62,14 @@ class Extension:
         larger: the hypotheses that were fitted.
         scans: what the scan promised of each candidate, most first.
         threshold: gain that noise alone can give [nats].
+        untried: effects and pairs that there was no time to fit.
     """
 
     base: Estimate
     larger: tuple[Estimate, ...]
     scans: tuple[Scan, ...]
     threshold: float
+    untried: tuple[tuple[Candidate, ...], ...] = ()
 
 
 class Estimator(Protocol):

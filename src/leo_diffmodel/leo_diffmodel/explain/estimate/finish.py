@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import takewhile
 
 import numpy as np
 
@@ -36,7 +37,7 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     best = _profiled(problem, fit(problem, hypothesis, fitted.theta, fitted.start, thorough=True))
     ends = [best]
     for theta in (*starts, None, None):
-        if _reached(problem, ends, best) > 1:
+        if _reached(problem, ends, best) > 1 or problem.late():
             break
         begin = _aside(best, len(ends)) if theta is None else theta
         other = fit(problem, hypothesis, begin, thorough=True)
@@ -45,7 +46,8 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
         ends.append(other)
         best = min(ends, key=partial(_loss, problem))
     reached = _reached(problem, ends, best)
-    return replace(best, certificate=Certificate(best.decrement, len(ends), reached, reached > 1))
+    converged = reached > 1 and best.ended
+    return replace(best, certificate=Certificate(best.decrement, len(ends), reached, converged))
 
 
 def _reached(problem: Problem, ends: Sequence[Fit], best: Fit) -> int:
@@ -68,9 +70,12 @@ def _aside(fitted: Fit, number: int) -> Array:
 def _profiled(problem: Problem, fitted: Fit) -> Fit:
     """The fit from the best value of a profile on, as long as one is better than its end."""
     for _ in range(problem.numerics.profiles):
+        if problem.late():
+            break
         least, begin = _loss(problem, fitted) - _tolerance(problem, fitted), None
         told = replace(problem, typical=fitted.typical)
-        for theta in _profile(fitted, problem.numerics.profile):
+        values = _profile(fitted, problem.numerics.profile)
+        for theta in takewhile(lambda _: not problem.late(), values):
             settled = settle(told, fitted.hypothesis, theta, (fitted.start,))
             loss = float(settled.loss[problem.train].sum())
             if loss < least:

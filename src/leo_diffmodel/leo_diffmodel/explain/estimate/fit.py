@@ -44,16 +44,19 @@ def fit(
     """
     theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
     at = _point(problem, hypothesis, theta, _settled(problem, hypothesis, theta, start))
-    damping, settled = problem.numerics.damping, True
+    damping, settled, ended = problem.numerics.damping, True, not hypothesis.size
     most = problem.numerics.iterations if iterations is None else iterations
     for _ in range(most if hypothesis.size else 0):
+        if problem.late():
+            break
         there, damping = _advanced(problem, at, damping, thorough)
-        if there is None and settled:
+        ended = there is None and settled
+        if ended:
             break
         settled = there is None
         at = there or _point(problem, hypothesis, at.theta,
                              _settled(problem, hypothesis, at.theta, at.start), at.errors)
-    return _read_off(problem, at)
+    return replace(_read_off(problem, at), ended=ended)
 
 
 def read_at(problem: Problem, fitted: Fit) -> Fit:

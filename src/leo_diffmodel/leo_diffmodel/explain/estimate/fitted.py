@@ -50,6 +50,7 @@ class Fit:
         decrement: what a full Gauss-Newton step still promises to save [nats].
         typical: size of what it is off by in most windows [noise], (1, 2J), see `shooting.loss`.
         certificate: of one that was brought to its end.
+        ended: no step promised anything more; False where the iterations or the time were over.
     """
 
     hypothesis: Hypothesis
@@ -62,6 +63,7 @@ class Fit:
     decrement: float = 0.0
     typical: Array | None = None
     certificate: Certificate | None = None
+    ended: bool = True
 
     def take(self, index: Array) -> Fit:
         """The fit as it is on some of its windows."""

@@ -59,11 +59,17 @@ class GroundScanner(Scanner):
 
     def trace(
         self, candidates: Sequence[Candidate], told: Callable[[Candidate], None] = lambda _: None
-    ) -> None:
-        """Find out what those candidates do that no earlier round has tried."""
+    ) -> list[Candidate]:
+        """Find out what those candidates do that no earlier round has tried.
+
+        Returns:
+            those of which it is known: the others there was no time for.
+        """
         new, bare = [c for c in candidates if c not in self._kept], copy(self)
         bare._kept = {}  # too much to be sent along
-        self._kept.update(zip(new, helper.spread(bare._trace, new, told), strict=True))
+        found = helper.spread_until(self._problem.until, bare._trace, new, told)
+        self._kept |= {new[i]: trace for i, trace in found.items()}
+        return [c for c in candidates if c in self._kept]
 
     def scan(self, candidate: Candidate) -> Scan:
         """The best amplitudes: by least squares where the law is linear, else of a grid."""

@@ -6,12 +6,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
+from itertools import takewhile
 import multiprocessing
 import os
+import time
 from typing import Any, NamedTuple, TypeVar
 
 from joblib import cpu_count
 from joblib.externals.loky import ProcessPoolExecutor
+import numpy as np
 
 from leo_sim.model.window_shares import alone
 
@@ -45,10 +48,25 @@ def spread(
         items: its arguments.
         told: called with each item that is done.
     """
+    results = spread_until(np.inf, function, items, told)
+    return [results[number] for number in range(len(items))]
+
+
+def spread_until(
+    until: float,
+    function: Callable[[Item], Result],
+    items: Sequence[Item],
+    told: Callable[[Item], None] = lambda _: None,
+) -> dict[int, Result]:
+    """As `spread`, by number of the item; none is begun after a time [s of `time.monotonic`]."""
     results: dict[int, Result] = {}
     waiting, lent = list(range(len(items))), None
     while waiting or lent:
-        lent = lent or _lend(function, items, waiting)
+        if time.monotonic() > until:
+            waiting.clear()
+            if not lent:
+                break
+        lent = lent or _lend(until, function, items, waiting)
         if lent and (lent.answer.done() or not waiting):
             found, lent = _received(lent, function, items), None
         else:
@@ -58,7 +76,7 @@ def spread(
         for number in found:
             told(items[number])
         results |= found
-    return [results[number] for number in range(len(items))]
+    return dict(sorted(results.items()))
 
 
 class _Lent(NamedTuple):
@@ -68,14 +86,15 @@ class _Lent(NamedTuple):
     answer: Future
 
 
-def _lend(function: Callable[[Item], Any], items: Sequence[Item], waiting: list[int]
-          ) -> _Lent | None:
+def _lend(
+    until: float, function: Callable[[Item], Any], items: Sequence[Item], waiting: list[int]
+) -> _Lent | None:
     """Every third of what waits: so both come to the end at about the same time."""
     if len(waiting) < 2 or not _started or not _started[0].done():
         return None
     numbers = waiting[1::3]
     del waiting[1::3]
-    return _Lent(numbers, _submit(_each, function, [items[number] for number in numbers]))
+    return _Lent(numbers, _submit(_each, until, function, [items[number] for number in numbers]))
 
 
 def _received(lent: _Lent, function: Callable[[Item], Any], items: Sequence[Item]
@@ -85,8 +104,8 @@ def _received(lent: _Lent, function: Callable[[Item], Any], items: Sequence[Item
     except BrokenProcessPool:  # it was killed, for memory perhaps
         _started.clear()
         _pools.clear()
-        found = _each(function, [items[number] for number in lent.numbers])
-    return dict(zip(lent.numbers, found, strict=True))
+        found = _each(np.inf, function, [items[number] for number in lent.numbers])
+    return dict(zip(lent.numbers, found, strict=False))
 
 
 def _submit(function: Callable[..., Any], *arguments: Any) -> Future:
@@ -105,5 +124,8 @@ def _ready(_first: Callable[..., Any]) -> None:
     os.environ['OMP_NUM_THREADS'] = '1'
 
 
-def _each(function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
-    return [function(item) for item in items]
+def _each(
+    until: float, function: Callable[[Item], Result], items: Sequence[Item]
+) -> list[Result]:
+    """Of the first items, as many as there is time for; the clock is that of all processes."""
+    return [function(item) for item in takewhile(lambda _: time.monotonic() < until, items)]

@@ -3,14 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+import time
 
 import numpy as np
 
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress
+from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress, STEPS
 from leo_diffmodel.explain.estimate.far_ahead import FarAhead
 from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
@@ -21,6 +22,7 @@ from leo_diffmodel.explain.estimate.threshold import threshold
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.settings import Numerics
 
 Array = np.ndarray
 Point = tuple[tuple[Candidate, ...], Array]
@@ -41,37 +43,21 @@ class Smooth(FarAhead):
         self, base: Estimate, pool: Sequence[Candidate], told: Progress, few: bool = False
     ) -> Extension:
         """Scan all, and refit the best alone and in pairs; see `Estimator`."""
-        numerics = base.problem.numerics
+        problem, numerics = base.problem, base.problem.numerics
         pairs = numerics.pairs if base.names else numerics.first_pairs
-        larger, scans, limit = self._larger(base, pool, 0 if few else pairs, told)
-        return Extension(base, tuple(larger), tuple(scans), limit)
-
-    def _larger(
-        self, base: Estimate, pool: Sequence[Candidate], pairs: int, told: Progress
-    ) -> tuple[list[Estimate], list[Scan], float]:
-        """Fits with one and with two more effects, the scans they come from, and the threshold."""
-        null, problem, numerics = base.fit, base.problem, base.problem.numerics
-        scanner = Scanner(problem, null, self.scales)
-        scans = helper.spread(scanner.scan, pool, lambda c: told(c.label))
-        scans = [replace(s, candidate=c) for s, c in zip(scans, pool, strict=True)]
+        scanner = Scanner(problem, base.fit, self.scales)
+        found = helper.spread_until(problem.until, scanner.scan, pool,
+                                    lambda c: told(c.label, STEPS.scan))  # fmt: skip
+        scans = [replace(s, candidate=pool[i]) for i, s in found.items()]
         scans.sort(key=lambda s: -s.gain)
         limit = threshold(scans, problem.settings)
-        worth = [s for s in scans[: numerics.singles]
-                 if s.gain > numerics.worth * limit] or scans[:1]  # fmt: skip
-        wholes = numerics.wholes
-        points: list[Point] = [((s.candidate,), v) for s in worth
-                               for v in (s.own, *s.others)[:wholes]]  # fmt: skip
-        leaders = leading(scans, scanner.residual, numerics)
-        points += best_pairs(leaders, scanner.residual, pairs, limit,
+        points = _singles(scans, limit, numerics)
+        leaders = leading(scans, scanner.residual, numerics) if scans else []
+        points += best_pairs(leaders, scanner.residual, 0 if few else pairs, limit,
                              problem.settings)  # fmt: skip
-        fits = helper.spread(partial(_looked_at, problem, null), points,
-                             lambda p: told(' + '.join(c.label for c in p[0])))  # fmt: skip
-        further = _leading(problem, fits)
-        better = helper.spread(partial(_followed, problem), [fits[i] for i in further])
-        for i, fitted in zip(further, better, strict=True):
-            fits[i] = fitted
-        named = [_named(f, null, p[0]) for f, p in zip(fits, points, strict=True)]
-        return [Estimate(base.posed, f) for f in named], scans, limit
+        larger, untried = _fitted(base, points, told)
+        untried += [(c,) for i, c in enumerate(pool) if i not in found]
+        return Extension(base, tuple(larger), tuple(scans), limit, tuple(untried))
 
     def refitted(self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
                  ) -> Estimate:
@@ -81,6 +67,37 @@ class Smooth(FarAhead):
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
         """The least loss that several starts lead to; see `Estimator`."""
         return Estimate(at.posed, finished(at.problem, at.fit, starts))
+
+
+def _singles(scans: Sequence[Scan], limit: float, numerics: Numerics) -> list[Point]:
+    """The most promising effects, each with the values from which it is fitted."""
+    least = numerics.worth * limit
+    worth = [s for s in scans[: numerics.singles] if s.gain > least] or scans[:1]
+    return [((s.candidate,), v) for s in worth for v in (s.own, *s.others)[: numerics.wholes]]
+
+
+def _fitted(
+    base: Estimate, points: Sequence[Point], told: Progress
+) -> tuple[list[Estimate], list[tuple[Candidate, ...]]]:
+    """A look from each point, the better half followed on, and what there was no time to look at.
+
+    Where the time is limited half of what is left is for the looks.
+    """
+    null, problem = base.fit, base.problem
+    half = 0.5 * (time.monotonic() + problem.until)
+    fits = helper.spread_until(half, partial(_looked_at, problem, null), points,
+                               lambda p: told(_label(p[0]), STEPS.look))  # fmt: skip
+    further = _leading(problem, fits)
+    better = helper.spread_until(
+        problem.until, partial(_followed, problem), [fits[i] for i in further],
+        lambda f: told(_label(f.hypothesis.candidates), STEPS.fit))  # fmt: skip
+    fits |= {further[i]: fitted for i, fitted in better.items()}
+    named = [Estimate(base.posed, _named(f, null, points[i][0])) for i, f in fits.items()]
+    return named, [p[0] for i, p in enumerate(points) if i not in fits]
+
+
+def _label(candidates: Sequence[Candidate]) -> str:
+    return ' + '.join(c.label for c in candidates)
 
 
 def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:
@@ -97,11 +114,11 @@ def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:
                problem.numerics.neutral_look)  # fmt: skip
 
 
-def _leading(problem: Problem, fits: Sequence[Fit]) -> list[int]:
+def _leading(problem: Problem, fits: Mapping[int, Fit]) -> list[int]:
     """The better half of the fits, of those with one effect more and of those with two."""
-    loss = [float(f.loss[problem.train].sum()) for f in fits]
-    sizes = [len(f.hypothesis.candidates) for f in fits]
-    kinds = [[i for i, s in enumerate(sizes) if s == size] for size in sorted(set(sizes))]
+    loss = {i: float(f.loss[problem.train].sum()) for i, f in fits.items()}
+    sizes = {i: len(f.hypothesis.candidates) for i, f in fits.items()}
+    kinds = [[i for i, s in sizes.items() if s == size] for size in sorted({*sizes.values()})]
     return [i for kind in kinds
             for i in sorted(kind, key=loss.__getitem__)[: (len(kind) + 1) // 2]]  # fmt: skip
 

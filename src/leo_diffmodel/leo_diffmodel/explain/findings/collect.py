@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
+from leo_diffmodel.explain.estimate.estimator import Progress, STEPS
 from leo_diffmodel.explain.estimate.loss import rest_of
 from leo_diffmodel.explain.estimate.own_constants import completed
 from leo_diffmodel.explain.findings import parts, tables
@@ -16,6 +17,7 @@ from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.findings.own_values import own_values
 from leo_diffmodel.explain.findings.refuted import refuted
+from leo_diffmodel.explain.findings.shown import shown_for
 from leo_diffmodel.explain.findings.windows import validation_windows
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
@@ -33,7 +35,7 @@ def collect(
     facts: Facts,
     step: float,
     own: Sequence[Constant] = (),
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Progress = lambda *_: None,
 ) -> Findings:
     """Look for a law that is no known effect, and judge each chosen effect beside the others.
 
@@ -48,14 +50,26 @@ def collect(
     """
     null, final = (completed(found.problem, f, own) for f in (found.null, found.final))
     found = replace(found, null=null, final=final)
-    progress('what no known effect explains')
-    law = find(recordings, found) if found.complete else None
-    found = beside(found, law) if law else found
+    progress('what no known effect explains', STEPS.end // 2)
+    found, law = _with_law(recordings, found)
     windows = validation_windows(recordings, found, model)
     held = HeldOut(found.problem, model, windows, tuple(own))
     held = held.undisturbed((law and law.attempt.fit) or found.final)
     unknown = _told(recordings, law, held) if law else None
     return _judged(found, held, facts, step, tuple(r.name for r in recordings), unknown)
+
+
+def _with_law(recordings: Sequence[Recording], found: Search) -> tuple[Search, Found | None]:
+    """The search beside the law that is no known effect, and that law; None where there is none.
+
+    A search that was cut short, or that leaves no time for it, knows none.
+    """
+    if not found.complete:
+        return found, None
+    law = None if found.problem.late() else find(recordings, found)
+    if found.problem.late():
+        return replace(found, untried=('a law that is no known effect',)), None
+    return (beside(found, law), law) if law else (found, None)
 
 
 def _told(recordings: Sequence[Recording], law: Found, held: HeldOut) -> Unknown:
@@ -99,4 +113,7 @@ def _judged(
         refuted=refuted(found, held, facts),
         rest=rest_of(problem, found.null, found.final),
         unknown=unknown,
+        bags=bags,
+        shown=shown_for(problem.windows, held.model(found.final),
+                        found.final.hypothesis.candidates, facts),
     )

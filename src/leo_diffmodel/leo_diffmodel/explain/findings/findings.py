@@ -44,6 +44,30 @@ class Own(NamedTuple):
     half: float
 
 
+class Range(NamedTuple):
+    """From the least to the most of what was there."""
+
+    low: float
+    high: float
+    unit: str
+
+
+class Shown(NamedTuple):
+    """Where a joint was in the data that show an answer.
+
+    Attributes:
+        joint: its name.
+        angle: of a slide the position.
+        speed: forwards above 0.
+        load: size of the torque through the gear, of a slide the force.
+    """
+
+    joint: str
+    angle: Range
+    speed: Range
+    load: Range
+
+
 @dataclass(frozen=True)
 class Part:
     """One effect of a fitted hypothesis, beside the hypothesis without it.
@@ -116,6 +140,8 @@ class Findings:
             none.
         rest: what the chosen effects leave.
         unknown: the law that is missing and no known effect; None where there is none.
+        bags: names of the recordings.
+        shown: where the joints were at which the chosen effects act.
     """
 
     search: Search
@@ -135,6 +161,8 @@ class Findings:
     refuted: str
     rest: Rest
     unknown: Unknown | None
+    bags: tuple[str, ...]
+    shown: tuple[Shown, ...]
 
     @property
     def gates(self) -> Gates:

@@ -39,6 +39,11 @@ class Posed:
     longer: Problem | None
     blocks: Blocks
 
+    def before(self, until: float) -> Posed:
+        """The problem whose fits end then at the latest [s of `time.monotonic`]."""
+        longer = self.longer and replace(self.longer, until=until)
+        return replace(self, problem=replace(self.problem, until=until), longer=longer)
+
     def take(self, index: Array) -> Posed:
         """The problem on some of its short windows."""
         return replace(self, problem=self.problem.take(index))

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+import time
 
 import numpy as np
 
@@ -36,6 +37,7 @@ class Problem:
         typical: size of what a hypothesis is off by in most windows [noise], (1, 2J), see
             `shooting.loss`; None before one was fitted.
         rough_step: integration step with which sensitivities are found [s]; None is the model's.
+        until: when its fits end wherever they are [s of `time.monotonic`].
     """
 
     base: Model
@@ -49,6 +51,11 @@ class Problem:
     telling: Array | None = None
     typical: Array | None = None
     rough_step: float | None = None
+    until: float = np.inf
+
+    def late(self) -> bool:
+        """Whether the time is over."""
+        return time.monotonic() > self.until
 
     @property
     def gates(self) -> Gates:

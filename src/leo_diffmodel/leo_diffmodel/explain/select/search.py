@@ -6,12 +6,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from operator import eq
+import time
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.contact import Contact
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress
+from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress, STEPS
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import scales_of, Scan
 from leo_diffmodel.explain.estimate.smooth import Smooth
@@ -24,6 +25,7 @@ from leo_diffmodel.explain.select import sets as choice
 from leo_diffmodel.explain.select.evidence import Scored, Weight
 from leo_diffmodel.explain.select.sets import Names, Sets
 from leo_diffmodel.explain.select.stable import Alike, narrowed
+from leo_msgs_py.progress import Told
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -44,7 +46,7 @@ class Search:
         threshold: gain that noise alone can give an effect [nats].
         weight: what a nat counts.
         turns: what is chosen where folds are left out of the choice, one set for each draw.
-        complete: False where the time was over before the search was.
+        untried: what there was no time for, in words.
     """
 
     null: Fit
@@ -56,7 +58,12 @@ class Search:
     threshold: float
     weight: Weight
     turns: tuple[Names, ...]
-    complete: bool = True
+    untried: tuple[str, ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        """False where the time was over before the search was."""
+        return not self.untried
 
     @property
     def problem(self) -> Problem:
@@ -81,7 +88,7 @@ def search(
     model: Model,
     posed: Posed,
     extra: Sequence[Effect] = (),
-    told: Progress = lambda _: None,
+    told: Progress = lambda *_: None,
     until: float = np.inf,
     alike: Alike = eq,
 ) -> Search:
@@ -93,21 +100,31 @@ def search(
         posed: the problem made of them, with its settings.
         extra: a user's own effects.
         told: hears what is being tried.
-        until: when to stop with the best so far [s of `time.monotonic`].
+        until: when the last fit is to be over, with the best so far [s of `time.monotonic`].
         alike: whether two effects are one, or the same thing in the data.
     """
-    fits, settings = estimator(posed, model), posed.problem.settings
+    began, settings = time.monotonic(), posed.problem.settings
+    longest = settings.numerics.last_longest
+    posed = posed.before(longest * began + (1 - longest) * until)
+    fits = estimator(posed, model)
     pool = [limited(c, model, settings.grids) for c in candidates(model, extra)]
-    found = Sets(fits, pool, settings, told, until)
-    constants = uncertain(model, posed.problem.trained)
-    best = choice.search(found, fits.first(Hypothesis(constants=constants)))
-    best = choice.canonical(found, choice.long_horizon_tie_break(found, best))
+    first = fits.first(Hypothesis(constants=uncertain(model, posed.problem.trained)))
+    enough = until - settings.numerics.last_times * (time.monotonic() - began)
+    first = first._replace(posed=first.posed.before(max(enough, posed.problem.until)))
+    found = Sets(fits, pool, settings, Told.of(told), first.problem.until)
+    best = choice.search(found, first)
+    late = found.late
+    best = choice.canonical(found, best if late else choice.long_horizon_tie_break(found, best))
     turns = tuple(s.names for s in choice.turns(found))
-    best = narrowed(found, best, turns, alike)
+    best = best if late else narrowed(found, best, turns, alike)
     empty = found.known[frozenset()]
-    told('the last fit')
     scans = found.extensions[frozenset()].scans
-    final = _largest_first(fits, fits.finished(best.at, _starts(best.fit, scans)))
+    at = _finished(fits, best, scans, until)
+    if late and not (at.fit.certificate and at.fit.certificate.converged):
+        best = choice.best_ended(found)
+        at = _finished(fits, best, scans, until)
+    final = _largest_first(fits, at)
+    told('the last fit', STEPS.end // 2)
     return Search(
         null=empty.fit,
         final=final.fit,
@@ -118,8 +135,13 @@ def search(
         threshold=found.threshold,
         weight=found.weight,
         turns=turns,
-        complete=not found.late,
+        untried=(*found.untried, *(['longer windows'] if late else [])),
     )
+
+
+def _finished(fits: Estimator, best: Scored, scans: Sequence[Scan], until: float) -> Estimate:
+    at = best.at._replace(posed=best.at.posed.before(until))
+    return fits.finished(at, _starts(best.fit, scans))
 
 
 def _starts(fitted: Fit, scans: Sequence[Scan]) -> list[Array]:

@@ -9,11 +9,12 @@ import time
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, Progress
+from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
+from leo_msgs_py.progress import Told
 from leo_sim.effects import Parameter
 
 Array = np.ndarray
@@ -33,16 +34,21 @@ class Sets:
         known: the fitted sets by their effects.
         extensions: what was tried on top of which set.
         carried: which set was fitted from the values of which larger one.
+        front: sets whose extensions there was no time for.
     """
 
     estimator: Estimator
     pool: Sequence[Candidate]
     settings: Settings
-    told: Progress
+    told: Told
     until: float = np.inf
     known: dict[Names, Scored] = field(default_factory=dict)
     extensions: dict[Names, Extension] = field(default_factory=dict)
     carried: set[tuple[Names, Names]] = field(default_factory=set)
+    front: tuple[Names, ...] = ()
+
+    def __post_init__(self) -> None:
+        self.told = Told.of(self.told)
 
     @property
     def weight(self) -> Weight:
@@ -53,6 +59,13 @@ class Sets:
     def late(self) -> bool:
         """Whether the time is over."""
         return time.monotonic() > self.until
+
+    @property
+    def untried(self) -> tuple[str, ...]:
+        """What there was no time for, in words."""
+        begun = [_label([*names, *added])
+                 for names, e in self.extensions.items() for added in e.untried]  # fmt: skip
+        return (*begun, *(f'more beside {_label(names)}' for names in self.front))
 
     @property
     def threshold(self) -> float:
@@ -89,11 +102,27 @@ class Sets:
         self.extensions[names] = found
         self.add([found.base, *found.larger])
 
+    def expect(self, front: Sequence[Names]) -> None:
+        """Tell about how much is to come: the sets to extend, as those before, and the end.
+
+        At the beginning the catalogue says how much one is, and a first answer has neighbours.
+        """
+        numerics, pool = self.settings.numerics, len(self.pool)
+        if self.extensions:
+            rounds = len(front) * self.told.clock.done // len(self.extensions)
+        else:
+            first = STEPS.round(pool, numerics.singles + numerics.first_pairs)
+            each = STEPS.round(pool, numerics.singles + numerics.pairs)
+            rounds = first + numerics.width * each
+        self.told.expect(rounds + STEPS.end)
+
     def add_parts(self, whole: Scored) -> bool:
         """Fit a set less one effect, for each of them, from its values; False where it was done.
 
         A part that was fitted from elsewhere may have come to rest in a worse place.
         """
+        if self.late:
+            return False
         new = [n for n in _parts(whole) if (n, whole.names) not in self.carried]
         self.carried |= {(n, whole.names) for n in new}
         self.add(self._part(n, whole.at) for n in new)
@@ -103,6 +132,10 @@ class Sets:
         full = near.fit.hypothesis
         part = Hypothesis(tuple(c for c in full.candidates if c in names), full.constants)
         return self.estimator.refitted(near, part, part.carried(full, near.fit.theta))
+
+
+def _label(names: Iterable[Candidate]) -> str:
+    return ' + '.join(c.label for c in names)
 
 
 def compatible(names: Iterable[Candidate], other: Candidate) -> bool:
@@ -123,10 +156,11 @@ def _overlap(a: Candidate, b: Candidate) -> bool:
 def search(sets: Sets, first: Estimate) -> Scored:
     """The set that is chosen once all its neighbours are known, or the time is over."""
     sets.add([first])
-    while not (sets.late and sets.extensions):
-        front = [n for n in _front(sets) if n not in sets.extensions]
-        if not front:
+    while front := [n for n in _front(sets) if n not in sets.extensions]:
+        if sets.late and sets.extensions:
+            sets.front = tuple(front)
             break
+        sets.expect(front)
         sets.extend(front[0], few=front[0] < best_of(sets).names and bool(front[0]))
     return best_of(sets)
 
@@ -140,6 +174,12 @@ def best_of(sets: Sets) -> Scored:
         if not _parts(scored) <= sets.known.keys() and sets.add_parts(scored):
             return best_of(sets)
     return best
+
+
+def best_ended(sets: Sets) -> Scored:
+    """The set that is chosen of the model as given and those whose fits have come to their end."""
+    ended = [s for s in sets.known.values() if s.fit.ended or not s.names]
+    return chosen(ended, sets.weight, sets.threshold)
 
 
 def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:
@@ -266,7 +306,7 @@ def _distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
 
 def _split(sets: Sets, best: Scored, candidate: Candidate) -> None:
     """A value of its own at each joint instead of a shared one."""
-    if candidate.where != 'all' or candidate.effect.late:
+    if candidate.where != 'all' or candidate.effect.late or sets.late:
         return
     own = [c for c in sets.pool if c.effect.name == candidate.effect.name and c.where != 'all'
            and c not in best.names]  # fmt: skip

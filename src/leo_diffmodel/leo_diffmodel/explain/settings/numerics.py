@@ -208,6 +208,12 @@ class Numerics:
     """How often weights are found again where a fold is left out,"""
     refit_errors: float = 0.05
     """as long as that moves a parameter by so much of its error."""
+    fitted: float = 0.9
+    """Share of the time for an answer after which nothing is fitted any more."""
+    last_times: float = 10.0
+    """What is kept for the last fit, from several starts: times what the first one took,"""
+    last_longest: float = 0.3
+    """and of the time at most this share."""
 
     # unknown
     laws_tried: int = 2

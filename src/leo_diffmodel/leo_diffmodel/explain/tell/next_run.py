@@ -9,11 +9,14 @@ NEXT = (
     'leo next with the same bags and model simulates a menu of safe runs with every answer that '
     'is still open, picks the one that tells them apart best, and writes it for leo play'
 )
+MORE_TIME = 'the same again without --within, or with more time'
 BY_HAND = 'swing it by hand from other angles'
 
 
 def next_run(verdict: str, findings: Findings) -> str | None:
     """What would settle an open answer, in the words of the effects concerned."""
+    if not findings.search.complete:
+        return MORE_TIME
     if verdict == 'ambiguous':
         margin = findings.gates.margin_nats
         close = [r.candidate.effect.reveal for part in findings.effects for r in part.rivals

@@ -42,6 +42,13 @@ def stability(findings: Findings) -> list[dict]:
     return [{'effects': list(labels), 'share': share} for labels, share in sets]
 
 
+def shown_for(findings: Findings) -> dict[str, dict]:
+    """Angle, speed and load that the answer was seen at, of each joint where its effects act."""
+    return {joint: {name: each._asdict() for name, each in
+                    (('angle', angle), ('speed', speed), ('load', load))}
+            for joint, angle, speed, load in findings.shown}  # fmt: skip
+
+
 def not_testable(findings: Findings) -> list[dict]:
     """Effects that even at their largest amplitude would not rise above the threshold."""
     threshold = findings.search.threshold

@@ -3,20 +3,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from leo_diffmodel.explain.decide.verdict import Decision, Named
-from leo_diffmodel.explain.findings.findings import Findings
+from leo_diffmodel.explain.findings.findings import Findings, Shown
 
 
 def answer(findings: Findings, decision: Decision, left_out: Sequence[str] = ()) -> str:
     """The decision in words; `left_out` says what of the recordings was not used."""
     notes = [*decision.doubts, *left_out, *decision.notes]
     words = findings.unknown.words if findings.unknown else None
-    return sentence(decision.verdict, decision.named, _change(findings), notes, words,
-                    _left(findings))  # fmt: skip
+    told = sentence(decision.verdict, decision.named, _change(findings), notes, words,
+                    _left(findings), not findings.search.complete)  # fmt: skip
+    return ' '.join([told, *shown(findings)])
 
 
 def sentence(
@@ -26,6 +27,7 @@ def sentence(
     notes: Sequence[str] = (),
     outside: str | None = None,
     rest: str = '',
+    cut_short: bool = False,
 ) -> str:
     """One or two plain sentences.
 
@@ -36,10 +38,13 @@ def sentence(
         notes: doubts, and what the named effects could also be, in words.
         outside: the law that is no known effect, or who moved the robot, in words.
         rest: how much is left and where, in words.
+        cut_short: not all was tried.
     """
     if notes:
         change = f'{change} ({"; ".join(notes)})'
     listed = '; '.join(_describe(n) for n in named)
+    if cut_short:
+        return f'Cut short, so nothing is sure: {"; ".join(filter(None, [listed, change]))}.'
     if verdict == 'fine':
         return f'Nothing is missing that this data can show: {change}.'
     if verdict == 'unknown':
@@ -93,6 +98,22 @@ def _change(findings: Findings) -> str:
     ]
     rest = f' and {len(listed) - len(first)} more states' if len(first) < len(listed) else ''
     return f'{told.words}: ' + ', '.join(parts) + rest
+
+
+def shown(findings: Findings) -> Iterator[str]:
+    """In how many recordings, and where the joints were there; nothing where none is named."""
+    told, count = findings.shown[: findings.numerics.listed], len(findings.bags)
+    more = len(findings.shown) - len(told)
+    if told:
+        seen = 'one recording' if count == 1 else f'{count} recordings'
+        rest = f', and {more} more joints' if more else ''
+        yield f'Shown in {seen}, with {"; ".join(map(_range, told))}{rest}.'
+
+
+def _range(seen: Shown) -> str:
+    a, v, load = seen.angle, seen.speed, seen.load
+    return (f'{seen.joint} at {a.low:.2g} to {a.high:.2g} {a.unit}, {v.low:.2g} to {v.high:.2g} '
+            f'{v.unit} and {load.low:.2g} to {load.high:.2g} {load.unit}')  # fmt: skip
 
 
 def _left(findings: Findings) -> str:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """An effect is sure by the turns that hold it; what they choose beside it makes it `partly`."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,7 @@ from tests.simulate import PENDULUM
 
 from leo_diffmodel.explain.decide.doubts import beside, doubt, doubts, instead
 from leo_diffmodel.explain.decide.verdict import decide, Named
-from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.fitted import Certificate, Fit
 from leo_diffmodel.explain.estimate.loss import Rest
 from leo_diffmodel.explain.findings.findings import Choices, Own, Part
 from leo_diffmodel.explain.problem.candidates import candidates
@@ -33,7 +34,7 @@ def findings(share=1.0, floors=(), own=({}, {}, {}), **of_choices):
     return SimpleNamespace(gates=SETTINGS.gates, numerics=SETTINGS.numerics, final=fit,
                            effects=parts, floors=floors, own=own,
                            choices=Choices(**choices | of_choices), other='', refuted='',
-                           search=SimpleNamespace(complete=True))  # fmt: skip
+                           search=SimpleNamespace(untried=()))  # fmt: skip
 
 
 def test_what_all_turns_hold_is_sure():
@@ -76,3 +77,23 @@ def test_recordings_that_exclude_each_other_disagree(other, agree):
 @pytest.mark.parametrize(('more', 'verdict'), [(False, 'named'), (True, 'partly')])
 def test_more_beside_sure_effects_is_partly(more, verdict):
     assert decide(SURE, NOISE, False, (), more) == verdict
+
+
+def test_what_there_was_no_time_for_is_told():
+    made = findings()
+    made.search.untried = ('a:pivot', 'b:pivot', 'c:pivot', 'd:pivot', 'e:pivot')
+    assert doubts(made) == ['the time was over; not tried: a:pivot, b:pivot, c:pivot and 2 more']
+
+
+@pytest.mark.parametrize(('starts', 'said'), [
+    (1, 'the fit has not come to its end'), (4, '4 starts of the fit end at different values')])
+def test_what_has_not_converged_is_never_sure(starts, said):
+    made = findings()
+    made.final = replace(made.final, certificate=Certificate(3.0, starts, 1, False))
+    assert doubts(made) == [said]
+
+
+@pytest.mark.parametrize('named', [[], SURE])
+@pytest.mark.parametrize('rest', [NOISE, Rest(40.0, 0.9)])
+def test_an_answer_that_was_cut_short_is_open(named, rest):
+    assert decide(named, rest, False, cut_short=True) == 'ambiguous'

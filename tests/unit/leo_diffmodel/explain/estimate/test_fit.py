@@ -2,6 +2,7 @@
 """A fit ends at one minimum, from wherever it began and however a processor rounds."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -63,3 +64,16 @@ def test_rounding_and_the_order_of_windows_move_no_fit(posed: tuple[Problem, Hyp
         order = np.random.default_rng(seed).permutation(again.windows.count)
         fits.append(ended(again.take(order), hypothesis, 0.0).take(np.argsort(order)))
     check_alike(problem, fits)
+
+
+def test_a_fit_without_time_has_not_ended_and_is_not_converged(
+    posed: tuple[Problem, Hypothesis]
+) -> None:
+    problem, hypothesis = posed
+    late = replace(problem, until=0.0)
+    cut = finished(late, fit(late, hypothesis), [hypothesis.neutral])
+    assert not cut.ended and cut.certificate
+    assert (cut.certificate.starts, cut.certificate.converged) == (1, False)
+    assert cut.theta == pytest.approx(hypothesis.neutral)
+    assert fit(problem, hypothesis, cut.theta).ended
+    assert not fit(problem, hypothesis, cut.theta, iterations=1).ended

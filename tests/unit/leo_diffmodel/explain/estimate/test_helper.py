@@ -91,3 +91,16 @@ def test_joblib_goes_on_beside_it(two_cores):
     assert helper.spread(operator.neg, [1, 2]) == [-1, -2]
     assert Parallel(n_jobs=2)(delayed(operator.neg)(k) for k in range(3)) == [0, -1, -2]
     assert helper.spread(operator.neg, [1, 2]) == [-1, -2] and helper._started
+
+
+def test_after_the_time_nothing_is_begun_and_what_is_done_is_kept(two_cores):
+    assert helper.spread_until(0.0, _pid, range(4)) == {}
+    until, done = time.monotonic() + 3600.0, helper.spread_until
+    assert [*done(until, operator.neg, range(9)).items()] == [(i, -i) for i in range(9)]
+    assert helper._each(0.0, operator.neg, [1, 2]) == []
+    assert helper._each(until, operator.neg, [1, 2]) == [-1, -2]
+
+
+def test_what_the_other_process_had_no_time_for_is_left_out():
+    lent = helper._Lent([1, 4], mock.Mock(result=lambda: [-1]))
+    assert helper._received(lent, operator.neg, range(5)) == {1: -1}

@@ -88,3 +88,10 @@ def test_what_did_not_converge_is_not_sure(findings):
     lost = replace(findings.final.certificate, converged=False)
     search = replace(findings.search, final=replace(findings.final, certificate=lost))
     assert decision(replace(findings, search=search)).verdict == 'ambiguous'
+
+
+def test_without_time_to_look_for_a_law_the_answer_is_open(data, found):
+    late = replace(found, posed=found.posed.before(0.0))
+    findings = collect(data, MODEL, late, Facts(TORQUE, False), STEP)
+    assert findings.search.untried == ('a law that is no known effect',)
+    assert decision(findings).verdict == 'ambiguous'

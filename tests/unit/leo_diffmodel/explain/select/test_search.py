@@ -2,6 +2,7 @@
 """The search: what it may see, what counts as evidence, several effects, refitted constants."""
 
 from dataclasses import replace
+import time
 
 import numpy as np
 import pytest
@@ -17,8 +18,9 @@ from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose
-from leo_diffmodel.explain.select.search import Search
+from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.settings import SETTINGS
+from leo_msgs_py.progress import Told
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -258,3 +260,31 @@ def test_whole_bags_can_be_held_out():
     again = searched(data[:1], Model(TORQUE), FIRST, hold_out=[other])
     assert names(again) == {'viscous_friction'}
     assert again.final.theta == pytest.approx([row['parameters']['b']['value']], rel=1e-3)
+
+
+def late_search(robot, until, monkeypatch):
+    """The search of a weak pendulum that has this long, from among three effects."""
+    among(monkeypatch, Model(robot), 'viscous_friction', 'bias_torque', 'coulomb_friction')
+    data = [record(robot, place(robot, 'viscous_friction', 'pivot', b=0.05), seconds=8)]
+    model = Model(robot)
+    return search(data, model, pose(data, [], model), SETTINGS, until=until)
+
+
+def test_a_search_without_time_gives_the_model_as_given_and_says_what_it_left(monkeypatch):
+    found = late_search(TORQUE, 0.0, monkeypatch)
+    assert names(found) == set() and not found.complete and len(found.sets) == 1
+    labels = {'viscous_friction:pivot', 'bias_torque:pivot', 'coulomb_friction:pivot'}
+    assert labels <= set(found.untried)
+
+
+def test_a_search_with_time_left_leaves_nothing_untried(monkeypatch):
+    found = late_search(TORQUE, time.monotonic() + 3600.0, monkeypatch)
+    assert names(found) == {'viscous_friction'} and found.complete and found.untried == ()
+    assert found.final.certificate.converged
+
+
+def test_a_search_hears_how_much_is_to_come(monkeypatch):
+    among(monkeypatch, Model(TORQUE), 'viscous_friction', 'bias_torque')
+    data, model, told = [record(TORQUE, seconds=8)], Model(TORQUE), Told(lambda _: None)
+    search(data, model, pose(data, [], model), SETTINGS, told=told)
+    assert told.clock.steps >= told.clock.done > 2

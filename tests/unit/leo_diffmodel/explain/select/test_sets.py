@@ -165,3 +165,22 @@ def test_two_effects_that_predict_what_one_does_are_no_better_answer(whole, beyo
     told = [replace(s, ends=np.full((5, 2), errors.get('_'.join(sorted(names(s))), -1e4)))
             for s in sets]  # fmt: skip
     assert names(chosen(told, replace(PLAIN, null=told[0]), LIMIT)) == right
+
+
+def test_of_what_was_cut_short_the_best_that_came_to_its_end_is_taken():
+    estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0, pairs=False)
+    first = estimator.first(Hypothesis())
+    larger = estimator.extended(first, [wide(POOL[n]) for n in NAMES], None).larger
+    for cut, best in (((), {'armature'}), (('armature',), {'coulomb_friction'}), (NAMES, set())):
+        sets = Sets(estimator, [], SETTINGS, lambda _: None, until=0.0)
+        sets.add([first, *(at._replace(fit=replace(at.fit, ended=not names(at) & {*cut}))
+                           for at in larger)])  # fmt: skip
+        assert names(choice.best_ended(sets)) == best
+        assert names(choice.best_of(sets)) == {'armature'}
+
+
+def test_what_was_not_extended_is_told():
+    estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0, pairs=False)
+    late = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None, until=0.0)
+    choice.search(late, estimator.first(Hypothesis()))
+    assert late.untried[0] == 'more beside armature:pivot'

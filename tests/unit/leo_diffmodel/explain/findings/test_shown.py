@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Angles, speeds and loads of an answer are those of its windows, at the joints it is about."""
+
+import numpy as np
+import pytest
+from tests.cart import cart
+from tests.simulate import record, TORQUE
+
+from leo_diffmodel.compare.windows import cut
+from leo_diffmodel.explain.findings.shown import shown_for
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.classes import Facts
+from leo_sim.description.robot import load_robot
+from leo_sim.model import Model
+
+
+def shown(robot, data, *labels):
+    pool = [c for c in candidates(Model(robot)) if c.label in labels]
+    assert len(pool) == len(labels)
+    return shown_for(cut(data, 0.3), Model(robot), pool, Facts(robot, False))
+
+
+def test_the_ranges_are_those_of_all_recordings():
+    data = [record(TORQUE, seed=seed, seconds=6) for seed in (1, 2)]
+    q, dq = (np.concatenate([getattr(r.episodes[0], n) for r in data]) for n in ('q', 'dq'))
+    (each,) = shown(TORQUE, data, 'coulomb_friction:pivot')
+    (first,) = shown(TORQUE, data[:1], 'coulomb_friction:pivot')
+    assert (each.joint, each.angle.unit, each.speed.unit, each.load.unit) == (
+        'pivot', 'rad', 'rad/s', 'N m')  # fmt: skip
+    assert each.angle[:2] == pytest.approx(np.percentile(q, (1, 99)), rel=0.1)
+    assert each.speed[:2] == pytest.approx(np.percentile(dq, (1, 99)), rel=0.1)
+    assert np.ptp(each.speed[:2]) > np.ptp(first.speed[:2])
+
+
+def test_the_load_is_what_the_gear_carries():
+    """Nothing where it hangs free, the motor's torque and more where that holds it up."""
+    held = record(TORQUE, inputs=np.full((300, 1), 1.0), seconds=3, noise=(0.0, 0.0))
+    free = record(TORQUE, inputs=np.zeros((300, 1)), seconds=3, noise=(0.0, 0.0))
+    (loaded,), (idle,) = (shown(TORQUE, [r], 'coulomb_friction:pivot') for r in (held, free))
+    assert idle.load.high < 1e-6 < 1.0 < loaded.load.high
+
+
+def test_only_joints_where_the_effects_act_are_told():
+    robot = load_robot('double_pendulum')
+    windows = cut([record(TORQUE, seconds=3)], 0.3)
+    both = windows.__class__(**vars(windows) | {
+        name: np.repeat(getattr(windows, name), 2, axis=-1)
+        for name in ('q', 'dq', 'inputs', 'enabled')})  # fmt: skip
+    pool, facts = candidates(Model(robot)), Facts(robot, False)
+
+    def joints(label):
+        found = [c for c in pool if c.label == label]
+        return [s.joint for s in shown_for(both, Model(robot), found, facts)]
+
+    assert joints('coulomb_friction:elbow') == ['elbow']
+    assert joints(f'link_mass:{robot.moving_links[0]}') == ['shoulder']
+    assert joints('coulomb_friction:all') == ['shoulder', 'elbow']
+
+
+def test_a_slide_has_its_own_units(tmp_path):
+    robot = cart(tmp_path)
+    (each,) = shown(robot, [record(robot, seconds=3)], 'viscous_friction:rail')
+    assert (each.angle.unit, each.speed.unit, each.load.unit) == ('m', 'm/s', 'N')
