@@ -94,6 +94,6 @@ def test_what_has_not_converged_is_never_sure(starts, said):
 
 
 @pytest.mark.parametrize('named', [[], SURE])
-@pytest.mark.parametrize('rest', [NOISE, Rest(40.0, 0.9)])
+@pytest.mark.parametrize('rest', [NOISE, Rest(SETTINGS.gates, 40.0, 0.9)])
 def test_an_answer_that_was_cut_short_is_open(named, rest):
     assert decide(named, rest, False, cut_short=True) == 'ambiguous'

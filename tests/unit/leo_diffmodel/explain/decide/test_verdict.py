@@ -10,8 +10,9 @@ from tests.simulate import PENDULUM, record, TORQUE
 from leo_diffmodel.explain.decide.verdict import decide, Named
 from leo_diffmodel.explain.estimate.loss import Rest, rest_of
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.explain.settings import SETTINGS, settings_for
 from leo_diffmodel.explain.tell.sentence import sentence
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
 
@@ -123,8 +124,8 @@ def test_on_the_ground_what_acts_in_some_windows_matters(on_ground, acting, matt
     residual = np.random.default_rng(0).standard_normal((100, 198))
     residual[:acting] *= 3.0
     left = SimpleNamespace(residual=residual, start=np.zeros((100, 18)))
-    problem = SimpleNamespace(linearisation=on_ground or None, gates=SETTINGS.gates,
-                              numerics=SETTINGS.numerics)  # fmt: skip
+    settings = settings_for(load_robot('leo')) if on_ground else SETTINGS
+    problem = SimpleNamespace(gates=settings.gates, numerics=settings.numerics)
     rest = rest_of(problem, left, left)
     assert rest.matters == matters
     assert matters or rest.ratio == pytest.approx(1.0, abs=0.2)

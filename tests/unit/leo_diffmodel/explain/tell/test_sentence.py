@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 from leo_diffmodel.explain.decide.verdict import Named
 from leo_diffmodel.explain.findings.findings import Range, Shown
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.explain.tell import rows
 from leo_diffmodel.explain.tell.next_run import next_run
 from leo_diffmodel.explain.tell.sentence import sentence, shown
@@ -13,7 +14,7 @@ PIVOT = Shown('pivot', Range(-1.23, 2.0, 'rad'), Range(-6, 5.5, 'rad/s'), Range(
 
 
 def findings(*joints, bags=('a',)):
-    return SimpleNamespace(shown=joints, bags=bags)
+    return SimpleNamespace(shown=joints, bags=bags, numerics=SETTINGS.numerics)
 
 
 def test_one_recording_is_told_as_one():
