@@ -47,13 +47,6 @@ class Settings:
         share: of the error beyond noise that may be left where everything is explained.
         far: times the noise (mean square) that matters however much was explained.
         out_of_line: times the median loss that a window may count for in what is unexplained.
-        law_nats: a law that is no known effect must save so much [nats]: white noise gives the
-            best of all curves 9 at most (40 draws).
-        law_share: and this share of all that is explained.
-        law_whole: times the noise that one law may leave to stand for all named effects.
-        law_form: price of choosing its form [nats].
-        law_agreement: of what it promises in data that was held out, that it must save there.
-        law_tells: where it promises less than this there, it must only do no harm [nats].
         law_periods: a law with so nearly a whole number of periods in a turn is a ripple, which
             is known.
         many: of so many effects or more those below the noise floor are not sure: a robot is
@@ -94,12 +87,6 @@ class Settings:
     share: float = 0.25
     far: float = 4.0
     out_of_line: float = 2.0
-    law_nats: float = 15.0
-    law_share: float = 0.1
-    law_whole: float = 1.3
-    law_form: float = 3.0
-    law_agreement: float = 0.1
-    law_tells: float = 2.0
     law_periods: float = 0.1
     many: int = 3
     least_floors: float = 1.0

@@ -20,7 +20,7 @@ from leo_diffmodel.explain.findings.windows import validation_windows
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
-from leo_diffmodel.explain.unknown.find import beside, find, Found
+from leo_diffmodel.explain.unknown.find import find, Found, without
 from leo_diffmodel.explain.unknown.paths import with_past
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
@@ -46,21 +46,22 @@ def collect(
         own: constants that held-out recordings have of their own.
         progress: told what comes next.
     """
-    null, final = (completed(found.problem, f, own) for f in (found.null, found.final))
-    found = replace(found, null=null, final=final)
     progress('what no known effect explains')
     law = find(recordings, found) if found.complete else None
-    found = beside(found, law) if law else found
+    found = without(found, law) if law else found
+    null, final = (completed(found.problem, f, own) for f in (found.null, found.final))
+    found = replace(found, null=null, final=final)
+    law = law and law.completed(own)
     windows = validation_windows(recordings, found, model)
     held = HeldOut(found.problem, model, windows, tuple(own))
-    held = held.undisturbed((law and law.attempt.fit) or found.final)
+    held = held.undisturbed(law.attempt.fit if law and law.attempt.effect else found.final)
     unknown = _told(recordings, law, held) if law else None
     return _judged(found, held, facts, step, tuple(r.name for r in recordings), unknown)
 
 
 def _told(recordings: Sequence[Recording], law: Found, held: HeldOut) -> Unknown:
     """The law that is no known effect, with what it does to the held-out error."""
-    unknown = tell(recordings, law)
+    unknown = tell(law)
     if unknown.fit is None:
         return unknown
     if unknown.variable == 'path':

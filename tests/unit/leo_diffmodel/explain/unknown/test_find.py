@@ -44,7 +44,7 @@ def unknown(robot: Robot, *effects, settings: Settings = SETTINGS, **run) -> Unk
 def beyond(data: list[Recording], known: Search) -> Unknown | None:
     """What is found beyond the known effects that a search has chosen."""
     found = find(data, known)
-    return found and tell(data, found)
+    return found and tell(found)
 
 
 def hidden(robot: Robot, kind: str, **parameters):
