@@ -78,19 +78,16 @@ def without(found: Search, law: Found) -> Search:
 
 
 def _best(found: Search, named: Named, laws: Mapping[Names, Attempt]) -> Attempt | None:
-    """The law that is best, once its parts are fitted; None where a named set is.
+    """The best law, where it is supported; its parts may have to be fitted first.
 
-    What the catalogue has is preferred: a law must surely predict better than every named set of
-    as many effects.
+    What the catalogue has is preferred: a law must surely predict better than every named set.
     """
     sets, limit = [*named.values(), *(a.scored for a in laws.values())], found.threshold
     weight = weigh(sets, found.weight.settings, found.weight.most / found.weight.spread)
-    for first in weight.ordered(sets):
-        law = laws.get(first.names)
-        rivals = [s for s in named.values() if len(s.names) <= len(first.names)] if law else []
-        if not all(weight.supports(s, first, limit) for s in rivals):
-            continue
-        if supported(sets, first, weight, limit) or (law and _lacking(law, named, laws)):
+    for first in weight.ordered([a.scored for a in laws.values()]):
+        law = laws[first.names]
+        if all(weight.supports(s, first, limit) for s in named.values()) and (
+            _lacking(law, named, laws) or supported(sets, first, weight, limit)):  # fmt: skip
             return law
     return None
 

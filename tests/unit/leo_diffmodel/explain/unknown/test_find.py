@@ -20,6 +20,7 @@ from leo_diffmodel.explain.unknown.answer import tell, Unknown
 from leo_diffmodel.explain.unknown.find import find
 from leo_diffmodel.explain.unknown.influence import influence
 from leo_diffmodel.explain.unknown.law import Law
+from leo_diffmodel.explain.unknown.regression import Score
 from leo_sim.description.robot import Robot
 from leo_sim.effects import get_effect, Parameter, place
 from leo_sim.model import Model
@@ -151,6 +152,20 @@ def test_a_rhythm_of_another_shape_is_a_matter_of_time(law: Callable):
     answer = unknown(TORQUE, push=push)
     assert answer is not None and answer.variable == 'time'
     assert answer.r2_held_out > 0.5
+
+
+def test_a_torque_that_wanders_is_no_law_of_time():
+    """A table of it over time predicts nothing where a longer stretch is left out."""
+    steps = np.random.default_rng(0).standard_normal(100 * SECONDS)
+    assert unknown(TORQUE, settings=FIRST, push=0.006 * np.cumsum(steps)[:, None]) is None
+
+
+def test_the_shape_of_a_law_is_found_from_the_other_folds():
+    """Two shapes, each the best in the fold that the other is fitted to."""
+    nothing, left_out = np.zeros((2, 1)), np.array([[5.0, -1.0], [-2.0, 6.0]])
+    others = left_out[:, ::-1]
+    tried = Score(nothing, nothing, others.sum(axis=1), left_out, others)
+    assert tried.best_gain == -3.0 and tried.gain.max() == 4.0
 
 
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
