@@ -10,7 +10,7 @@ import numpy as np
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.loss import gain
 from leo_diffmodel.explain.estimate.rows import constant_rows, effect_row, parameter_rows
-from leo_diffmodel.explain.unknown.attempt import Attempt
+from leo_diffmodel.explain.unknown.beside import Attempt
 from leo_diffmodel.explain.unknown.curves import carry
 from leo_diffmodel.explain.unknown.find import Found
 from leo_diffmodel.explain.unknown.found_effect import FoundEffect

@@ -21,7 +21,8 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import Scored, weigh
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import Names, supported
-from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, beside, scored
+from leo_diffmodel.explain.unknown.attempt import attempt
+from leo_diffmodel.explain.unknown.beside import Attempt, beside, scored
 from leo_diffmodel.explain.unknown.curves import Curve, curves
 from leo_diffmodel.explain.unknown.influence import Influence, influence
 from leo_diffmodel.explain.unknown.paths import paths
@@ -142,4 +143,4 @@ def _tried(
         first.setdefault((c.joint, c.variable.name, c.carrier, bool(c.hertz)), c)
     worth = [c for c in list(first.values())[:TRIED] if _shows(c, found)]
     try_one = partial(attempt, recordings, found.posed, base, left, found.weight)
-    return [a.beside(base) for a in helper.spread(try_one, worth)]
+    return [a.on(base) for a in helper.spread(try_one, worth)]
