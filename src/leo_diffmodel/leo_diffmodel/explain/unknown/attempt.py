@@ -21,7 +21,6 @@ from leo_diffmodel.explain.unknown.influence import Influence, influence
 from leo_diffmodel.explain.unknown.law import law_of, table_of
 from leo_diffmodel.explain.unknown.paths import with_past
 
-LINEAR_SHARE = 0.5
 REFINEMENTS, LINEAR = 3, 0.1
 NEARLY = 3.0
 """Most that a law may leave, in units of noise, for its starts to be settled."""
@@ -39,8 +38,8 @@ def attempt(
     if made.effect is None:
         return made
     made = _refined(made, base, weight)
-    if curve.at_knots and _saved(made, base) < LINEAR_SHARE * curve.score.gain_train:
-        whole = beside(posed, base, left, table_of(curve, weight))
+    if curve.at_knots and _saved(made, base) < curve.score.gain_train:
+        whole = beside(posed, base, left, table_of(curve))
         made = made if weight.ahead(made.scored, whole.scored) > 0 else whole
     return _on_the_ground(made)
 

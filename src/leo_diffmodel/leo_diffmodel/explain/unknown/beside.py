@@ -101,15 +101,22 @@ def beside(
     theta = np.concatenate([base.theta[:first], law.values, base.theta[first:]])
     if not expressible(law, joint):
         trace = trace_of(left, law) / left.root
-        made = linear_fit(posed.problem, base, hypothesis, theta, trace)
-        return Attempt(law, left, score(Estimate(posed, made)))
-    made = fit(posed.problem, hypothesis, theta, base.start)
-    return Attempt(law, left, scored(Estimate(posed, made)))
+        linear = linear_fit(posed.problem, base, hypothesis, theta, trace)
+        return Attempt(law, left, score(Estimate(posed, linear)))
+    made = scored(Estimate(posed, fit(posed.problem, hypothesis, theta, base.start)))
+    return Attempt(law, left, _owing(made, law) if law.read else made)
 
 
 def scored(at: Estimate) -> Scored:
     """A hypothesis with what it predicts of the folds left out, and far ahead."""
     return replace(score(at), ends=FarAhead().ends(at))
+
+
+def _owing(made: Scored, law: Law) -> Scored:
+    """Less what the values of a curve owe to each fold, from which they were read as well."""
+    score, (_, number) = law.curve.score, np.unique(made.fold, return_inverse=True)
+    owed = (score.fitted - score.left_out) / np.bincount(number)
+    return replace(made, left=made.left + owed[number])
 
 
 def _effect(left: Influence, law: Law, joint: str) -> Candidate:

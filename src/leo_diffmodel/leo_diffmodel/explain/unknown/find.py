@@ -81,14 +81,17 @@ def without(found: Search, law: Found) -> Search:
 def _best(found: Search, named: Named, laws: Mapping[Names, Attempt]) -> Attempt | None:
     """The best law, where it is supported; its parts may have to be fitted first.
 
-    What the catalogue has is preferred: a law must surely predict better than every named set.
+    What the catalogue has is preferred: a law must be ahead of every named set by more than noise
+    gives, and surely predict better than those of as many effects, too.
     """
     sets, limit = [*named.values(), *(a.scored for a in laws.values())], found.threshold
     weight = weigh(sets, found.weight.settings, found.weight.most / found.weight.spread)
     for first in weight.ordered([a.scored for a in laws.values()]):
-        law = laws[first.names]
-        if all(weight.supports(s, first, limit) for s in named.values()) and (
-            _lacking(law, named, laws) or supported(sets, first, weight, limit)):  # fmt: skip
+        law, rivals = laws[first.names], named.values()
+        if (all(weight.ahead(first, s) > limit for s in rivals)
+                and all(weight.supports(s, first, limit) for s in rivals
+                        if len(s.names) <= len(first.names))
+                and (_lacking(law, named, laws) or supported(sets, first, weight, limit))):
             return law
     return None
 

@@ -27,15 +27,14 @@ class Law:
         family: its form.
         parameters: coefficients first; those that shape it are neutral at their fitted value.
         values: the fitted values, same order.
-        gain: linear gain in all folds, each predicted from the others, less the price of the
-            parameters [nats that count].
+        read: it is the curve, whose values are no parameters.
     """
 
     curve: Curve
     family: Family
     parameters: tuple[Parameter, ...]
     values: Array
-    gain: float
+    read: bool = False
 
     def at(self, x: Array) -> Array:
         """The law at values of its variable."""
@@ -74,7 +73,7 @@ SYMBOLS = {'angle': 'q', 'rate': 'w', 'input': 'u', 'load': 'load', 'time': 't',
 
 
 def law_of(left: Influence, curve: Curve, weight: Weight) -> Law:
-    """The form that predicts best what is left out: a readable one, or the table of the curve.
+    """The readable form that predicts best what is left out.
 
     Args:
         left: what is left.
@@ -84,22 +83,21 @@ def law_of(left: Influence, curve: Curve, weight: Weight) -> Law:
     regression = Regression(left, curve.joint)
     carried = carry(left, curve.carrier, curve.joint)
     assert carried is not None
-    found = [table_of(curve, weight)] if curve.at_knots else []
+    found = []
     for family in families(curve):
         score = regression.of(family.basis(curve.variable.values) * carried[..., None, None])
         best = int(np.argmax(score.gain_train))
         values = family.values(score.values[best], best)
         gain = score.best_gain / weight.spread - weight.price * len(values)
-        found.append(Law(curve, family, _parameters(curve, family, values), values, gain))
-    return max(found, key=lambda f: f.gain)
+        found.append((gain, Law(curve, family, _parameters(curve, family, values), values)))
+    return max(found, key=lambda f: f[0])[1]
 
 
-def table_of(curve: Curve, weight: Weight) -> Law:
+def table_of(curve: Curve) -> Law:
     """The curve itself as a law."""
     variable, values = curve.variable, curve.score.values
     family = table(variable.knots, values, variable.period, variable.hats)
-    gain = curve.gain / weight.spread - weight.price * len(values)
-    return Law(curve, family, (Parameter('k', ''),), np.ones(1), gain)
+    return Law(curve, family, (Parameter('k', ''),), np.ones(1), read=True)
 
 
 def _parameters(curve: Curve, family: Family, values: Array) -> tuple[Parameter, ...]:

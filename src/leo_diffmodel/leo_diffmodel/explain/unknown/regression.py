@@ -19,16 +19,21 @@ class Score(NamedTuple):
     Attributes:
         values: coefficients, shape (F, B).
         spread: their standard deviation, shape (F, B).
-        gain_train: on all windows that it was fitted to [nats], shape (F,).
-        left_out: in each fold, predicted from the others [nats], shape (F, folds).
+        fitted: gain in each fold, fitted to all [nats], shape (F, folds).
+        left_out: in each, predicted from the others [nats], shape (F, folds).
         others: in these others, to which it was then fitted [nats], shape (F, folds).
     """
 
     values: Array
     spread: Array
-    gain_train: Array
+    fitted: Array
     left_out: Array
     others: Array
+
+    @property
+    def gain_train(self) -> Array:
+        """In all folds, fitted to them [nats], shape (F,)."""
+        return np.asarray(self.fitted.sum(axis=-1))
 
     @property
     def gain(self) -> Array:
@@ -109,7 +114,7 @@ class Regression:
         return Score(
             found,
             np.sqrt(np.maximum(np.diagonal(inverse, axis1=-2, axis2=-1), 0.0)),
-            whole.nats(found),
+            np.stack([p.nats(found) for p in parts], axis=-1),
             np.stack([p.nats(v) for p, v in zip(parts, without, strict=True)], axis=-1),
             np.stack([r.nats(v) for r, v in zip(rests, without, strict=True)], axis=-1),
         )
