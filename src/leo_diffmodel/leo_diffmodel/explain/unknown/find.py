@@ -46,9 +46,10 @@ class Found:
 
     def completed(self, own: Sequence[Constant]) -> Found:
         """With the constants that held-out recordings have of their own."""
-        problem, made = self.attempt.scored.at.problem, self.attempt
-        fits = [completed(problem, f, own) for f in (made.fit, self.beside)]
-        return Found(made.refitted(fits[0]), fits[1])
+        problem, law = self.attempt.scored.at.problem, self.attempt
+        if law.effect:
+            law = law.refitted(completed(problem, law.fit, own))
+        return Found(law, completed(problem, self.beside, own))
 
 
 def find(recordings: Sequence[Recording], found: Search) -> Found | None:
