@@ -9,18 +9,25 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.searched import among, FIRST, searched
-from tests.simulate import PENDULUM, record, TORQUE
+from tests.simulate import PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.blind import kinds, outside
+from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.select.evidence import score, weigh
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import SETTINGS, Settings
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
+from leo_diffmodel.explain.unknown.attempt import attempt
+from leo_diffmodel.explain.unknown.curves import curves
 from leo_diffmodel.explain.unknown.find import find
 from leo_diffmodel.explain.unknown.influence import influence
 from leo_diffmodel.explain.unknown.law import Law
 from leo_diffmodel.explain.unknown.regression import Score
-from leo_sim.description.robot import Robot
+from leo_sim.description.robot import load_robot, Robot
 from leo_sim.effects import get_effect, Parameter, place
 from leo_sim.model import Model
 
@@ -164,6 +171,23 @@ def test_the_shape_of_a_law_is_found_from_the_other_folds():
     others = left_out[:, ::-1]
     tried = Score(nothing, nothing, left_out, left_out, others)
     assert tried.best_gain == -3.0 and tried.gain.max() == 4.0
+
+
+def test_a_law_of_another_joint_is_judged_by_the_linear_answer():
+    robot = load_robot('double_pendulum')
+    inputs = np.hstack([steps(robot, 6, 1), 0.3 * steps(robot, 6, 2)])
+    push = np.zeros((len(inputs), 2))
+    for _ in range(3):  # until what drives the elbow is a function of the shoulder's own angle
+        bag = record(robot, inputs=inputs, push=push)
+        push = 0.02 * np.maximum(0, np.sin(bag.episodes[0].q[:, :1])) * [0, 1]
+    posed = pose([bag], [], Model(robot))
+    null = fit(posed.problem, Hypothesis())
+    scored, left = score(Estimate(posed, null)), influence(posed.problem, null)
+    weight, best = weigh([scored], SETTINGS), curves(left, {})[0]
+    tried = attempt([bag], posed, null, left, weight, best)
+    assert (best.variable.name, best.variable.of, tried.candidate.where) == (
+        'angle', 'shoulder', 'elbow')  # fmt: skip
+    assert tried.effect is None and weight.supports(scored, tried.scored, SETTINGS.least_nats)
 
 
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
