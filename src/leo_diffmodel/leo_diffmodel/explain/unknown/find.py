@@ -61,16 +61,16 @@ def find(recordings: Sequence[Recording], found: Search) -> Found | None:
     """
     final = scored(Estimate(found.posed, found.final))
     named = {s.names: s for s in found.sets} | {final.names: final}
-    tried = [a for base in _bases(recordings, found) for a in _tried(recordings, found, *base)]
-    laws = {a.scored.names: a for a in tried}
-    while laws:
-        best = _best(found, named, laws)
-        if best is None or best.law.known(found.weight.settings.law_periods):
+    laws: dict[Names, Attempt] = {}
+    best = None
+    for base in _bases(recordings, found):
+        laws |= {a.scored.names: a for a in _tried(recordings, found, *base)}
+        best = _best(found, named, laws) if laws else None
+        if best and not rest_of(found.null, best.fit, bool(found.problem.linearisation)).matters:
             break
-        if not (lacking := _lacking(best, named, laws)):
-            return Found(best, named[best.named].fit)
-        laws |= {names: _part(best, named[names - {best.candidate}].fit) for names in lacking}
-    return None
+    if best is None or best.law.known(found.weight.settings.law_periods):
+        return None
+    return Found(best, named[best.named].fit)
 
 
 def without(found: Search, law: Found) -> Search:
@@ -79,8 +79,16 @@ def without(found: Search, law: Found) -> Search:
     return replace(found, final=law.beside, chosen=found.known(names) or found.chosen)
 
 
-def _best(found: Search, named: Named, laws: Mapping[Names, Attempt]) -> Attempt | None:
-    """The best law, where it is supported; its parts may have to be fitted first.
+def _best(found: Search, named: Named, laws: dict[Names, Attempt]) -> Attempt | None:
+    """The best law that is supported, once its parts are fitted too."""
+    while (best := _leading(found, named, laws)) and (lacking := _lacking(best, named, laws)):
+        for names in lacking:
+            laws[names] = _part(best, named[names - {best.candidate}].fit)
+    return best
+
+
+def _leading(found: Search, named: Named, laws: Mapping[Names, Attempt]) -> Attempt | None:
+    """The best law that is supported, or may be once its parts are fitted.
 
     What the catalogue has is preferred: a law must be ahead of every named set by more than noise
     gives, and surely predict better than those of as many effects, too.
@@ -111,18 +119,19 @@ def _part(law: Attempt, base: Fit) -> Attempt:
 def _bases(
     recordings: Sequence[Recording], found: Search
 ) -> Iterator[tuple[Fit, Influence, list[Curve]]]:
-    """What was chosen and the model as given, with what each leaves and its curves, best first.
+    """The model as given and what was chosen, with what each leaves and its curves, best first.
 
     On the ground a law is expensive: there it takes a rest that matters, and to stand for named
     effects a curve in what they leave, or several of them at one place.
     """
     on_ground, final = bool(found.problem.linearisation), found.final
-    left, best = _curves(recordings, found.problem, final)
-    if not on_ground or rest_of(found.null, final, True).matters:
-        yield final, left, best
+    after = _curves(recordings, found.problem, final) if on_ground else None
     places = [c.where for c in final.hypothesis.candidates]
-    if places and (not on_ground or len(set(places)) < len(places) or _shows(best[0], found)):
+    crowded = len(set(places)) < len(places)
+    if places and (after is None or crowded or _shows(after[1][0], found)):
         yield found.null, *_curves(recordings, found.problem, found.null)
+    if after is None or rest_of(found.null, final, True).matters:
+        yield final, *(after or _curves(recordings, found.problem, final))
 
 
 def _curves(
