@@ -24,7 +24,7 @@ from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.linearisation import refined, settled
 from leo_diffmodel.explain.problem.pose import pose
-from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.explain.settings import SETTINGS, settings_for
 from leo_diffmodel.explain.unknown import find as unknown_find
 from leo_diffmodel.explain.unknown import influence as influences
 from leo_diffmodel.explain.unknown.curves import curves
@@ -127,16 +127,16 @@ def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
 
 
 @pytest.mark.parametrize(('on_ground', 'share', 'found'), [
-    (True, 1e-3, None), (True, 0.5, 'law'), (False, 1e-3, 'law'),
+    (True, 1e-3, []), (True, 0.5, ['left']), (False, 1e-3, ['left']),
 ])  # fmt: skip
 def test_on_the_ground_a_law_is_looked_for_in_what_matters(monkeypatch, on_ground, share, found):
-    monkeypatch.setattr(unknown_find, 'find_alone', lambda *_: None)
-    monkeypatch.setattr(unknown_find, '_beyond', lambda *_: 'law')
+    monkeypatch.setattr(unknown_find, '_curves', lambda *_: ('left', []))
     monkeypatch.setattr(unknown_find, 'rest_of', lambda *_: Rest(SETTINGS.gates, 2.0, share))
-    problem = SimpleNamespace(windows=None, linearisation=on_ground or None)
-    posed = SimpleNamespace(blocks=SimpleNamespace(index=lambda _: None))
-    search = SimpleNamespace(problem=problem, posed=posed, null=None, final=None, alone=None)
-    assert unknown_find.find([], search) == found
+    settings = settings_for(LEO) if on_ground else SETTINGS
+    problem = SimpleNamespace(numerics=settings.numerics)
+    final = SimpleNamespace(hypothesis=SimpleNamespace(candidates=()))
+    search = SimpleNamespace(problem=problem, null=None, final=final)
+    assert [left for _, left, _ in unknown_find._bases([], search)] == found
 
 
 def test_fits_that_save_all_there_is_are_told_apart_by_one_another():
@@ -240,8 +240,8 @@ def test_a_law_outside_the_catalogue_shows_at_its_joint(model):
     law = get_effect(str(Path(kinds.__file__).with_name('sector_friction.py')))
     bag = recorded(place(LEO, law, 'left_knee', c=0.2, centre=-0.6, width=0.3), seconds=3.0)
     problem, null, _ = scanned(model, bag)
-    blocks = np.arange(len(null.start)) * 4 // len(null.start)
-    best = curves(influence(problem, null), blocks, {})[0]
+    fold = np.arange(len(null.start)) * 4 // len(null.start)
+    best = curves(influence(replace(problem, fold=fold), null), {})[0]
     assert (best.joint, best.variable.name, best.carrier) == (KNEE, 'angle', 'friction')
 
 

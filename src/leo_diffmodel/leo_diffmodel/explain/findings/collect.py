@@ -22,7 +22,7 @@ from leo_diffmodel.explain.findings.windows import validation_windows
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
-from leo_diffmodel.explain.unknown.find import beside, find, Found
+from leo_diffmodel.explain.unknown.find import find, Found, without
 from leo_diffmodel.explain.unknown.paths import with_past
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
@@ -48,13 +48,14 @@ def collect(
         own: constants that held-out recordings have of their own.
         progress: told what comes next.
     """
-    null, final = (completed(found.problem, f, own) for f in (found.null, found.final))
-    found = replace(found, null=null, final=final)
     progress('what no known effect explains', STEPS.end // 2)
     found, law = _with_law(recordings, found)
+    null, final = (completed(found.problem, f, own) for f in (found.null, found.final))
+    found = replace(found, null=null, final=final)
+    law = law and law.completed(own)
     windows = validation_windows(recordings, found, model)
     held = HeldOut(found.problem, model, windows, tuple(own))
-    held = held.undisturbed((law and law.attempt.fit) or found.final)
+    held = held.undisturbed(law.attempt.fit if law and law.attempt.effect else found.final)
     unknown = _told(recordings, law, held) if law else None
     return _judged(found, held, facts, step, tuple(r.name for r in recordings), unknown)
 
@@ -69,12 +70,12 @@ def _with_law(recordings: Sequence[Recording], found: Search) -> tuple[Search, F
     law = None if found.problem.late() else find(recordings, found)
     if found.problem.late():
         return replace(found, untried=('a law that is no known effect',)), None
-    return (beside(found, law), law) if law else (found, None)
+    return (without(found, law), law) if law else (found, None)
 
 
 def _told(recordings: Sequence[Recording], law: Found, held: HeldOut) -> Unknown:
     """The law that is no known effect, with what it does to the held-out error."""
-    unknown = tell(recordings, law)
+    unknown = tell(law)
     if unknown.fit is None:
         return unknown
     if unknown.variable == 'path':

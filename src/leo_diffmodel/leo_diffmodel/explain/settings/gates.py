@@ -66,19 +66,6 @@ class Gates:
     """Times the noise (mean square) that matters however much was explained."""
     out_of_line: float = 2.0
     """Times the median loss that a window may count for in what is unexplained."""
-    law_nats: float = 15.0
-    """A law that is no known effect must save so much [nats]: white noise gives the best of all
-    curves 9 at most (40 draws)."""
-    law_share: float = 0.1
-    """And this share of all that is explained."""
-    law_whole: float = 1.3
-    """Times the noise that one law may leave to stand for all named effects."""
-    law_form: float = 3.0
-    """Price of choosing its form [nats]."""
-    law_agreement: float = 0.1
-    """Of what it promises in data that was held out, that it must save there."""
-    law_tells: float = 2.0
-    """Where it promises less than this there, it must only do no harm [nats]."""
     law_periods: float = 0.1
     """A law with so nearly a whole number of periods in a turn is a ripple, which is known."""
     many: int = 3

@@ -217,20 +217,15 @@ class Numerics:
 
     # unknown
     laws_tried: int = 2
-    """Curves that are fitted as one law for everything, the best of as many kinds."""
+    """Curves that are fitted as laws, the best of as many kinds."""
     law_nearly: float = 3.0
     """Most that a law may leave, in units of noise, for its starts to be settled."""
-    law_linear: float = 0.5
-    """Of what its curve promises, that a readable law must save for the curve itself not to be
-    tried;"""
     law_near: float = 0.1
-    """and within which it is not read again,"""
+    """Of what its curve promises, within which a readable law is not read again,"""
     law_refinements: int = 3
     """which is done so often at most."""
-    readable_nats: float = 10.0
-    """What a readable form may save less than its curve [nats],"""
-    readable_share: float = 0.05
-    """and this share of it: people would rather read a formula than a table."""
+    sparing: bool = False
+    """Whether a law is looked for only where what the effects leave matters."""
     past_samples: int = 300
     """Of history before a window, for a memory of the path;"""
     instant: float = 1e-9

@@ -28,7 +28,8 @@ ON_GROUND: dict[str, Any] = {
     'seen_at': 0.85,
     # in a few windows contacts that flip decide the error; these overlap
     'held_windows': 40,
-    # each stretch is a rollout with contacts
+    # each stretch is a rollout with contacts, and a law many
     'stretches': 3,
+    'sparing': True,
 }
 """Numbers by the names of their fields in the three objects."""

@@ -3,21 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.loss import gain
 from leo_diffmodel.explain.estimate.rows import constant_rows, effect_row, parameter_rows
 from leo_diffmodel.explain.settings import Grids
+from leo_diffmodel.explain.unknown.beside import Attempt
 from leo_diffmodel.explain.unknown.curves import carry
 from leo_diffmodel.explain.unknown.find import Found
 from leo_diffmodel.explain.unknown.found_effect import FoundEffect
 from leo_diffmodel.explain.unknown.influence import Influence, influence
 from leo_diffmodel.explain.unknown.law import Law
-from leo_diffmodel.explain.unknown.paths import with_past
 from leo_diffmodel.explain.unknown.regression import Regression
 from leo_diffmodel.explain.unknown.variables import ring, Variable
 
@@ -98,36 +97,33 @@ class Unknown:
         )
 
 
-def tell(recordings: Sequence[Recording], found: Found) -> Unknown:
-    """Put a law that was found into words and numbers.
-
-    Args:
-        recordings: what it was found in, held-out ones last.
-        found: the law.
-    """
-    tried, law = found.attempt, found.attempt.law
-    parameters = _parameters(law, tried.fit)
-    joint = found.left.model.robot.joint_names[law.curve.joint]
+def tell(found: Found) -> Unknown:
+    """Put a law that was found into words and numbers."""
+    tried, law = found.attempt, found.attempt.fitted_law
+    parameters, problem = _parameters(law, tried), tried.scored.at.problem
+    trained, validated = (
+        gain(found.beside, tried.fit, windows) for windows in (problem.train, problem.judged)
+    )
     values = ', '.join(_value(name, p) for name, p in parameters.items())
     return Unknown(
-        joint=joint,
+        joint=tried.candidate.where,
         variable=law.curve.variable.name,
         of=law.curve.variable.of,
         acts_as=law.curve.carrier,
         formula=f'{law.words} with {values}',
         parameters=parameters,
         r2_held_out=_removed(found),
-        gain_train=tried.gain_train,
-        gain_held_out=tried.gain_held_out,
-        curve=_curve(recordings, found),
+        gain_train=trained,
+        gain_held_out=validated,
+        curve=_curve(tried),
         effect=tried.effect,
-        fit=tried.fit,
+        fit=tried.fit if tried.effect else None,
     )
 
 
-def _parameters(law: Law, fitted: Fit | None) -> dict[str, dict]:
-    if fitted is not None:
-        return parameter_rows(fitted, len(fitted.hypothesis.candidates) - 1)
+def _parameters(law: Law, tried: Attempt) -> dict[str, dict]:
+    if tried.effect:
+        return parameter_rows(tried.fit, len(tried.named))
     return {p.name: {'value': float(v), 'unit': p.unit}
             for p, v in zip(law.parameters, law.values, strict=True)}  # fmt: skip
 
@@ -142,28 +138,24 @@ def _value(name: str, parameter: dict) -> str:
 
 def _removed(found: Found) -> float:
     """Share of the held-out loss beyond that of noise that the law removes."""
-    problem, fitted = found.left.problem, found.attempt.fit
-    validation = ~problem.train
-    before = float(found.beside.loss[validation].sum())
-    saved = found.attempt.gain_held_out
-    if fitted is not None:
-        saved = before - float(fitted.loss[validation].sum())
+    validation = ~found.attempt.scored.at.problem.train
+    before, after = (float(f.loss[validation].sum()) for f in (found.beside, found.attempt.fit))
     free = found.beside.residual.shape[-1] - found.beside.start.shape[-1]
     noise = 0.5 * int(validation.sum()) * free
-    return float(np.clip(saved / max(before - noise, saved, 1e-9), 0.0, 1.0))
+    return float(np.clip((before - after) / max(before - noise, before - after, 1e-9), 0.0, 1.0))
 
 
-def _curve(recordings: Sequence[Recording], found: Found) -> dict[str, list | str]:
+def _curve(tried: Attempt) -> dict[str, list | str]:
     """Free values at the knots of the variable, and the law there."""
-    law, left = found.attempt.law, found.left
-    variable = _read_at(law, found.attempt.law.curve.variable, left.problem.grids)
+    law, left = tried.fitted_law, tried.left
+    variable = _read_at(law, law.curve.variable, left.problem.grids)
     y = np.zeros(len(variable.knots))
-    if found.attempt.fit is not None:
-        left, y = _around(recordings, found), law.at(_argument(law, variable.knots))
+    if tried.effect:
+        left, y = _around(tried), law.at(_argument(law, variable.knots))
     carried = carry(left, law.curve.carrier, law.curve.joint)
     assert carried is not None
     basis = variable.hats(variable.values) * carried[..., None]
-    free = Regression(left, found.blocks, law.curve.joint).of(basis[:, :, None]).at(0)
+    free = Regression(left, law.curve.joint).of(basis[:, :, None]).at(0)
     half = 1.96 * free.spread
     told = half < left.problem.numerics.told_half * np.median(half)
     return {
@@ -176,14 +168,9 @@ def _curve(recordings: Sequence[Recording], found: Found) -> dict[str, list | st
     }
 
 
-def _around(recordings: Sequence[Recording], found: Found) -> Influence:
+def _around(tried: Attempt) -> Influence:
     """What the law leaves, with everything else held."""
-    problem, fitted = found.left.problem, found.attempt.fit
-    assert fitted is not None
-    if found.attempt.law.curve.variable.name == 'path':
-        problem = replace(problem, windows=with_past(recordings, problem.windows,
-                                                      problem.numerics))  # fmt: skip
-    left = influence(problem, fitted)
+    left = influence(tried.scored.at.problem, tried.fit)
     return replace(left, by_theta=left.by_theta[..., :0])
 
 

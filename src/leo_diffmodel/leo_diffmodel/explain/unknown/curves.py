@@ -45,22 +45,26 @@ class Curve:
 
     @property
     def gain(self) -> float:
-        """On training blocks, each predicted from the others [nats]."""
+        """In all folds, each predicted from the others [nats]."""
         return float(self.score.gain)
 
+    @property
+    def at_knots(self) -> bool:
+        """Whether its coefficients are its values at the knots of the variable."""
+        return self.variable.name != 'path' and not self.hertz
 
-def curves(left: Influence, blocks: Array, paths: dict[float, Array]) -> list[Curve]:
-    """The curve of every variable at every joint, best on training blocks first.
+
+def curves(left: Influence, paths: dict[float, Array]) -> list[Curve]:
+    """The curve of every variable at every joint, best in the folds left out first.
 
     Args:
         left: what is left.
-        blocks: time block of each window, shape (W,).
         paths: for each reach [rad], how far each joint is along its hysteresis, (W, G, J).
     """
     found = []
     robot = left.model.robot
     for joint in range(len(robot.base_joints), len(robot.joint_names)):
-        regression = Regression(left, blocks, joint)
+        regression = Regression(left, joint)
         found += list(_at_joint(left, regression, joint))
         found += [_along(left, regression, joint, r, z[..., joint]) for r, z in paths.items()]
     return sorted(found, key=lambda c: -c.gain)
@@ -108,7 +112,7 @@ def waves(time: Array, hertz: Array) -> Array:
     return np.stack([np.sin(phase), np.cos(phase)], axis=-1)
 
 
-def again(left: Influence, blocks: Array, curve: Curve) -> Curve:
+def again(left: Influence, curve: Curve) -> Curve:
     """This curve from another linearisation."""
     variable = next(
         v for v in variables(left, curve.joint) if v.kind == curve.variable.kind
@@ -118,7 +122,7 @@ def again(left: Influence, blocks: Array, curve: Curve) -> Curve:
     basis = variable.hats(variable.values)
     if curve.hertz:
         basis = waves(variable.values, np.array([curve.hertz]))[:, :, 0]
-    score = Regression(left, blocks, curve.joint).of((basis * carried[..., None])[:, :, None])
+    score = Regression(left, curve.joint).of((basis * carried[..., None])[:, :, None])
     return replace(curve, variable=variable, score=score.at(0))
 
 

@@ -29,6 +29,7 @@ class Influence:
 
     Attributes:
         residual: (measured - predicted) / sigma, robustly weighted, shape (W, N).
+        root: the weights, as they multiply it, shape (W, N).
         answer: change of the prediction per N m of torque at joint j throughout stretch g, in
             the same units, shape (W, N, G, J).
         by_theta: change of the prediction per unit of the fit's parameters, shape (W, N, P).
@@ -40,6 +41,7 @@ class Influence:
     """
 
     residual: Array
+    root: Array
     answer: Array
     by_theta: Array
     stretch: Array
@@ -57,6 +59,10 @@ class Influence:
         columns = np.concatenate([self.answer[..., joint], self.by_theta], axis=-1)
         turned = np.swapaxes(columns, -1, -2)
         return turned @ columns, (turned @ self.residual[..., None])[..., 0]
+
+    def trace(self, torque: Array, joint: int) -> Array:
+        """Change of the prediction by a torque (W, G) at a joint, weighted, shape (W, N)."""
+        return np.asarray((self.answer[..., joint] @ torque[..., None])[..., 0])
 
     @property
     def runs_away(self) -> bool:
@@ -107,6 +113,7 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     middle = 0.5 * (predicted[:, 1:] + predicted[:, :-1])
     made = Influence(
         residual=rest,
+        root=np.sqrt(weight),
         answer=-columns[..., split:].reshape(*rest.shape, -1, joints),
         by_theta=-columns[..., :split],
         stretch=stretch,

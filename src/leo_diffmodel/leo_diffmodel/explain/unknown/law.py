@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A readable law for a curve: the form that explains most for the parameters it takes."""
+"""A readable law for a curve: the form that explains most of what is left out of it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from leo_diffmodel.explain.select.evidence import Weight
 from leo_diffmodel.explain.unknown.curves import carry, Curve
 from leo_diffmodel.explain.unknown.families import families, Family, table
 from leo_diffmodel.explain.unknown.influence import Influence
@@ -26,14 +27,14 @@ class Law:
         family: its form.
         parameters: coefficients first; those that shape it are neutral at their fitted value.
         values: the fitted values, same order.
-        gain: linear gain on the training blocks less the price of the parameters [nats].
+        read: it is the curve, whose values are no parameters.
     """
 
     curve: Curve
     family: Family
     parameters: tuple[Parameter, ...]
     values: Array
-    gain: float
+    read: bool = False
 
     def at(self, x: Array) -> Array:
         """The law at values of its variable."""
@@ -71,36 +72,32 @@ class Law:
 SYMBOLS = {'angle': 'q', 'rate': 'w', 'input': 'u', 'load': 'load', 'time': 't', 'path': 'z'}
 
 
-def law_of(left: Influence, blocks: Array, curve: Curve) -> Law:
-    """The best readable form; the table of the curve where none comes close to it."""
-    regression = Regression(left, blocks, curve.joint)
+def law_of(left: Influence, curve: Curve, weight: Weight) -> Law:
+    """The readable form that predicts best what is left out.
+
+    Args:
+        left: what is left.
+        curve: the curve.
+        weight: what a nat counts, and the price of a parameter.
+    """
+    regression = Regression(left, curve.joint)
     carried = carry(left, curve.carrier, curve.joint)
     assert carried is not None
-    size = 0.5 * float(np.log(regression.samples))
     found = []
     for family in families(curve, left.problem.grids):
-        basis = family.basis(curve.variable.values) * carried[..., None, None]
-        score = regression.of(basis)
+        score = regression.of(family.basis(curve.variable.values) * carried[..., None, None])
         best = int(np.argmax(score.gain_train))
-        count = len(family.linear) + len(family.shapes)
         values = family.values(score.values[best], best)
-        gain = float(score.gain_train[best]) - size * count
-        found.append(Law(curve, family, _parameters(curve, family, values), values, gain))
-    law = max(found, key=lambda f: f.gain)
-    whole = float(curve.score.gain_train) - size * len(curve.score.values)
-    numerics = left.problem.numerics
-    least = whole - numerics.readable_nats - numerics.readable_share * abs(whole)
-    if curve.hertz or law.gain > least:
-        return law
-    return table_of(curve, whole)
+        gain = score.best_gain / weight.spread - weight.price * len(values)
+        found.append((gain, Law(curve, family, _parameters(curve, family, values), values)))
+    return max(found, key=lambda f: f[0])[1]
 
 
-def table_of(curve: Curve, gain: float = 0.0) -> Law:
+def table_of(curve: Curve) -> Law:
     """The curve itself as a law."""
-    variable = curve.variable
-    family = table(variable.knots, curve.score.values, variable.period, variable.hats)
-    values = np.ones(1)
-    return Law(curve, family, (Parameter('k', ''),), values, gain)
+    variable, values = curve.variable, curve.score.values
+    family = table(variable.knots, values, variable.period, variable.hats)
+    return Law(curve, family, (Parameter('k', ''),), np.ones(1), read=True)
 
 
 def _parameters(curve: Curve, family: Family, values: Array) -> tuple[Parameter, ...]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Least squares of a missing torque on training blocks, judged on blocks it has not seen."""
+"""Least squares of a missing torque, judged on the folds that are left out of it."""
 
 from __future__ import annotations
 
@@ -18,19 +18,32 @@ class Score(NamedTuple):
     Attributes:
         values: coefficients, shape (F, B).
         spread: their standard deviation, shape (F, B).
-        gain: on the training blocks, each predicted from the others [nats], shape (F,).
-        gain_held_out: on the blocks nothing was fitted to [nats], shape (F,).
-        gain_train: on the training blocks it was fitted to [nats], shape (F,).
-        expected: what that promises for the held-out blocks, by how much the law shows there
-            [nats], shape (F,).
+        fitted: gain in each fold, fitted to all [nats], shape (F, folds).
+        left_out: in each, predicted from the others [nats], shape (F, folds).
+        others: in these others, to which it was then fitted [nats], shape (F, folds).
     """
 
     values: Array
     spread: Array
-    gain: Array
-    gain_held_out: Array
-    gain_train: Array
-    expected: Array
+    fitted: Array
+    left_out: Array
+    others: Array
+
+    @property
+    def gain_train(self) -> Array:
+        """In all folds, fitted to them [nats], shape (F,)."""
+        return np.asarray(self.fitted.sum(axis=-1))
+
+    @property
+    def gain(self) -> Array:
+        """In all folds, each predicted from the others [nats], shape (F,)."""
+        return np.asarray(self.left_out.sum(axis=-1))
+
+    @property
+    def best_gain(self) -> float:
+        """The same, where which of the laws it is is found from the others too [nats]."""
+        best = np.argmax(self.others, axis=0)
+        return float(self.left_out[best, np.arange(len(best))].sum())
 
     def at(self, index: int) -> Score:
         """One of the laws."""
@@ -49,14 +62,11 @@ class _Normal(NamedTuple):
     def solved(self, ridge: float) -> Array:
         return np.linalg.solve(_ridged(self.matrix, ridge), self.slope[..., None])[..., 0]
 
-    def trace(self, found: Array) -> Array:
-        """Squared change of the prediction here by coefficients, shape (F,)."""
-        return np.einsum('fi,fij,fj->f', found, self.matrix, found)
-
     def nats(self, found: Array) -> Array:
         """Nats gained here by coefficients found anywhere; a law beyond all numbers gains none."""
         with np.errstate(all='ignore'):
-            gained = np.einsum('fi,fi->f', found, self.slope) - 0.5 * self.trace(found)
+            changed = np.einsum('fi,fij,fj->f', found, self.matrix, found)
+            gained = np.einsum('fi,fi->f', found, self.slope) - 0.5 * changed
         return np.where(np.isfinite(gained), gained, -np.inf)
 
 
@@ -67,22 +77,21 @@ class Regression:
     response over all training windows.
     """
 
-    def __init__(self, left: Influence, blocks: Array, joint: int):
+    def __init__(self, left: Influence, joint: int):
         """Sum up what the windows say.
 
         Args:
             left: what is left.
-            blocks: time block of each window, shape (W,).
             joint: index of the joint.
         """
-        self._train, self._ridge = left.problem.train, left.problem.numerics.ridge
+        fold, self._train = left.problem.fold, left.problem.train
+        self._ridge = left.problem.numerics.ridge
+        assert fold is not None
         self._matrix, self._slope = left.information(joint)
         self._stretches = left.answer.shape[-2]
-        self._held = np.flatnonzero(~self._train)
         self._folds = [
-            np.flatnonzero((blocks == b) & self._train) for b in np.unique(blocks[self._train])
+            np.flatnonzero((fold == f) & self._train) for f in np.unique(fold[self._train])
         ]
-        self.samples = int(self._train.sum()) * left.residual.shape[1]
 
     def of(self, torque: Array) -> Score:
         """Fit laws that are linear in their coefficients.
@@ -98,16 +107,16 @@ class Regression:
         whole = _Normal(
             np.sum([p.matrix for p in parts], axis=0), np.sum([p.slope for p in parts], axis=0)
         )
-        held = self._sum(torque, answered, own, self._held)
         found = whole.solved(self._ridge)
         inverse = np.linalg.inv(_ridged(whole.matrix, self._ridge))
+        rests = [whole.less(p) for p in parts]
+        without = [rest.solved(self._ridge) for rest in rests]
         return Score(
             found,
             np.sqrt(np.maximum(np.diagonal(inverse, axis1=-2, axis2=-1), 0.0)),
-            np.sum([p.nats(whole.less(p).solved(self._ridge)) for p in parts], axis=0),
-            held.nats(found),
-            whole.nats(found),
-            whole.nats(found) * held.trace(found) / np.maximum(whole.trace(found), 1e-12),
+            np.stack([p.nats(found) for p in parts], axis=-1),
+            np.stack([p.nats(v) for p, v in zip(parts, without, strict=True)], axis=-1),
+            np.stack([r.nats(v) for r, v in zip(rests, without, strict=True)], axis=-1),
         )
 
     def _responses(self, answered: Array) -> tuple[Array, Array]:
