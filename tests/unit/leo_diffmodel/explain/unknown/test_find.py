@@ -183,11 +183,11 @@ def test_a_law_of_another_joint_is_judged_by_the_linear_answer():
     posed = pose([bag], [], Model(robot))
     null = fit(posed.problem, Hypothesis())
     scored, left = score(Estimate(posed, null)), influence(posed.problem, null)
-    weight, best = weigh([scored], SETTINGS), curves(left, {})[0]
+    weight, best = weigh([scored]), curves(left, {})[0]
     tried = attempt([bag], posed, null, left, weight, best)
     assert (best.variable.name, best.variable.of, tried.candidate.where) == (
         'angle', 'shoulder', 'elbow')  # fmt: skip
-    assert tried.effect is None and weight.supports(scored, tried.scored, SETTINGS.least_nats)
+    assert tried.effect is None and weight.supports(scored, tried.scored, SETTINGS.gates.least_nats)
 
 
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
