@@ -14,13 +14,14 @@ from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.linearisation import settled
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.explain.settings import settings_for
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
 LEO = load_robot('leo')
 NOISE = (1e-3, 0.05)
 SIGMA = np.repeat(NOISE, 9)[None]
+ON_GROUND = settings_for(LEO)
 KNEE = LEO.joint_names.index('left_knee')
 
 
@@ -50,8 +51,8 @@ def recorded(*effects, start='hanging', seconds=1.5, seed=1):
 def scanned(model, bag):
     """The settled windows of a bag, the model as given fitted to them, and its scanner."""
     windows = cut([bag], 0.1)
-    kept, linearisation = settled(model, windows, SIGMA, SETTINGS)
-    problem = Problem(model, windows.take(kept), SIGMA, np.ones(len(kept), bool), SETTINGS,
+    kept, linearisation = settled(model, windows, SIGMA, ON_GROUND)
+    problem = Problem(model, windows.take(kept), SIGMA, np.ones(len(kept), bool), ON_GROUND,
                       linearisation)  # fmt: skip
     null = fit(problem, Hypothesis())
     return problem, null, GroundScanner(problem, null, scales_of(model, windows))

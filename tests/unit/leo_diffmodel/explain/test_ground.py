@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.ground import candidate, KNEE, LEO, recorded, scanned, SIGMA
+from tests.ground import candidate, KNEE, LEO, ON_GROUND, recorded, scanned, SIGMA
 
 from leo_diffmodel.blind import kinds
 from leo_diffmodel.blind.run_cases import run_case
@@ -24,7 +24,7 @@ from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.linearisation import refined, settled
 from leo_diffmodel.explain.problem.pose import pose
-from leo_diffmodel.explain.settings import SETTINGS, settings_for
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.explain.unknown import find as unknown_find
 from leo_diffmodel.explain.unknown import influence as influences
 from leo_diffmodel.explain.unknown.curves import curves
@@ -94,7 +94,7 @@ def test_a_delay_is_searched_for_with_few_looks_at_the_geometry(model, braked, m
 
 def test_what_a_coarse_integration_is_off_by_is_taken_off(model):
     windows = cut([recorded(start='standing', seconds=0.9)], 0.1)
-    kept, linearisation = settled(model, windows, SIGMA, SETTINGS)
+    kept, linearisation = settled(model, windows, SIGMA, ON_GROUND)
     windows = windows.take(kept)
     finer, moved = refined(model, windows, linearisation)
     fine = predict(model.changed(scheme='training'), windows, linearisation.start)
@@ -107,10 +107,10 @@ def test_what_a_coarse_integration_is_off_by_is_taken_off(model):
 
 def test_starts_settle_on_another_model_by_the_answer_of_the_first(model, braked):
     windows = cut([braked], 0.1)
-    kept, linearisation = settled(model, windows, SIGMA, SETTINGS)
+    kept, linearisation = settled(model, windows, SIGMA, ON_GROUND)
     right = model.changed(effects=[place(LEO, 'viscous_friction', 'left_knee', b=0.05)])
-    _, again = settled(right, windows.take(kept), SIGMA, SETTINGS, linearisation)
-    _, anew = settled(right, windows.take(kept), SIGMA, SETTINGS)
+    _, again = settled(right, windows.take(kept), SIGMA, ON_GROUND, linearisation)
+    _, anew = settled(right, windows.take(kept), SIGMA, ON_GROUND)
     noise_alone = 0.5 * (windows.measured[0].size - linearisation.start.shape[-1])
     assert np.median(linearisation.loss) > 1.3 * noise_alone
     assert np.median(again.loss) == pytest.approx(noise_alone, rel=0.1)
@@ -119,10 +119,10 @@ def test_starts_settle_on_another_model_by_the_answer_of_the_first(model, braked
 
 def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
     windows = cut([recorded(start='standing', seconds=0.9)], 0.1)
-    kept, linearisation = settled(model, windows, SIGMA, SETTINGS)
+    kept, linearisation = settled(model, windows, SIGMA, ON_GROUND)
     sunk = linearisation.start - 0.05 * (np.arange(18) == 1)
     below = replace(linearisation, start=sunk)
-    _, again = settled(model, windows.take(kept), SIGMA, SETTINGS, below)
+    _, again = settled(model, windows.take(kept), SIGMA, ON_GROUND, below)
     assert np.median(again.loss) < 1.1 * np.median(linearisation.loss)
 
 
@@ -132,7 +132,7 @@ def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
 def test_on_the_ground_a_law_is_looked_for_in_what_matters(monkeypatch, on_ground, share, found):
     monkeypatch.setattr(unknown_find, '_curves', lambda *_: ('left', []))
     monkeypatch.setattr(unknown_find, 'rest_of', lambda *_: Rest(SETTINGS.gates, 2.0, share))
-    settings = settings_for(LEO) if on_ground else SETTINGS
+    settings = ON_GROUND if on_ground else SETTINGS
     problem = SimpleNamespace(numerics=settings.numerics)
     final = SimpleNamespace(hypothesis=SimpleNamespace(candidates=()))
     search = SimpleNamespace(problem=problem, null=None, final=final)
@@ -275,8 +275,8 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
         fitted = SimpleNamespace(hypothesis=name, loss=loss, residual=windows,
                                  start=np.zeros((12, 18)))  # fmt: skip
         posed = SimpleNamespace(problem=SimpleNamespace(
-            train=np.ones(12, dtype=bool), linearisation='settled', gates=SETTINGS.gates,
-            numerics=SETTINGS.numerics))  # fmt: skip
+            train=np.ones(12, dtype=bool), linearisation='settled', gates=ON_GROUND.gates,
+            numerics=ON_GROUND.numerics))  # fmt: skip
         return contact.Stand(posed, fitted, step)
 
     def advanced(at):

@@ -117,9 +117,15 @@ class Problem:
     @property
     def rough(self) -> Model:
         """The model as sensitivities are found with it, integrated as coarsely as that allows."""
-        if self.rough_step is None:
+        if self.rough_step in (None, self.base.integration_step):
             return self.base
         return self.base.changed(integration_step=self.rough_step)
+
+    @property
+    def roughly(self) -> Problem:
+        """The problem integrated so; itself where that is the step of the model."""
+        model = self.rough
+        return self if model is self.base else replace(self, base=model, rough_step=None)
 
     def linearised(
         self, hypothesis: Hypothesis, theta: Array, start: Array, errors: Array | None = None

@@ -13,16 +13,17 @@ from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import number, quantity, unit
 
 
-def section(settings: Mapping[str, float], found: Search | None) -> Section:
+def section(settings: Mapping[str, float | None], found: Search | None) -> Section:
     """All gates by name, and the plausible range of each parameter of the supported effects.
 
     Args:
-        settings: of explain.json.
+        settings: of explain.json; None stands for no limit.
         found: the finished search; None where there was none.
     """
     said = texts(Gates)
     gates = [
-        {'name': name, 'value': f'{value:g}', 'said': said.get(name, '')}
+        {'name': name, 'value': 'no limit' if value is None else f'{value:g}',
+         'said': said.get(name, '')}
         for name, value in settings.items()
     ]
     return Section('gates.html', {'gates': gates, 'limits': _limits(found) if found else []})

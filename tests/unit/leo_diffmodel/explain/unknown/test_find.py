@@ -187,7 +187,8 @@ def test_a_law_of_another_joint_is_judged_by_the_linear_answer():
     tried = attempt([bag], posed, null, left, weight, best)
     assert (best.variable.name, best.variable.of, tried.candidate.where) == (
         'angle', 'shoulder', 'elbow')  # fmt: skip
-    assert tried.effect is None and weight.supports(scored, tried.scored, SETTINGS.gates.least_nats)
+    assert tried.effect is None
+    assert weight.supports(scored, tried.scored, SETTINGS.gates.least_nats)
 
 
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
