@@ -57,9 +57,10 @@ class Gates:
     unexplained: float = 1.6
     """Times the noise that may be left where nothing is missing (mean square)."""
     correlated: float = 1.3
-    """The same where what is left is correlated in time,"""
+    """Times the noise that may be left where it is correlated in time (mean square)."""
     correlation: float = 1.5
-    """which it is where that multiplies its variance by so much."""
+    """Times by which correlation in time must multiply the variance of what is left, for it to
+    count as correlated."""
     share: float = 0.25
     """Of the error beyond noise that may be left where everything is explained."""
     far: float = 4.0

@@ -73,12 +73,12 @@ class Attempt:
         return self.law.settled(self.fit.theta[first : first + len(self.law.values)])
 
     def refitted(self, fitted: Fit) -> Attempt:
-        """The same with another fit."""
+        """This attempt with another fit of its hypothesis."""
         at = self.scored.at._replace(fit=fitted)
         return replace(self, scored=replace(self.scored, at=at))
 
     def on(self, base: Fit) -> Attempt:
-        """The same with the very effects of a fit, of which another process gives copies."""
+        """This attempt with the very effects of a fit, of which another process gives copies."""
         hypothesis = base.hypothesis.with_candidate(self.candidate)
         return self.refitted(replace(self.fit, hypothesis=hypothesis))
 

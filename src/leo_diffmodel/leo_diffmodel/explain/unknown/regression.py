@@ -41,7 +41,7 @@ class Score(NamedTuple):
 
     @property
     def best_gain(self) -> float:
-        """The same, where which of the laws it is is found from the others too [nats]."""
+        """In all folds, the law and its coefficients chosen by the other folds [nats]."""
         best = np.argmax(self.others, axis=0)
         return float(self.left_out[best, np.arange(len(best))].sum())
 
