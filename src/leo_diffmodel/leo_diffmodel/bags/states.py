@@ -15,7 +15,7 @@ from leo_msgs_py.cdr import decode
 from leo_msgs_py.errors import UserError
 
 from .contents import Logged, TopicLog
-from .topic_map import TopicMap
+from .topic_map import JointMap, TopicMap
 from .types import JOINT_STATE
 
 Floats = NDArray[np.float64]
@@ -63,14 +63,12 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
     published = np.array([message.published_ns for message in logged], dtype=np.int64)
     stamp = np.array([row[1] for row in rows], dtype=np.int64)
     columns = [_column([row[k] for row in rows], len(joints)) for k in (2, 3, 4)]
-    signs = np.array([float(topic_map.joint(name).sign) for name in joints])
-    offsets = np.array([topic_map.joint(name).offset for name in joints])
-    q, dq, effort = (None if column is None else signs * column for column in columns)
-    if q is None:
+    if columns[0] is None:
         raise UserError(f'the messages on {topic.name} have no positions')
+    q, dq, effort = _ours(columns, [topic_map.joint(name) for name in joints])
     stamped = bool(stamp.any())
     stamp = stamp if stamped else log
-    return _clean(topic, log, published, stamp, q + offsets, dq, effort, stamped)
+    return _clean(topic, log, published, stamp, q, dq, effort, stamped)
 
 
 def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[Logged, Any]]:
@@ -119,6 +117,22 @@ def _rows(
             f'{topic.name}; there are {", ".join(there) or "none"}. Rename in a topic map '
             '(joints: {ours: {name: theirs}})'
         )
+
+
+def _ours(
+    columns: Sequence[Floats | None], maps: Sequence[JointMap],
+) -> tuple[Floats, Floats | None, Floats | None]:
+    """Return angles, speeds and efforts in our units, signs and zeros."""
+    q, dq, effort = columns
+    sign, scale, offset, fast, zero = (
+        np.array([float(getattr(m, name)) for m in maps])
+        for name in ('sign', 'scale', 'offset', 'speed_scale', 'speed_zero')
+    )
+    return (
+        sign * scale * np.asarray(q) + offset,
+        None if dq is None else sign * fast * (dq - zero),
+        None if effort is None else sign * effort,
+    )
 
 
 def _column(values: list[Floats | None], width: int) -> Floats | None:
