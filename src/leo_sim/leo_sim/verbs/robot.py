@@ -105,15 +105,19 @@ def _facts(robot: Robot) -> dict[str, object]:
 
 
 def _said(made: Skeleton, folder: Path) -> list[str]:
-    robot, unit = made.robot, made.robot.input_unit
+    robot = made.robot
     limits = {joint.name: joint.limits for joint in robot.joints}
     start = robot.start_poses['nominal'].angles
     lines = [f'wrote {folder}/robot.urdf and {folder}/robot.yaml: {robot.name}, '
              f'{len(robot.joint_names)} joints']
     for a in robot.actuators:
         low, high = limits[a.joint]
-        lines.append(f'  {a.joint}: from {low:.4g} to {high:.4g}, starts at '
-                     f'{start[a.joint]:.4g}, takes up to {a.limit:g} {unit}')
+        unit = robot.constants[f'actuators.{a.joint}.limit'].unit
+        angle = 'm' if a.joint in robot.slides else 'rad'
+        lines.append(f'  {a.joint}: from {low:.4g} to {high:.4g} {angle}, starts at '
+                     f'{start[a.joint]:.4g} {angle}, takes up to {a.limit:g} {unit}')
+    lines += [f'  {j.name}: moves with {j.leader}, {j.ratio:g} times as far'
+              for j in robot.joints if j.leader]
     lines.append(f'integration step {robot.integration_step:g} s')
     lines += [f'note: {note}' for note in made.notes]
     lines.append(f'left to fill in (FILL IN in {folder}/robot.yaml):')

@@ -54,7 +54,7 @@ def make_folder(source: Path, folder: Path, kind: str, servos: bool = False) -> 
     _check_free(folder)
     description = read_description(source)
     links, joints = urdf.parse(description.text, str(source))
-    if all(joint.kind == 'fixed' for joint in joints):
+    if not any(joint.independent for joint in joints):
         raise UserError(f'{source}: no joint moves; a robot has at least one that does')
     with tempfile.TemporaryDirectory() as temporary:
         draft = Path(temporary) / 'robot'
@@ -93,7 +93,7 @@ def _drafted(draft: Path, source: Path, kind: str, description: Description,
     """Write the folder twice: to learn what gravity and the step need, and with that."""
     draft.mkdir()
     (draft / 'robot.urdf').write_text(description.text, encoding='utf-8')
-    moving = [joint for joint in joints if joint.kind != 'fixed']
+    moving = [joint for joint in joints if joint.independent]
     zero = dict.fromkeys((joint.name for joint in moving), 0.0)
     timing, reason = {'period': PERIOD, 'step': PERIOD, 'rate': 1 / PERIOD}, ''
     tail = robot_yaml.pose_lines(joints) + robot_yaml.tail(moving[0], _mass(links, moving[0]))
@@ -104,10 +104,11 @@ def _drafted(draft: Path, source: Path, kind: str, description: Description,
         (draft / 'robot.yaml').write_text(text, encoding='utf-8')
         return load_robot(draft)
 
-    robot = write(actuators(description, zero, kind))
+    slides = frozenset(j.name for j in moving if j.kind == 'prismatic')
+    robot = write(actuators(description, zero, kind, slides))
     check_masses(robot, str(source))
     loads = dict(zip(robot.joint_names, gravity_torque(robot).tolist(), strict=True))
-    motors = actuators(description, loads, kind)
+    motors = actuators(description, loads, kind, slides)
     robot = write(motors)
     timing['step'], error = integration_step(robot)
     reason = f'one control period is off by {100 * error:.1g} % of its change of speed'
