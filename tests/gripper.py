@@ -35,4 +35,4 @@ CLAW = """
 <joint name="spin" type="continuous"><parent link="tip"/><child link="wheel"/>
 <origin xyz="0 0 -0.03"/><axis xyz="1 0 0"/><limit effort="0.05" velocity="20"/></joint></robot>
 """
-"""A thumb, a finger that goes the other way, its tip that bends half as far, a wheel on the tip."""
+"""A thumb, a finger that goes the other way, its tip that bends half as far, a wheel on it."""

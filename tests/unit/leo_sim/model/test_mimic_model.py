@@ -57,7 +57,7 @@ def test_windows_are_stepped_as_single_states_are(tmp_path):
 
 def test_mujoco_and_its_file_have_no_mimics_and_say_what_to_do(tmp_path, capsys):
     robot = made(tmp_path, SLIDES)
-    with pytest.raises(UserError, match='engine mujoco takes no joints that mimic.*use rigid'):
+    with pytest.raises(UserError, match=r'engine mujoco takes no joints that mimic.*use rigid'):
         Model(robot, engine='mujoco')
     folder = str(tmp_path / 'robot')
     assert main(['export', folder, '-o', str(tmp_path / 'g.xml')]) == 2

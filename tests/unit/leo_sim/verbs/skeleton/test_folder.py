@@ -125,7 +125,8 @@ def test_what_no_model_uses_is_left_out_and_said(tmp_path):
 
 
 @pytest.mark.parametrize(('changes', 'said'), [
-    ([('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="joint1"/>')], 'joint2.*mimic'),
+    ([('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="joint9"/>')],
+     "joint2.*mimics 'joint9', which is no joint"),
     ([('type="revolute"', 'type="floating"')], "joint1.*'floating'.*supported"),
     ([('type="revolute"', 'type="planar"')], "joint1.*'planar'.*supported"),
     ([('type="revolute"', 'type="fixed"')], 'no joint moves'),
