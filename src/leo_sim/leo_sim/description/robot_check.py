@@ -19,6 +19,7 @@ def check(folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence
     """Raise UserError where robot.yaml and the tree of the URDF do not fit."""
     path = folder / 'robot.yaml'
     moving = [joint.name for joint in joints if joint.independent]
+    _check_copies(path, file, joints)
     _known(path, _named_joints(file), moving, 'moving joint')
     _known(path, _named_links(file), [link.name for link in links], 'link')
     if 'nominal' not in file.start_poses:
@@ -43,6 +44,15 @@ def _named_joints(file: RobotFile) -> Iterable[tuple[str, str]]:
         yield from ((f'start_poses.{name}', joint) for joint in (*pose.angles, *pose.rates))
     for group in ('observation', 'reward', 'termination'):
         yield from ((group, term.joint) for term in getattr(file, group) if term.joint)
+
+
+def _check_copies(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
+    """What is said of a joint that mimics another is said of that one."""
+    leaders = {joint.name: joint.leader for joint in joints if joint.leader}
+    for key, name in _named_joints(file):
+        if name in leaders:
+            raise UserError(f'{path}: {key}: {name!r} mimics {leaders[name]!r} and moves with it; '
+                            'take it out here')
 
 
 def _named_links(file: RobotFile) -> Iterable[tuple[str, str]]:

@@ -67,6 +67,20 @@ def test_mujoco_and_its_file_have_no_mimics_and_say_what_to_do(tmp_path, capsys)
     assert load_robot(tmp_path / 'again').joint_names == ('left',)
 
 
+@pytest.mark.parametrize(('old', 'new', 'said'), [
+    ('actuators:', 'sensors: {right: {}}\nactuators:', "sensors: 'right' mimics 'left'"),
+    ('base: fixed', 'base: fixed\ncontacts: {tip: {link: l, x: 0, z: 0, radius: 0.01}}\nground: '
+     '{stiffness: {value: 1000, unit: N/m}, damping: {value: 1, unit: N s/m}, '
+     "friction: {value: 1, unit: ''}}", "contacts: 'right' mimics another joint"),
+])
+def test_what_it_cannot_have_is_one_line(tmp_path, old, new, said):
+    made(tmp_path, SLIDES)
+    path = tmp_path / 'robot' / 'robot.yaml'
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(UserError, match=said):
+        load_robot(tmp_path / 'robot')
+
+
 def _energy(model: Model, state) -> float:
     mass, _ = model.rigid.mass_and_bias(state.q, state.dq)
     return float(0.5 * state.dq @ mass @ state.dq)

@@ -14,6 +14,8 @@ from leo_sim.verbs.skeleton.description import Description
 from leo_sim.verbs.skeleton.implied_figures import pose_range
 
 MARK = 'FILL IN'
+PINION = 0.015
+"""Radius that a servo is taken to drive a slide at, m."""
 HEAD = """\
 # Made by leo robot init from {source}. It loads as it is; the lines marked FILL IN hold guesses.
 name: {name}
@@ -93,9 +95,12 @@ def driver_lines(joints: Sequence[Joint], kind: str) -> str:
     for number, joint in enumerate((j for j in joints if j.independent), 1):
         low, high = (f'{limit:.6g}' if math.isfinite(limit) else f'{"-" * (limit < 0)}.inf'
                      for limit in joint.limits)
+        gear = f', gear: {1 / PINION:.3g}' if joint.kind == 'prismatic' else ''
         lines.append(f'      {quoted(joint.name)}: {{id: {number}, model: XM430-W210, '
-                     f'direction: 1, zero: 2048, low: {low}, high: {high}{constant}}}\n')
-    return DRIVER.format(mark=MARK) + ''.join(lines)
+                     f'direction: 1, zero: 2048, low: {low}, high: {high}{gear}{constant}}}\n')
+    slides = any(joint.kind == 'prismatic' for joint in joints if joint.independent)
+    also = '      # gear of slides: rad of the servo per m\n' if slides else ''
+    return DRIVER.format(mark=MARK) + also + ''.join(lines)
 
 
 def start(limits: tuple[float, float]) -> float:

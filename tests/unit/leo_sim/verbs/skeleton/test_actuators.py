@@ -5,6 +5,8 @@ from tests.gripper import CLAW, SLIDES
 
 from leo_msgs_py.cli import main
 from leo_sim.description.robot import load_robot
+from leo_sim.verbs.skeleton.actuators import actuators
+from leo_sim.verbs.skeleton.description import read_description
 
 UNITS = {'torque': {'limit': 'N', 'rotor_inertia': 'kg'},
          'voltage': {'limit': 'V', 'torque_constant': 'N/A', 'rotor_inertia': 'kg'},
@@ -42,3 +44,10 @@ def test_a_hinge_keeps_those_of_turning(tmp_path, capsys):
     out = capsys.readouterr().out
     assert '  left: from -2.5 to 2.5 rad, starts at 0 rad, takes up to 0.3 N m' in out
     assert '  bend: moves with left, -0.5 times as far' in out
+
+
+def test_without_an_effort_a_slide_is_taken_to_hold_twice_its_weight(tmp_path):
+    (tmp_path / 'g.urdf').write_text(SLIDES.replace('effort="10"', ''))
+    description = read_description(tmp_path / 'g.urdf')
+    limit = actuators(description, {'left': 2.0}, 'torque', {'left'})['left']['limit']
+    assert (limit.value, limit.unit, limit.open) == (4.0, 'N', True)
