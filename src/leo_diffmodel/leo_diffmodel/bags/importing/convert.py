@@ -19,6 +19,7 @@ from ..yaml_config import nearest, read_config
 from .column_map import ColumnMap, ColumnSpec, QUANTITIES, unit_factor
 from .constants import known_constants
 from .expression import Column, evaluate, Table
+from .join import are_parts, joined
 from .lerobot import is_lerobot
 from .tables import read_tables
 
@@ -27,6 +28,7 @@ Rows = NDArray[np.int64]
 
 def import_logs(
     logs: Iterable[str | Path], column_map: str | Path | ColumnMap, bag: str | Path,
+    join: bool = False,
 ) -> Path:
     """Write logs to one bag, an episode per run in them, and return its folder.
 
@@ -34,6 +36,8 @@ def import_logs(
         logs: CSV, JSON or MATLAB files, folders of LeRobot data sets.
         column_map: a YAML file, or the name of a shipped map.
         bag: the folder to make.
+        join: the logs are parts of one run, as q.csv and dq.csv; by default where their names
+            say so.
 
     Raises:
         UserError: wrong map or log, time going backwards, a constant that the robot does not
@@ -42,13 +46,15 @@ def import_logs(
     where = str(column_map) if not isinstance(column_map, ColumnMap) else 'column map'
     mapping = load_map(column_map)
     paths = [Path(log) for log in logs]
-    tables = [(log, table) for log in paths for table in _tables(log, mapping)]
+    tables, told = _all_tables(paths, mapping, join)
     runs = [_run(log, table, mapping) for log, table in tables]
     if not runs:
         raise UserError('no logs to import; name at least one file')
     said = [joint for joint, columns in mapping.joints.items() if columns.position.says_unit]
     metadata = {'imported_from': ', '.join(log.name for log in paths), 'column_map': where,
                 'angle_units_said': ', '.join(said)}
+    if told:
+        metadata['joined'] = told
     if mapping.inputs:
         metadata['inputs_from'] = ', '.join(_sources(mapping))
     if mapping.robot:
@@ -99,11 +105,25 @@ def read_runs(log: Path, mapping: ColumnMap) -> list[Run]:
     return [_run(log, table, mapping) for table in _tables(log, mapping)]
 
 
+def _all_tables(
+    logs: Sequence[Path], mapping: ColumnMap, join: bool,
+) -> tuple[list[tuple[Path, Table]], str]:
+    """Return (log, table) of each episode, and how parts of one run were joined; '' where none."""
+    if not (len(logs) > 1 and (join or are_parts(logs))):
+        return [(log, table) for log in logs for table in _tables(log, mapping)], ''
+    both = joined([(log, _read(log, mapping)) for log in logs], mapping.time.column)
+    return [(logs[0], _computed(logs[0], table, mapping)) for table in both.tables], both.told
+
+
 def _tables(log: Path, mapping: ColumnMap) -> list[Table]:
     """Return the tables of a log with the computed columns."""
+    return [_computed(log, table, mapping) for table in _read(log, mapping)]
+
+
+def _read(log: Path, mapping: ColumnMap) -> list[Table]:
     if is_lerobot(log):
         _say_their_unit(log, mapping)
-    return [_computed(log, table, mapping) for table in read_tables(log, mapping)]
+    return read_tables(log, mapping)
 
 
 def _say_their_unit(log: Path, mapping: ColumnMap) -> None:

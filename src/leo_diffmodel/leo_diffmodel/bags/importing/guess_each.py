@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The unit of each column of a map: by its name, a calibration, the robot, or the numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from leo_msgs_py import units
+
+from .calibration import Calibration, GRIPPER, Motor
+from .expression import Column, Table
+from .guess_columns import Chosen, Roles
+from .guess_robot import KnownRobot
+from .guess_units import is_clipped, is_per_cent, of_angles, of_limited, of_rates, of_time, \
+    peak_of, Unit
+from .unit_names import fits
+
+SI = {'velocity': 'rad/s', 'effort': 'N m', 'voltage': 'V', 'supply_voltage': 'V', 'current': 'A'}
+OF_SLIDES = {'position': 'm', 'velocity': 'm/s', 'effort': 'N'}
+OF_TURNS = {'position': 'rad', 'velocity': 'rad/s', 'effort': 'N m'}
+RATES = ('rad/s', 'deg/s', 'rpm')
+SLIDING_RATES = ('m/s', 'mm/s')
+ANGULAR = {'deg': 'deg/s', 'm': 'm/s', 'mm': 'mm/s', 'cm': 'cm/s'}
+BEYOND = 5.0
+"""A calibration that was moved by hand misses a stop by less than this [deg]."""
+
+
+@dataclass(frozen=True)
+class Units:
+    """What the units of one log are guessed from.
+
+    Attributes:
+        first: the first episode, in which speeds are compared with positions.
+        table: all episodes.
+        roles: of the columns that have numbers.
+        chosen: the columns of the map.
+        robot: where it is known.
+        calibration: of a LeRobot data set, where it lies beside it.
+    """
+
+    first: Table
+    table: Table
+    roles: Roles
+    chosen: Chosen
+    robot: KnownRobot | None = None
+    calibration: Calibration | None = None
+
+    @property
+    def time(self) -> Unit:
+        """The unit of the time."""
+        told = self.roles[self.chosen.time].unit
+        return Unit(told, 'its name says so') if told else of_time(self.table_of_time)
+
+    @property
+    def table_of_time(self) -> Column:
+        """The times of the first episode."""
+        return self.first[self.chosen.time]
+
+    def of(self, joint: str, quantity: str, column: str) -> Unit:
+        """Return the unit of a column as one quantity of a joint."""
+        told = self.roles[column].unit
+        if told and self._may_be(told, joint, quantity):
+            return Unit(told, 'its name says so')
+        if quantity == 'position':
+            return self._position(joint, column)
+        if quantity == 'velocity':
+            return self._velocity(joint, column)
+        if self.robot and joint in self.robot.slides and quantity in OF_SLIDES:
+            return Unit(OF_SLIDES[quantity], f'{joint} of {self.robot.ref} slides')
+        return Unit(SI[quantity], 'nothing says another')
+
+    def _may_be(self, told: str, joint: str, quantity: str) -> bool:
+        """Say whether a unit in a name is one of the joint's; per cent of a range is none."""
+        if told == '%' and quantity == 'position':
+            return False
+        if self.robot and quantity in OF_SLIDES:
+            kinds = OF_SLIDES if joint in self.robot.slides else OF_TURNS
+            return fits(told, (kinds[quantity],))
+        return True
+
+    def _position(self, joint: str, column: str) -> Unit:
+        values, name = self.table[column], self.roles[column].joint
+        motor = self.calibration.of(name) if self.calibration else None
+        if motor:
+            return self._calibrated(joint, name, motor)
+        if self.roles[column].unit == '%':
+            return Unit('?', 'its name says per cent: scale: rad for 1 %, and no unit')
+        if self.robot and joint in self.robot.slides:
+            return Unit('m', f'{joint} of {self.robot.ref} slides')
+        limited = of_limited(values, self.robot.reach(joint), self.robot.ref) if self.robot else None
+        if limited and not is_clipped(self._bodies):
+            return limited
+        if GRIPPER in name and self._shared.name == 'deg' and is_per_cent(values):
+            return Unit('?', 'a gripper is often in per cent: then scale: rad for 1 %')
+        return self._shared
+
+    @cached_property
+    def _shared(self) -> Unit:
+        """The unit that all angles without one in their name share."""
+        return of_angles([self.table[name] for name in self._open])
+
+    @property
+    def _open(self) -> list[str]:
+        """Positions and goals whose unit their names leave open."""
+        return [name for name, role in self.roles.items()
+                if role.quantity == 'position' and not role.unit]
+
+    @property
+    def _bodies(self) -> list[Column]:
+        """The same but for the gripper, which is in per cent in any case."""
+        return [self.table[name] for name in self._open if GRIPPER not in self.roles[name].joint]
+
+    def _calibrated(self, joint: str, name: str, motor: Motor) -> Unit:
+        """Return what makes angles of a calibrated joint's numbers."""
+        assert self.calibration is not None
+        file = self.calibration.file.name
+        if GRIPPER in name:
+            end = self.robot.limits[joint][0] if self.robot else 0.0
+            return Unit('', f'per cent of the range in {file}; its end is {end:.4g} rad',
+                        motor.per_cent(True, end if np.isfinite(end) else 0.0))
+        per_cent, why = self._are_per_cent
+        if per_cent is None:
+            one = motor.per_cent(False)['scale']
+            return Unit('?', f'{why}: unit: deg, or of per cent scale: {one:.6g} ({file})')
+        if not per_cent:
+            return Unit('deg', f'{why}; 0 is the middle of the range in {file}')
+        return Unit('', f'{why}: per cent of the range in {file}, 0 its middle',
+                    motor.per_cent(False))
+
+    @cached_property
+    def _are_per_cent(self) -> tuple[bool | None, str]:
+        """Whether the numbers are per cent of the calibrated ranges, None if unknown; and why."""
+        states = [self.table[name] for name in self._open
+                  if not self.roles[name].is_goal and GRIPPER not in self.roles[name].joint]
+        if is_clipped(self._bodies):
+            return True, 'they end at exactly 100'
+        if peak_of(states) > 100.0:
+            return False, f'up to {peak_of(states):.4g}, beyond per cent'
+        assert self.calibration is not None
+        for name in self._open:
+            motor = self.calibration.of(self.roles[name].joint)
+            peak = peak_of([self.table[name]])
+            if motor and not self.roles[name].is_goal and GRIPPER not in self.roles[name].joint:
+                if peak > motor.degrees + BEYOND:
+                    return True, (f'{self.roles[name].joint} goes to {peak:.4g}, beyond its '
+                                  f'{motor.degrees:.4g} deg')
+        return None, 'within both ranges'
+
+    def _velocity(self, joint: str, column: str) -> Unit:
+        """Return the unit in which the speed is the change of the position, else its angles'."""
+        position = self.chosen.joints.get(joint, {}).get('position', '')
+        angle = self.of(joint, 'position', position) if position else self._shared
+        sliding = bool(self.robot and joint in self.robot.slides) or angle.name in ('m', 'mm', 'cm')
+        found = self._by_change(position, angle, column, SLIDING_RATES if sliding else RATES)
+        if found:
+            return found
+        if angle.name == '?' or angle.said:
+            return Unit('?', 'as the angles')
+        return Unit(ANGULAR.get(angle.name, 'm/s' if sliding else 'rad/s'), 'as the angles')
+
+    def _by_change(
+        self, position: str, angle: Unit, column: str, names: Sequence[str],
+    ) -> Unit | None:
+        known = self.chosen.time and self.time.name != '?' and position
+        if not known or angle.name == '?':
+            return None
+        scale = angle.said.get('scale') or units.parse(angle.name).factor
+        t = self.table_of_time * units.parse(self.time.name).factor
+        return of_rates(t, self.first[position] * scale, self.first[column], names)
