@@ -123,8 +123,8 @@ def _parser() -> Parser:
     several.add_argument('--bag-per-log', action='store_true',
                          help='one bag per log, in the folder BAG')
     several.add_argument('--join', action='store_true',
-                         help='the logs are parts of one run, joined by their times or row by row; '
-                         'q.csv, dq.csv and tau.csv are so in any case')
+                         help='the logs are parts of one run, joined by their times or row by '
+                         'row; q.csv, dq.csv and tau.csv are so in any case')
     parser.add_json()
     return parser
 
@@ -144,7 +144,8 @@ def _jobs(logs: list[str], output: Path, each: bool) -> list[tuple[list[str], Pa
 
 def _next(bags: list[Path], column_map: ColumnMap) -> str:
     robot = column_map.robot or ''
-    return leo('compare', *bags, '--model', robot if robot and Path(robot).is_dir() else typed(robot))
+    is_folder = bool(robot) and Path(robot).is_dir()
+    return leo('compare', *bags, '--model', robot if is_folder else typed(robot))
 
 
 def _summary(info: BagInfo) -> dict[str, Any]:

@@ -80,8 +80,8 @@ def calibration_beside(folder: Path, joints: Iterable[str]) -> Calibration | Non
         if calibration and wanted and all(map(calibration.of, wanted)):
             found.append(calibration)
     if any(each != found[0] for each in found):
-        raise UserError(f'{folder}: {found[0].file} and {found[-1].file} are calibrations of these '
-                        'joints and differ; leave the one that was recorded with')
+        raise UserError(f'{folder}: {found[0].file} and {found[-1].file} are calibrations of '
+                        'these joints and differ; leave the one that was recorded with')
     return found[0] if found else None
 
 

@@ -18,10 +18,8 @@ from ..types import APPLIED
 from ..yaml_config import nearest, read_config
 from .column_map import ColumnMap, ColumnSpec, QUANTITIES, unit_factor
 from .constants import known_constants
-from .expression import Column, evaluate, Table
-from .join import are_parts, joined
-from .lerobot import is_lerobot
-from .tables import read_tables
+from .expression import Column, Table
+from .log_tables import episodes_of, tables_of
 
 Rows = NDArray[np.int64]
 
@@ -46,7 +44,7 @@ def import_logs(
     where = str(column_map) if not isinstance(column_map, ColumnMap) else 'column map'
     mapping = load_map(column_map)
     paths = [Path(log) for log in logs]
-    tables, told = _all_tables(paths, mapping, join)
+    tables, told = episodes_of(paths, mapping, join)
     runs = [_run(log, table, mapping) for log, table in tables]
     if not runs:
         raise UserError('no logs to import; name at least one file')
@@ -102,52 +100,7 @@ def read_runs(log: Path, mapping: ColumnMap) -> list[Run]:
     Raises:
         UserError: columns missing (listing those there are), units wrong, time going backwards.
     """
-    return [_run(log, table, mapping) for table in _tables(log, mapping)]
-
-
-def _all_tables(
-    logs: Sequence[Path], mapping: ColumnMap, join: bool,
-) -> tuple[list[tuple[Path, Table]], str]:
-    """Return (log, table) of each episode, and how parts of one run were joined; '' where none."""
-    if not (len(logs) > 1 and (join or are_parts(logs))):
-        return [(log, table) for log in logs for table in _tables(log, mapping)], ''
-    both = joined([(log, _read(log, mapping)) for log in logs], mapping.time.column)
-    return [(logs[0], _computed(logs[0], table, mapping)) for table in both.tables], both.told
-
-
-def _tables(log: Path, mapping: ColumnMap) -> list[Table]:
-    """Return the tables of a log with the computed columns."""
-    return [_computed(log, table, mapping) for table in _read(log, mapping)]
-
-
-def _read(log: Path, mapping: ColumnMap) -> list[Table]:
-    if is_lerobot(log):
-        _say_their_unit(log, mapping)
-    return read_tables(log, mapping)
-
-
-def _say_their_unit(log: Path, mapping: ColumnMap) -> None:
-    """Refuse angles of a LeRobot data set whose unit the map leaves open, as the data set does."""
-    specs = [spec for columns in mapping.joints.values()
-             for spec in (columns.position, columns.velocity)]
-    specs += [columns.get('position') for columns in mapping.inputs.values()]
-    for spec in specs:
-        if spec and not spec.says_unit:
-            raise UserError(
-                f'{log}: say the unit of {spec.column}: a LeRobot data set may hold degrees '
-                '(unit: deg), radians (unit: rad) or per cent of the calibrated range (scale: '
-                'radians for 1 %)'
-            )
-
-
-def _computed(log: Path, table: Table, mapping: ColumnMap) -> Table:
-    """Return a table with the computed columns added."""
-    for name, expression in mapping.columns.items():
-        try:
-            table = {**table, name: evaluate(expression, table)}
-        except UserError as error:
-            raise UserError(f'{log}, column {name}: {error}') from None
-    return table
+    return [_run(log, table, mapping) for table in tables_of(log, mapping)]
 
 
 def _run(log: Path, table: Table, mapping: ColumnMap) -> Run:

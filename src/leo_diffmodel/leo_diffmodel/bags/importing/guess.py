@@ -20,18 +20,14 @@ from leo_sim.common.yaml_file import shown
 from leo_sim.description.robot import Robot
 
 from .calibration import ARM, Calibration, calibration_beside
-from .csv_head import constants
 from .expression import Table
 from .guess_columns import choose, Columns, Roles
 from .guess_each import Units
+from .guess_read import format_to_guess, read_to_guess
 from .guess_robot import known_robot, KnownRobot
 from .guess_roles import role_of
-from .join import are_parts, Joined, joined
-from .json_log import json_content, places_of_rows
 from .lerobot import is_lerobot, read_info
 from .log_format import LogFormat
-from .log_text import encoding_of, read_log_text, WINDOWS
-from .tables import format_of, read_tables
 
 MOST_NAMED = 40
 INPUTS = {'voltage': 'voltage', 'effort': 'torque', 'position': 'position'}
@@ -58,36 +54,12 @@ def guess_map(
     if file.exists():
         raise UserError(f'{file} is there already; name another one (-o MAP.yaml)')
     paths = [logs] if isinstance(logs, Path) else list(logs)
-    log_format = _log_format(paths[0])
-    tables, notes = [*read_tables(paths[0], log_format)], _told_of(paths[0], log_format)
-    if join or are_parts(paths):
-        both: Joined = joined([(log, read_tables(log, log_format)) for log in paths])
-        tables, notes = both.tables, [both.told, *notes]
+    log_format = format_to_guess(paths[0])
+    tables, notes = read_to_guess(paths, log_format, join)
     with np.errstate(all='ignore'):
         known = known_robot(robot, ref or robot.name) if robot else None
         lines = list(_lines(paths[0], log_format, tables, known, notes))
     return write_whole(file, '\n'.join([*lines, '']))
-
-
-def _log_format(log: Path) -> LogFormat:
-    """Return how to read a log: of JSON, where its rows are."""
-    if format_of(log, LogFormat()) != 'json':
-        return LogFormat()
-    return LogFormat(records=places_of_rows(json_content(log, LogFormat())))
-
-
-def _told_of(log: Path, log_format: LogFormat) -> list[str]:
-    """Return what is to be known of how a log was read."""
-    if is_lerobot(log) or format_of(log, log_format) not in ('csv', 'txt'):
-        return []
-    code = encoding_of(log)
-    notes = [f'read as {code}: it is no UTF-8'] if code == WINDOWS else []
-    found = constants(read_log_text(log).splitlines())
-    if found:
-        listed = ', '.join(f'{shown(name)[1:-1]} = {value:.6g}' for name, value in found.items())
-        notes.append(f'constants in its comments, columns of one value: {listed}; of the robot '
-                     'they are so: constants: {links.LINK.mass: {column: NAME, unit: kg}}')
-    return notes
 
 
 def _lines(
@@ -167,8 +139,8 @@ def _other_input(inputs: Columns, robot: KnownRobot | None) -> Iterator[str]:
     found = sorted({quantity for columns in inputs.values() for quantity in list(columns)[:1]})
     if robot and found and robot.takes not in found:
         log = '/'.join(INPUTS[quantity] for quantity in found)
-        yield (f'# {robot.ref} takes {INPUTS[robot.takes]}, the log has {log}: make the robot with '
-               f'leo robot init --input {log}')
+        yield (f'# {robot.ref} takes {INPUTS[robot.takes]}, the log has {log}: make the robot '
+               f'with leo robot init --input {log}')
 
 
 def _entry(key: str, value: Any, why: str = '') -> str:

@@ -11,12 +11,20 @@ import numpy as np
 
 from leo_msgs_py import units
 
-from .calibration import Calibration, GRIPPER, Motor
+from .calibration import Calibration, GRIPPER
 from .expression import Column, Table
+from .guess_calibrated import Calibrated
 from .guess_columns import Chosen, Roles
 from .guess_robot import KnownRobot
-from .guess_units import is_clipped, is_per_cent, of_angles, of_limited, of_rates, of_time, \
-    peak_of, Unit
+from .guess_units import (
+    is_clipped,
+    is_per_cent,
+    of_angles,
+    of_limited,
+    of_rates,
+    of_time,
+    Unit,
+)
 from .unit_names import fits
 
 SI = {'velocity': 'rad/s', 'effort': 'N m', 'voltage': 'V', 'supply_voltage': 'V', 'current': 'A'}
@@ -25,8 +33,6 @@ OF_TURNS = {'position': 'rad', 'velocity': 'rad/s', 'effort': 'N m'}
 RATES = ('rad/s', 'deg/s', 'rpm')
 SLIDING_RATES = ('m/s', 'mm/s')
 ANGULAR = {'deg': 'deg/s', 'm': 'm/s', 'mm': 'mm/s', 'cm': 'cm/s'}
-BEYOND = 5.0
-"""A calibration that was moved by hand misses a stop by less than this [deg]."""
 
 
 @dataclass(frozen=True)
@@ -83,17 +89,31 @@ class Units:
         return True
 
     def _position(self, joint: str, column: str) -> Unit:
-        values, name = self.table[column], self.roles[column].joint
-        motor = self.calibration.of(name) if self.calibration else None
-        if motor:
-            return self._calibrated(joint, name, motor)
+        name = self.roles[column].joint
+        calibrated = self._calibrated
+        if calibrated and (found := calibrated.of(name, self._end(joint))):
+            return found
         if self.roles[column].unit == '%':
             return Unit('?', 'its name says per cent: scale: rad for 1 %, and no unit')
-        if self.robot and joint in self.robot.slides:
+        return self._of_robot(joint, column) or self._by_numbers(name, self.table[column])
+
+    def _of_robot(self, joint: str, column: str) -> Unit | None:
+        """Return what the robot says of a position; None where it leaves it open."""
+        if not self.robot:
+            return None
+        if joint in self.robot.slides:
             return Unit('m', f'{joint} of {self.robot.ref} slides')
-        limited = of_limited(values, self.robot.reach(joint), self.robot.ref) if self.robot else None
-        if limited and not is_clipped(self._bodies):
-            return limited
+        if is_clipped(self._bodies):
+            return None
+        return of_limited(self.table[column], self.robot.reach(joint), self.robot.ref)
+
+    def _end(self, joint: str) -> float:
+        """Return the lower stop of a joint [rad], 0 where it is not known."""
+        low = self.robot.limits.get(joint, (0.0, 0.0))[0] if self.robot else 0.0
+        return low if np.isfinite(low) else 0.0
+
+    def _by_numbers(self, name: str, values: Column) -> Unit:
+        """Return the unit that the numbers of all angles say."""
         if GRIPPER in name and self._shared.name == 'deg' and is_per_cent(values):
             return Unit('?', 'a gripper is often in per cent: then scale: rad for 1 %')
         return self._shared
@@ -109,52 +129,23 @@ class Units:
         return [name for name, role in self.roles.items()
                 if role.quantity == 'position' and not role.unit]
 
+    @cached_property
+    def _calibrated(self) -> Calibrated | None:
+        if self.calibration is None:
+            return None
+        return Calibrated(self.calibration, [(self.roles[name], self.table[name])
+                                             for name in self._open])
+
     @property
     def _bodies(self) -> list[Column]:
         """The same but for the gripper, which is in per cent in any case."""
         return [self.table[name] for name in self._open if GRIPPER not in self.roles[name].joint]
 
-    def _calibrated(self, joint: str, name: str, motor: Motor) -> Unit:
-        """Return what makes angles of a calibrated joint's numbers."""
-        assert self.calibration is not None
-        file = self.calibration.file.name
-        if GRIPPER in name:
-            end = self.robot.limits[joint][0] if self.robot else 0.0
-            return Unit('', f'per cent of the range in {file}; its end is {end:.4g} rad',
-                        motor.per_cent(True, end if np.isfinite(end) else 0.0))
-        per_cent, why = self._are_per_cent
-        if per_cent is None:
-            one = motor.per_cent(False)['scale']
-            return Unit('?', f'{why}: unit: deg, or of per cent scale: {one:.6g} ({file})')
-        if not per_cent:
-            return Unit('deg', f'{why}; 0 is the middle of the range in {file}')
-        return Unit('', f'{why}: per cent of the range in {file}, 0 its middle',
-                    motor.per_cent(False))
-
-    @cached_property
-    def _are_per_cent(self) -> tuple[bool | None, str]:
-        """Whether the numbers are per cent of the calibrated ranges, None if unknown; and why."""
-        states = [self.table[name] for name in self._open
-                  if not self.roles[name].is_goal and GRIPPER not in self.roles[name].joint]
-        if is_clipped(self._bodies):
-            return True, 'they end at exactly 100'
-        if peak_of(states) > 100.0:
-            return False, f'up to {peak_of(states):.4g}, beyond per cent'
-        assert self.calibration is not None
-        for name in self._open:
-            motor = self.calibration.of(self.roles[name].joint)
-            peak = peak_of([self.table[name]])
-            if motor and not self.roles[name].is_goal and GRIPPER not in self.roles[name].joint:
-                if peak > motor.degrees + BEYOND:
-                    return True, (f'{self.roles[name].joint} goes to {peak:.4g}, beyond its '
-                                  f'{motor.degrees:.4g} deg')
-        return None, 'within both ranges'
-
     def _velocity(self, joint: str, column: str) -> Unit:
         """Return the unit in which the speed is the change of the position, else its angles'."""
         position = self.chosen.joints.get(joint, {}).get('position', '')
         angle = self.of(joint, 'position', position) if position else self._shared
-        sliding = bool(self.robot and joint in self.robot.slides) or angle.name in ('m', 'mm', 'cm')
+        sliding = fits(angle.name, ('m',)) if angle.name not in ('', '?') else False
         found = self._by_change(position, angle, column, SLIDING_RATES if sliding else RATES)
         if found:
             return found

@@ -21,7 +21,8 @@ LAST = {
     'rev_min': 'rpm', 'u_min': 'rpm', 'tr_min': 'rpm', 'rad_per_s': 'rad/s', 'deg_per_s': 'deg/s',
     'm_per_s': 'm/s', 'rad_per_sec': 'rad/s', 'deg_per_sec': 'deg/s', 'rads': 'rad/s',
     'radps': 'rad/s', 'degs': 'deg/s', 'dps': 'deg/s', 'mps': 'm/s', 'n_m': 'N m', 'mnm': 'mN m',
-    'rad_s_2': 'rad/s2', 'm_s_2': 'm/s2', 'ncm': 'N cm', 'mm': 'mm', 'cm': 'cm', 'ma': 'mA', 'sec': 's',
+    'rad_s_2': 'rad/s2', 'm_s_2': 'm/s2', 'ncm': 'N cm', 'mm': 'mm', 'cm': 'cm', 'ma': 'mA',
+    'sec': 's',
 }  # fmt: skip
 """Words that are a unit where a name ends in them."""
 LETTERS = {'m': 'm', 's': 's', 'N': 'N', 'V': 'V', 'A': 'A'}

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Several files that are parts of one run, as q.csv, dq.csv and tau.csv: one table of them all.
 
-Columns get the name of their file in front: `dq.elbow`; what names of files have in common is left
-out. Files with times are brought to those of the first that has some, by linear interpolation where
-they differ; files without go row by row.
+Columns get the name of their file in front: `dq.elbow`; what names of files have in common is
+left out. Files with times are brought to those of the first that has some, by linear interpolation
+where they differ; files without go row by row.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-import os
 from pathlib import Path
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from leo_msgs_py.errors import UserError
 
 from .expression import Column, Table
-from .guess_columns import rising
+from .guess_columns import MEASURED, rising
 from .guess_roles import role_of
 
 SAME = 1e-9
@@ -59,10 +59,18 @@ class Part(NamedTuple):
         return {f'{self.name}.{name}': c for name, c in found.items()}
 
 
-def are_parts(logs: Sequence[Path]) -> bool:
-    """Say whether names of files tell different quantities of one run: q, dq, tau."""
+def are_parts(logs: Sequence[Path], tables: Sequence[Table]) -> bool:
+    """Say whether files are parts of one run: their names tell different quantities, q, dq, tau.
+
+    A file with several quantities is a whole log, whatever its name.
+    """
     told = [role_of(name).quantity for name in short_names(logs)]
-    return len(logs) > 1 and all(told) and len(set(told)) == len(told)
+    differ = len(logs) > 1 and all(told) and len(set(told)) == len(told)
+    return differ and all(len(_quantities(table)) < 2 for table in tables)
+
+
+def _quantities(table: Table) -> set[str]:
+    return {role_of(name).quantity for name in table} & {*MEASURED, 'voltage'}
 
 
 def joined(logs: Sequence[tuple[Path, Sequence[Table]]], time: str | None = None) -> Joined:
@@ -88,11 +96,13 @@ def joined(logs: Sequence[tuple[Path, Sequence[Table]]], time: str | None = None
 
 
 def short_names(logs: Sequence[Path]) -> list[str]:
-    """Return the names of files without what all of them begin with: run3_q, run3_dq: q, dq."""
-    stems = [log.stem for log in logs]
-    common = os.path.commonprefix(stems) if len(stems) > 1 else ''
-    start = max(common.rfind(sign) for sign in '_-. ') + 1
-    return [stem[start:] or stem for stem in stems]
+    """Return the names of files without the words that all have: q_run3, dq_run3: q, dq."""
+    stems = [re.split(r'[_\-. ]+', log.stem) for log in logs]
+    if len(stems) > 1:
+        for end in (0, -1):
+            while all(len(words) > 1 for words in stems) and len({w[end] for w in stems}) == 1:
+                stems = [words[1:] if end == 0 else words[:-1] for words in stems]
+    return ['_'.join(words) for words in stems]
 
 
 def _time(table: Table, said: str | None) -> str:

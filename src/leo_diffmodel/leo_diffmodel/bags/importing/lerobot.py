@@ -136,8 +136,9 @@ def _each_in_one_file(files: Sequence[Path], parts: Sequence[Table]) -> None:
     for file, part in zip(files, parts, strict=True):
         for number in np.unique(part[EPISODE][np.isfinite(part[EPISODE])]):
             if number in seen:
-                raise UserError(f'{seen[number]} and {file} both have episode {number:.0f}; number '
-                                'the episodes anew, or take out the file that is not of this set')
+                raise UserError(f'{seen[number]} and {file} both have episode {number:.0f}; '
+                                'number the episodes anew, or take out the file that is not of '
+                                'this set')
             seen[number] = file
 
 

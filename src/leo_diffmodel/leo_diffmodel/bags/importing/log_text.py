@@ -9,7 +9,8 @@ from pathlib import Path
 from leo_msgs_py.errors import UserError
 
 _MARKS = (
-    (codecs.BOM_UTF8, 'utf-8-sig'), (codecs.BOM_UTF16_LE, 'utf-16'), (codecs.BOM_UTF16_BE, 'utf-16'),
+    (codecs.BOM_UTF8, 'utf-8-sig'), (codecs.BOM_UTF16_LE, 'utf-16'),
+    (codecs.BOM_UTF16_BE, 'utf-16'),
 )
 """What a file may begin with, and what that says."""
 WINDOWS = 'cp1252'

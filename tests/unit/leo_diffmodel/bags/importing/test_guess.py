@@ -106,7 +106,7 @@ def test_what_may_be_degrees_or_per_cent_is_left_open_and_refused(tmp_path):
 
 @pytest.mark.parametrize(('text', 'message'), [
     ('a,b\n1,2\n', "no column is named as a position is; there are 'a', 'b'"), ('', 'is empty'),
-    ('q,q\n1,x\n', 'is not a number'),
+    ('q\n1\nx\n', 'is not a number'), ('q,q\n1,x\n', 'is the name of columns 1 and 2'),
 ])  # fmt: skip
 def test_what_cannot_be_guessed(tmp_path, text, message):
     (tmp_path / 'log.csv').write_text(text)
