@@ -31,6 +31,10 @@ ARM = re.compile(r'so(_?arm)?(10[01])?(_follower)?')
 """What `robot_type` of these arms is."""
 
 
+_PLAIN = {'sign': 1, 'scale': 1.0, 'offset': 0.0}
+"""What a map need not say."""
+
+
 class Motor(BaseModel):
     """One motor's calibration [counts]; a drive_mode of 1 turns the sign of per cent."""
 
@@ -52,10 +56,10 @@ class Motor(BaseModel):
         """
         reach = COUNT * (self.range_max - self.range_min)
         turned = -1 if self.drive_mode else 1
-        if not from_end:
-            return {'sign': turned, 'scale': _short(reach / 200), 'offset': 0.0}
-        zero = end + (reach if self.drive_mode else 0.0)
-        return {'sign': turned, 'scale': _short(reach / 100), 'offset': _short(zero)}
+        zero = end + (reach if self.drive_mode else 0.0) if from_end else 0.0
+        said = {'sign': turned, 'scale': _short(reach / (100 if from_end else 200)),
+                'offset': _short(zero)}
+        return {key: value for key, value in said.items() if value != _PLAIN[key]}
 
 
 class Calibration(dict[str, Motor]):

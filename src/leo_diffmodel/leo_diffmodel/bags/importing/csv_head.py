@@ -5,14 +5,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 import re
+from typing import NamedTuple
 
 from .csv_style import DELIMITERS, LOOKED_AT, width
+from .unit_names import canonical, is_unit
 
 COMMENT = ('#', '%', '//')
 _NUMBER = r'[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?'
 _CONSTANT = re.compile(
-    rf'([^\W\d][\w.]*(?: [^\W\d][\w.]*)*)\s*[=:]\s*({_NUMBER})(?![\d.,:/-]*\d)', re.IGNORECASE)
-"""`mass = 0.5`, but no date and no time of day."""
+    rf'([^\W\d][\w.]*(?: [^\W\d][\w.]*)*)\s*[=:]\s*({_NUMBER})(?![\d.,:/-]*\d)\s*([^\s,;=]*)',
+    re.IGNORECASE)
+"""`mass = 0.5 kg`, but no date and no time of day."""
 _LETTERS = re.compile(r'[^\W\d_]+')
 _IN_NUMBERS = {'e', 'nan', 'inf', 'true', 'false'}
 
@@ -35,14 +38,22 @@ def without_comments(lines: Sequence[str], delimiter: str | None) -> list[str]:
     return body
 
 
-def constants(lines: Sequence[str]) -> dict[str, float]:
+class Constant(NamedTuple):
+    """A number in a comment, and the unit that is written after it; '' without one."""
+
+    value: float
+    unit: str
+
+
+def constants(lines: Sequence[str]) -> dict[str, Constant]:
     """Return the numbers that comments above the rows give names to, as `# mass = 0.5`."""
-    found: dict[str, float] = {}
+    found: dict[str, Constant] = {}
     for line in lines:
         if line.strip() and not _is_comment(line):
             break
-        for name, number in _CONSTANT.findall(line.strip().lstrip('#%/')):
-            found.setdefault(name, float(number.replace(',', '.')))
+        for name, number, unit in _CONSTANT.findall(line.strip().lstrip('#%/')):
+            known = canonical(unit) if is_unit(unit) else ''
+            found.setdefault(name, Constant(float(number.replace(',', '.')), known))
     return found
 
 

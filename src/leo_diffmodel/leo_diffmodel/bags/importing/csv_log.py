@@ -39,7 +39,7 @@ def read_csv(log: Path, log_format: LogFormat) -> list[Table]:
     numbers = _numbers(log, rows, header, log_format)
     if numbers.shape[1] != len(header):
         raise UserError(f'{log} has {numbers.shape[1]} columns, its header {len(header)}')
-    beside = {name: np.full(len(rows), value) for name, value in constants(lines).items()}
+    beside = {name: np.full(len(rows), c.value) for name, c in constants(lines).items()}
     return [beside | dict(zip(header, numbers.T, strict=True))]
 
 

@@ -25,7 +25,7 @@ from .guess_columns import choose, Columns, Roles
 from .guess_each import Units
 from .guess_read import format_to_guess, read_to_guess
 from .guess_robot import known_robot, KnownRobot
-from .guess_roles import role_of
+from .guess_roles import roles_of
 from .lerobot import is_lerobot, read_info
 from .log_format import LogFormat
 
@@ -72,11 +72,12 @@ def _lines(
         UserError: no column is a position.
     """
     table = {name: np.concatenate([each[name] for each in tables]) for name in tables[0]}
-    roles = {name: role_of(name) for name in table if np.isfinite(table[name]).any()}
+    roles = roles_of(name for name in table if np.isfinite(table[name]).any())
     chosen = choose(tables[0], roles, robot)
     if not chosen.joints:
         raise UserError(_no_position(log, table))
-    units = Units(tables[0], table, roles, chosen, robot, _calibration(log, roles))
+    units = Units(tables[0], table, roles, chosen, robot, _calibration(log, roles),
+                  is_lerobot(log))
     yield f'# guessed from {shown(log.name)} by leo import --guess: look over every line;'
     yield "# a unit '?' is to be filled in, and joints get the names that your model has for them"
     yield from (f'# {note}' for note in (*notes, *chosen.notes))

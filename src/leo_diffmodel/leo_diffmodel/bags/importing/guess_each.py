@@ -23,6 +23,10 @@ from .guess_units import (
     of_limited,
     of_rates,
     of_time,
+    of_turns,
+    peak_of,
+    PER_CENT,
+    RADIANS,
     Unit,
 )
 from .unit_names import fits
@@ -30,6 +34,8 @@ from .unit_names import fits
 SI = {'velocity': 'rad/s', 'effort': 'N m', 'voltage': 'V', 'supply_voltage': 'V', 'current': 'A'}
 OF_SLIDES = {'position': 'm', 'velocity': 'm/s', 'effort': 'N'}
 OF_TURNS = {'position': 'rad', 'velocity': 'rad/s', 'effort': 'N m'}
+ALIKE = 20.0
+"""Degrees are 57 times radians; a goal is farther from its position by less than this factor."""
 RATES = ('rad/s', 'deg/s', 'rpm')
 SLIDING_RATES = ('m/s', 'mm/s')
 ANGULAR = {'deg': 'deg/s', 'm': 'm/s', 'mm': 'mm/s', 'cm': 'cm/s'}
@@ -46,6 +52,7 @@ class Units:
         chosen: the columns of the map.
         robot: where it is known.
         calibration: of a LeRobot data set, where it lies beside it.
+        is_lerobot: whether angles may be per cent.
     """
 
     first: Table
@@ -54,17 +61,20 @@ class Units:
     chosen: Chosen
     robot: KnownRobot | None = None
     calibration: Calibration | None = None
+    is_lerobot: bool = False
 
     @property
     def time(self) -> Unit:
         """The unit of the time."""
         told = self.roles[self.chosen.time].unit
-        return Unit(told, 'its name says so') if told else of_time(self.table_of_time)
+        return Unit(told, 'its name says so') if told else of_time(self.first[self.chosen.time])
 
-    @property
-    def table_of_time(self) -> Column:
-        """The times of the first episode."""
-        return self.first[self.chosen.time]
+    @cached_property
+    def _t(self) -> Column | None:
+        """The times of the first episode [s]; None where they or their unit are not known."""
+        if not self.chosen.time or self.time.name == '?':
+            return None
+        return self.first[self.chosen.time] * units.parse(self.time.name).factor
 
     def of(self, joint: str, quantity: str, column: str) -> Unit:
         """Return the unit of a column as one quantity of a joint."""
@@ -95,7 +105,25 @@ class Units:
             return found
         if self.roles[column].unit == '%':
             return Unit('?', 'its name says per cent: scale: rad for 1 %, and no unit')
-        return self._of_robot(joint, column) or self._by_numbers(name, self.table[column])
+        measured = self.chosen.joints.get(joint, {}).get('position', column)
+        if measured != column and self._are_alike(measured, column):
+            return self.of(joint, 'position', measured)
+        return (self._by_speed(joint, column) or self._of_robot(joint, column)
+                or self._by_numbers(name, self.table[column]))
+
+    def _are_alike(self, measured: str, goal: str) -> bool:
+        """Say whether a goal may be in the unit of the position, whose name may say it."""
+        one, other = (peak_of([self.table[name]]) for name in (measured, goal))
+        return one < ALIKE * other and other < ALIKE * one
+
+    def _by_speed(self, joint: str, column: str) -> Unit | None:
+        """Return the unit in which its change is the speed, where that has a unit in its name."""
+        speed = self.chosen.joints.get(joint, {}).get('velocity', '')
+        told = self.roles[speed].unit if speed else ''
+        if not told or not fits(told, ('rad/s',)) or self._t is None:
+            return None
+        dq = self.first[speed] * units.parse(told).factor
+        return of_turns(self._t, self.first[column], dq)
 
     def _of_robot(self, joint: str, column: str) -> Unit | None:
         """Return what the robot says of a position; None where it leaves it open."""
@@ -104,8 +132,23 @@ class Units:
         if joint in self.robot.slides:
             return Unit('m', f'{joint} of {self.robot.ref} slides')
         if is_clipped(self._bodies):
+            return self._between_stops(joint)
+        values, reach = self.table[column], self.robot.reach(joint)
+        if self.is_lerobot and peak_of([values]) <= PER_CENT:
+            return None  # degrees as well as per cent
+        if not np.isfinite(reach) and peak_of([values]) > RADIANS:
+            return Unit('?', f'{joint} of {self.robot.ref} turns round: unit: rad or deg')
+        return of_limited(values, reach, self.robot.ref)
+
+    def _between_stops(self, joint: str) -> Unit | None:
+        """Return what per cent would be if the calibrated range went from stop to stop."""
+        assert self.robot is not None
+        low, high = self.robot.limits.get(joint, (-np.inf, np.inf))
+        if not np.isfinite(high - low):
             return None
-        return of_limited(self.table[column], self.robot.reach(joint), self.robot.ref)
+        return Unit('?', 'numbers end at exactly 100: per cent of the calibrated range; from stop '
+                    f'to stop of {self.robot.ref} scale: {(high - low) / 200:.4g} for -100 to 100,'
+                    f' {(high - low) / 100:.4g} for 0 to 100')
 
     def _end(self, joint: str) -> float:
         """Return the lower stop of a joint [rad], 0 where it is not known."""
@@ -156,9 +199,7 @@ class Units:
     def _by_change(
         self, position: str, angle: Unit, column: str, names: Sequence[str],
     ) -> Unit | None:
-        known = self.chosen.time and self.time.name != '?' and position
-        if not known or angle.name == '?':
+        if self._t is None or not position or angle.name == '?':
             return None
         scale = angle.said.get('scale') or units.parse(angle.name).factor
-        t = self.table_of_time * units.parse(self.time.name).factor
-        return of_rates(t, self.first[position] * scale, self.first[column], names)
+        return of_rates(self._t, self.first[position] * scale, self.first[column], names)

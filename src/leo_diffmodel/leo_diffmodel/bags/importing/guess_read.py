@@ -46,7 +46,8 @@ def _told_of(log: Path, log_format: LogFormat) -> list[str]:
     notes = [f'read as {code}: it is no UTF-8'] if code == WINDOWS else []
     found = constants(read_log_text(log).splitlines())
     if found:
-        listed = ', '.join(f'{shown(name)[1:-1]} = {value:.6g}' for name, value in found.items())
-        notes.append(f'constants in its comments, columns of one value: {listed}; of the robot '
-                     'they are so: constants: {links.LINK.mass: {column: NAME, unit: kg}}')
+        listed = ', '.join(f'{shown(name)[1:-1]} = {constant.value:.6g} {constant.unit}'.rstrip()
+                           for name, constant in found.items())
+        notes.append(f'its comments say {listed}: columns of one value; where the robot has it: '
+                     'constants: {links.LINK.mass: {column: mass, unit: kg}}')
     return notes

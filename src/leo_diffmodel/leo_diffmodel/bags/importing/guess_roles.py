@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import re
 from typing import NamedTuple
 
@@ -60,6 +60,14 @@ def role_of(column: str) -> Role:
     if is_goal and not quantity:
         quantity = 'position'
     return Role(quantity, is_goal, _joint(words, unit or letters), unit or letters)
+
+
+def roles_of(columns: Iterable[str]) -> dict[str, Role]:
+    """Return the roles of a log's columns; what all begin with, as `run.`, is no joint."""
+    names = list(columns)
+    first = names[0].split('.')[0] + '.' if names else ''
+    common = first if len(names) > 1 and all(name.startswith(first) for name in names) else ''
+    return {name: role_of(name.removeprefix(common)) for name in names}
 
 
 def _unit(column: str) -> tuple[str, str, str]:

@@ -24,6 +24,7 @@ OVER_A_STOP = 1.1
 """So many times the angle of a stop is reached by a joint that gives, and by its calibration."""
 AGREES = 1.3
 """Units of a speed are six times apart and more; filters and gaps take less than this factor."""
+TURNS = ('rad', 'deg', 'rev')
 SPANS = 50
 """A log is compared in so many parts, which are longer than its noise."""
 
@@ -82,6 +83,22 @@ def of_rates(t: Column, q: Column, dq: Column, names: Sequence[str]) -> Unit | N
         dq: speeds in the unit that is looked for, shape (T,).
         names: units that it may be.
     """
+    ratio = change_over_speed(t, q, dq)
+    found = (n for n in names if ratio and 1 / AGREES < ratio / units.parse(n).factor < AGREES)
+    name = next(found, '')
+    return Unit(name, f'in {name} it is the change of the position') if name else None
+
+
+def of_turns(t: Column, q: Column, dq: Column) -> Unit | None:
+    """Return the unit of angles whose change a speed in SI is; None where none is."""
+    ratio = change_over_speed(t, q, dq)
+    found = (n for n in TURNS if ratio and 1 / AGREES < ratio * units.parse(n).factor < AGREES)
+    name = next(found, '')
+    return Unit(name, f'its change in {name} is the speed') if name else None
+
+
+def change_over_speed(t: Column, q: Column, dq: Column) -> float | None:
+    """Return how much faster positions change than the speed says; None where nothing moves."""
     rows = np.isfinite(t) & np.isfinite(q) & np.isfinite(dq)
     t, q, dq = t[rows], q[rows], dq[rows]
     if len(t) < 2 * SPANS:
@@ -92,11 +109,7 @@ def of_rates(t: Column, q: Column, dq: Column, names: Sequence[str]) -> Unit | N
     moving = logged > 0.1 * logged.max(initial=0.0)
     if not moving.any():
         return None
-    ratio = float(np.median(moved[moving] / logged[moving]))
-    for name in names:
-        if 1 / AGREES < ratio / units.parse(name).factor < AGREES:
-            return Unit(name, f'in {name} it is the change of the position')
-    return None
+    return float(np.median(moved[moving] / logged[moving]))
 
 
 def of_time(column: Column) -> Unit:
