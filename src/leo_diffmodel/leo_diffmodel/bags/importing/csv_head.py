@@ -63,6 +63,19 @@ def is_numbers(line: str) -> bool:
     return any(map(str.isdigit, line)) and words <= _IN_NUMBERS
 
 
+def are_units(cells: Sequence[str]) -> bool:
+    """Say whether a line below the header says the units: one at least, and nothing else."""
+    told = [cell.strip('[]() ') for cell in cells]
+    named = [unit for unit in told if unit not in ('', '-', '1')]
+    return bool(named) and all(is_unit(unit) for unit in named)
+
+
+def in_brackets(unit: str) -> str:
+    """Return a unit as a header has it, [deg]; nothing for none."""
+    told = unit.strip('[]() ')
+    return f'[{told}]' if told not in ('', '-', '1') else ''
+
+
 def _is_comment(line: str) -> bool:
     return line.lstrip().startswith(COMMENT)
 

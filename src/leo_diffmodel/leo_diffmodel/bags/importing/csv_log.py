@@ -12,7 +12,7 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import shown
 
-from .csv_head import constants, is_numbers, without_comments
+from .csv_head import are_units, constants, in_brackets, is_numbers, without_comments
 from .csv_style import decimal_of, delimiter_of, spaced
 from .expression import Column, Table
 from .log_format import LogFormat
@@ -53,7 +53,13 @@ def _headed(rows: Sequence[Row], log_format: LogFormat) -> tuple[list[str], Sequ
     if log_format.header is not None:
         named = any(map(str.isalpha, ''.join(cells))) and not any(map(is_numbers, cells))
         return log_format.header, rows[1:] if named else rows
-    return (counted, rows) if without else (cells, rows[1:])
+    if without:
+        return counted, rows
+    units = [cell.strip() for cell in rows[1][1]] if len(rows) > 1 else []
+    if are_units(units) and len(units) == len(cells):
+        names = [f'{name} {in_brackets(u)}' for name, u in zip(cells, units, strict=True)]
+        return [name.strip() for name in names], rows[2:]
+    return cells, rows[1:]
 
 
 def _rows(log: Path, lines: Sequence[str], log_format: LogFormat) -> list[Row]:

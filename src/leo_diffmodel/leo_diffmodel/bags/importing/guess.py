@@ -15,6 +15,7 @@ import numpy as np
 import yaml
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.yaml_file import shown
 from leo_sim.description.robot import Robot
@@ -80,7 +81,7 @@ def _lines(
                   is_lerobot(log))
     yield f'# guessed from {shown(log.name)} by leo import --guess: look over every line;'
     yield "# a unit '?' is to be filled in, and joints get the names that your model has for them"
-    yield from (f'# {note}' for note in (*notes, *chosen.notes))
+    yield from map(_note, (*notes, *chosen.notes))
     yield f'robot: {_text(robot.ref)}' if robot else _robot_line(log)
     if log_format.records:
         yield _entry('records', log_format.records, 'the first list of rows')
@@ -140,13 +141,19 @@ def _other_input(inputs: Columns, robot: KnownRobot | None) -> Iterator[str]:
     found = sorted({quantity for columns in inputs.values() for quantity in list(columns)[:1]})
     if robot and found and robot.takes not in found:
         log = '/'.join(INPUTS[quantity] for quantity in found)
-        yield (f'# {robot.ref} takes {INPUTS[robot.takes]}, the log has {log}: make the robot '
-               f'with leo robot init --input {log}')
+        command = leo('robot', 'init', '--input', log)
+        yield _note(f'{robot.ref} takes {INPUTS[robot.takes]}, the log has {log}: make the robot '
+                    f'with {command}')
+
+
+def _note(text: str) -> str:
+    """Return a comment in one line."""
+    return f'# {" ".join(text.split())}'
 
 
 def _entry(key: str, value: Any, why: str = '') -> str:
     text = f'{key}: {_text(value)}'
-    return f'{text}  # {why}' if why else text
+    return f'{text}  {_note(why)}' if why else text
 
 
 def _text(value: Any) -> str:

@@ -50,9 +50,10 @@ class Calibrated:
         """Whether the numbers are per cent, None where they may be either; and why."""
         bodies = [(role, values) for role, values in self.positions if GRIPPER not in role.joint]
         measured = [(role.joint, values) for role, values in bodies if not role.is_goal]
-        if is_clipped([values for _, values in bodies]):
+        states = [values for _, values in measured]
+        if is_clipped(states) or is_clipped([values for _, values in bodies]):
             return True, 'they end at exactly 100'
-        peak = peak_of([values for _, values in measured])
+        peak = peak_of(states)
         if peak > 100.0:
             return False, f'up to {peak:.4g}, beyond per cent'
         return next(self._too_far(measured), (None, f'up to {peak:.4g}, within either'))

@@ -157,14 +157,15 @@ class Units:
 
     def _by_numbers(self, name: str, values: Column) -> Unit:
         """Return the unit that the numbers of all angles say."""
-        if GRIPPER in name and self._shared.name == 'deg' and is_per_cent(values):
+        other = self._shared.name == 'deg' or peak_of([values]) > RADIANS
+        if GRIPPER in name and other and is_per_cent(values):
             return Unit('?', 'a gripper is often in per cent: then scale: rad for 1 %')
         return self._shared
 
     @cached_property
     def _shared(self) -> Unit:
-        """The unit that all angles without one in their name share."""
-        return of_angles([self.table[name] for name in self._open])
+        """The unit that all angles without one in their name share; a gripper may have another."""
+        return of_angles(self._bodies or [self.table[name] for name in self._open])
 
     @property
     def _open(self) -> list[str]:

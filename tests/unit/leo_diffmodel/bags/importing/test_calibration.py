@@ -102,6 +102,20 @@ def test_without_a_calibration_a_clip_at_100_says_per_cent(tmp_path):
     assert 'exactly 100: per cent of the calibrated range; from stop to stop of so101 sc' in text
 
 
+def test_a_gripper_at_100_says_nothing_of_the_arm(tmp_path):
+    folder = data_set(tmp_path, np.column_stack([60 * np.sin(T), np.clip(80 + 20 * T, 0, 100)]))
+    assert 'exactly 100' not in str(guessed(folder)) + (tmp_path / 'map.yaml').read_text()
+    (tmp_path / 'map.yaml').unlink()
+    (tmp_path / 'arm.json').write_text(json.dumps(calibration()))
+    assert guessed(folder)['joints']['shoulder_pan']['position']['unit'] == '?'
+
+
+def test_a_gripper_in_per_cent_beside_an_arm_in_radians(tmp_path):
+    folder = data_set(tmp_path, np.column_stack([np.sin(T), 50 + 10 * T]), 'xarm')
+    joints = guessed(folder)['joints']
+    assert [joints[name]['position']['unit'] for name in JOINTS] == ['rad', '?']
+
+
 def test_other_robots_have_no_calibration_of_this_kind(tmp_path):
     folder = data_set(tmp_path, np.column_stack([logged(name) for name in JOINTS]), 'xarm')
     (tmp_path / 'arm.json').write_text(json.dumps(calibration()))

@@ -87,3 +87,11 @@ def test_a_column_named_twice_is_refused_until_the_map_names_all(tmp_path):
         read_csv(log, LogFormat())
     (table,) = read_csv(log, LogFormat(header=['t', 'q', 'tau', 'tau2']))
     assert table['tau'].tolist() == [2, 2] and table['tau2'].tolist() == [9, 9]
+
+
+@pytest.mark.parametrize('units', ['[s],[deg],-', 's,°,', '(s),(U/min),1'])
+def test_a_line_of_units_below_the_header_is_part_of_the_names(tmp_path, units):
+    (tmp_path / 'log.csv').write_text(f't,q,n\n{units}\n0,1,2\n1,3,4\n', encoding='utf-8')
+    (table,) = read_csv(tmp_path / 'log.csv', LogFormat())
+    second = units.split(',')[1].strip('()[]')
+    assert list(table) == ['t [s]', f'q [{second}]', 'n'] and table['n'].tolist() == [2, 4]
