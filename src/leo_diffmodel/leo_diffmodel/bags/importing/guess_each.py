@@ -16,11 +16,11 @@ from .expression import Column, Table
 from .guess_calibrated import Calibrated
 from .guess_columns import Chosen, Roles
 from .guess_robot import KnownRobot
+from .guess_stops import of_joint, of_per_cent
 from .guess_units import (
     is_clipped,
     is_per_cent,
     of_angles,
-    of_limited,
     of_rates,
     of_time,
     of_turns,
@@ -129,26 +129,12 @@ class Units:
         """Return what the robot says of a position; None where it leaves it open."""
         if not self.robot:
             return None
-        if joint in self.robot.slides:
-            return Unit('m', f'{joint} of {self.robot.ref} slides')
         if is_clipped(self._bodies):
-            return self._between_stops(joint)
-        values, reach = self.table[column], self.robot.reach(joint)
+            return of_per_cent(self.robot, joint)
+        values = self.table[column]
         if self.is_lerobot and peak_of([values]) <= PER_CENT:
             return None  # degrees as well as per cent
-        if not np.isfinite(reach) and peak_of([values]) > RADIANS:
-            return Unit('?', f'{joint} of {self.robot.ref} turns round: unit: rad or deg')
-        return of_limited(values, reach, self.robot.ref)
-
-    def _between_stops(self, joint: str) -> Unit | None:
-        """Return what per cent would be if the calibrated range went from stop to stop."""
-        assert self.robot is not None
-        low, high = self.robot.limits.get(joint, (-np.inf, np.inf))
-        if not np.isfinite(high - low):
-            return None
-        return Unit('?', 'numbers end at exactly 100: per cent of the calibrated range; from stop '
-                    f'to stop of {self.robot.ref} scale: {(high - low) / 200:.4g} for -100 to 100,'
-                    f' {(high - low) / 100:.4g} for 0 to 100')
+        return of_joint(self.robot, joint, values)
 
     def _end(self, joint: str) -> float:
         """Return the lower stop of a joint [rad], 0 where it is not known."""

@@ -20,8 +20,6 @@ DEGREES = 720.0
 FASTEST, SLOWEST = 20e3, 2.0
 """Rates at which robots are logged [Hz]."""
 SECONDS = {'s': 1.0, 'ms': 1e-3, 'us': 1e-6, 'ns': 1e-9}
-OVER_A_STOP = 1.1
-"""So many times the angle of a stop is reached by a joint that gives, and by its calibration."""
 AGREES = 1.3
 """Units of a speed are six times apart and more; filters and gaps take less than this factor."""
 TURNS = ('rad', 'deg', 'rev')
@@ -56,22 +54,6 @@ def of_angles(columns: Sequence[Column]) -> Unit:
         return Unit('deg', f'up to {peak:.3g}: beyond two turns in rad, and beyond per cent; '
                     'unit: rad for a joint that turns round')
     return Unit('?', f'up to {peak:.3g}: unit: deg, or of per cent of a range scale: rad for 1 %')
-
-
-def of_limited(column: Column, reach: float, robot: str) -> Unit | None:
-    """Return the unit in which an angle stays within the stops of its joint [rad].
-
-    None where there are no stops, or it stays within them in no unit.
-    """
-    peak = peak_of([column])
-    if not np.isfinite(reach) or is_clipped([column]):
-        return None
-    if peak <= reach * OVER_A_STOP:
-        return Unit('rad', f'within the stops of {robot}, {reach:.3g} rad')
-    if np.radians(peak) <= reach * OVER_A_STOP and peak > RADIANS:
-        return Unit('deg', f'within the stops of {robot}, {np.degrees(reach):.0f} deg; '
-                    'of per cent of a range scale: rad for 1 %')
-    return None
 
 
 def of_rates(t: Column, q: Column, dq: Column, names: Sequence[str]) -> Unit | None:
