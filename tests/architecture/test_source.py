@@ -67,7 +67,7 @@ EXPLAIN_ROOMS = (
     'explanation',
 )  # fmt: skip
 """The rooms of explain; each may import those before it, late imports included."""
-ANALYSIS = ('bags', 'outside', 'compare', 'explain', 'check')
+ANALYSIS = ('bags', 'outside', 'compare', 'faults', 'explain', 'check')
 """These rooms of leo_diffmodel, too."""
 PURE = ('decide', 'tell')
 """They read findings: nothing is fitted, settled or predicted there, nor where they import."""

@@ -5,18 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from leo_msgs_py.errors import UserError
 
+from .episode import Episode, Recording
 from .states import Floats
 from .topic_map import JointMap, TopicMap
 from .zoh import average
-
-if TYPE_CHECKING:
-    from .recording import Episode, Recording
 
 
 def mended(recording: Recording, mapping: TopicMap) -> Recording:

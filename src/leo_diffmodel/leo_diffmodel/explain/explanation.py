@@ -146,19 +146,14 @@ def explain(
     log = Logged.of(recordings, hold_out, model, mend, not foreign)
 
     def told(answer: Explanation) -> Explanation:
-        return replace(answer, seconds=time.monotonic() - began, provenance=origin,
-                       sentence=log.headline + answer.sentence,
-                       log_faults=[f.to_json() for f in log.faults],
-                       settings=settings.gates.to_json())  # fmt: skip
+        return _stamped(answer, log, settings, origin, began)
 
     if log.in_the_way and not keep:
         sentence, record = log.answer
         return told(Explanation('unknown', sentence, model, next_run=record))
-    recordings, hold_out = log.recordings, log.hold_out
     helper.prepare(search, not foreign)
-    as_given = keep or foreign  # what a user's own law does cannot be told from a hand
-    cut = (Cut(recordings, hold_out, settings) if as_given
-           else Cut.of(recordings, hold_out, settings, model))  # fmt: skip
+    # what a user's own law does cannot be told from a hand
+    cut = Cut.of(log.recordings, log.hold_out, settings, model, as_given=keep or foreign)
     if cut.share > settings.gates.outside:
         sentence, record = cut.answer
         return told(Explanation('unknown', sentence, model, next_run=record))
@@ -173,6 +168,17 @@ def explain(
     findings = collect(everything, model, found, facts, step, own_constants(model, hold_out),
                        heard)  # fmt: skip
     return told(replace(_answer(findings, cut.notes), used=tuple(everything)))
+
+
+def _stamped(
+    answer: Explanation, log: Logged, settings: Settings, origin: dict, began: float
+) -> Explanation:
+    """The answer with what was found in the logs, where it comes from and what it took."""
+    return replace(
+        answer, seconds=time.monotonic() - began, provenance=origin,
+        sentence=log.headline + answer.sentence, settings=settings.gates.to_json(),
+        log_faults=[f.to_json() for f in log.faults],
+    )  # fmt: skip
 
 
 def _posed(

@@ -106,7 +106,8 @@ def _compensated(joint: str, b: Balance) -> Iterator[Found]:
     weight, motor = b.figures['weight'], b.figures['motor']
     missing = 1 - weight.value
     moved = ABOUT_ONE[0] < motor.value < ABOUT_ONE[1] and motor.half < ABOUT_ONE[0]
-    if moved and 1 + weight.half > missing > FAULTS['gravity_compensated'].harmless[1] + weight.half:
+    least = FAULTS['gravity_compensated'].harmless[1]
+    if moved and least < missing - weight.half and missing < 1 + weight.half:
         what = (f'{joint} moves as if {100 * missing:.0f} ± {100 * weight.half:.0f} % of its '
                 'weight were carried by something that is not in the log')  # fmt: skip
         yield _found('gravity_compensated', joint, Figure(missing, weight.sd, weight.worst), what)

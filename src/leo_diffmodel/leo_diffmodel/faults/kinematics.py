@@ -98,11 +98,11 @@ def outside(value: float, half: float, low: float, high: float) -> bool:
 def _simplest(motion: Motion, full: Law) -> tuple[Law, str, bool]:
     """A delay or a filter, which of them, and whether that is clear; both where both are."""
     scale, late, tau, zero = full.theta
+    both = late + tau
     found = {
-        'speed_late': motion.fit(('scale', 'late', 'zero'), np.array([scale, late + tau, 0, zero])),
-        'speed_filter': motion.fit(('scale', 'filter', 'zero'),
-                                   np.array([scale, 0, late + tau, zero])),
-    }  # fmt: skip
+        'speed_late': motion.fit(('scale', 'late', 'zero'), np.array([scale, both, 0, zero])),
+        'speed_filter': motion.fit(('scale', 'filter', 'zero'), np.array([scale, 0, both, zero])),
+    }
     kind = min(found, key=lambda k: found[k].loss)
     law = found[kind]
     if late * tau > 0 and law.loss - full.loss > TOLD_APART:
@@ -128,7 +128,8 @@ def _zero(relation: Relation, joint: str) -> Iterator[Found]:
     fault = FAULTS['speed_zero']
     most = max(fault.harmless[1] * relation.speed * abs(relation.law.theta[0]), relation.grain)
     if abs(zero) > most + SHOWS * sd:
-        what = f'the logged speed of {joint} is {zero:.3g} ± {SIGMAS * sd:.1g} rad/s where it stands'
+        what = (f'the logged speed of {joint} is {zero:.3g} ± {SIGMAS * sd:.1g} rad/s where it '
+                'stands')  # fmt: skip
         yield Found(fault, joint, zero, sd, what, True, 'kinematics')
 
 

@@ -6,10 +6,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
+from leo_diffmodel.bags.arrays import Run
 from leo_diffmodel.bags.mend import mended as by_map
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.faults.base import Found
+from leo_sim.drivers.base import INTERFACES
 
 FACTORS = ('scale', 'speed_scale', 'input_scale', 'time_scale')
 
@@ -37,3 +41,18 @@ def mended(recording: Recording, faults: Sequence[Found]) -> Recording:
     """The recording without the faults that a topic map can undo."""
     patched = [f for f in faults if f.patch]
     return by_map(recording, map_of(patched, recording.actuators)) if patched else recording
+
+
+def runs_of(recording: Recording) -> list[Run]:
+    """Its episodes as what a bag is written from; speeds only where they were measured."""
+    return [
+        Run(
+            e.t, recording.joints, e.q, e.dq if recording.rates == 'measured' else None, e.effort,
+            {} if recording.input == 'none' else {
+                joint: {INTERFACES[recording.input]: e.inputs[:, a],
+                        'enabled': e.enabled[:, a].astype(np.float64)}
+                for a, joint in enumerate(recording.actuators)
+            },
+        )
+        for e in recording.episodes
+    ]  # fmt: skip

@@ -136,8 +136,8 @@ class Motion:
         p, dp, ddp = (Rows.stacked([k.rows(part.t + late, d)
                                     for k, part in zip(self.knots, self.parts, strict=True)])
                       for d in range(3))  # fmt: skip
-        speed = Rows.stacked([k.rows(part.t, 1)
-                              for k, part in zip(self.knots, self.parts, strict=True)])  # fmt: skip
+        each = zip(self.knots, self.parts, strict=True)
+        speed = Rows.stacked([k.rows(part.t, 1) for k, part in each])
         return p + theta[2] * dp, speed, dp, dp + theta[2] * ddp
 
     def _whitened(self, theta: Array) -> tuple[Rows, Array]:

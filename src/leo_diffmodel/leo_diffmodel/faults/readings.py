@@ -23,7 +23,7 @@ under another. A clock that is off by an eighth changes it by that."""
 CLEAR = 0.5
 """Relative: a factor must be known so well to tell anything."""
 LEAST, WRONG_WAY = 0.02, 2.0
-"""The smallest factor that is told from none; what a joint that goes against its motor is off by."""
+"""The smallest factor that is told from none; what a joint against its motor is off by."""
 STRETCHES = (0.5, 2.0)
 """Rates of clocks that are mistaken for each other differ by less."""
 

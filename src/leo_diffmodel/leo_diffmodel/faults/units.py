@@ -10,7 +10,8 @@ ANGLES = {180 / math.pi: 'degrees', 1 / (2 * math.pi): 'turns', 200 / math.pi: '
 """How many of a unit are one radian."""
 SPEEDS = {180 / math.pi: 'degrees per second', 30 / math.pi: 'revolutions per minute',
           1 / (2 * math.pi): 'revolutions per second',
-          30 / math.pi / 0.229: 'steps of 0.229 rpm', 1000.0: 'milliradians per second'}  # fmt: skip
+          30 / math.pi / 0.229: 'steps of 0.229 rpm',
+          1000.0: 'milliradians per second'}  # fmt: skip
 """How many of a unit are one radian per second."""
 NEAR = 0.01
 """Relative: how near a multiple is to the unit that is named."""

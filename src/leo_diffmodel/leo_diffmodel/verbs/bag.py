@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""leo bag: record, play, look at and cut rosbag2 folders."""
+"""leo bag: record, play, look at, cut and mend rosbag2 folders."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import asdict
 import json
 from pathlib import Path
 
+from leo_diffmodel.verbs.bag_fix import EXAMPLES as FIX_EXAMPLES
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.shell_words import leo
 from leo_msgs_py.verbs import common
@@ -35,9 +36,10 @@ _SHOW_EXAMPLES = """\
 def main(argv: list[str]) -> int:
     """Run the chosen subcommand and return its exit status."""
     verbs = {'record': _record, 'play': _play, 'info': _info, 'show': _show,
-             'cut': _cut}
-    about = 'Record, play, look into, draw and cut bags (rosbag2, MCAP).'
-    examples = _RECORD_EXAMPLES + _PLAY_EXAMPLES + _INFO_EXAMPLES + _SHOW_EXAMPLES + _CUT_EXAMPLES
+             'cut': _cut, 'fix': _fix}
+    about = 'Record, play, look into, draw, cut and mend bags (rosbag2, MCAP).'
+    examples = ''.join([_RECORD_EXAMPLES, _PLAY_EXAMPLES, _INFO_EXAMPLES, _SHOW_EXAMPLES,
+                        _CUT_EXAMPLES, FIX_EXAMPLES])  # fmt: skip
     return common.dispatch('leo bag', about, verbs, argv, examples)
 
 
@@ -142,6 +144,12 @@ def _cut(argv: list[str]) -> int:
         print(f'wrote {options.output}, {count} messages{left}')
         print(f'next: {leo("bag", "info", options.output)}')
     return 0
+
+
+def _fix(argv: list[str]) -> int:
+    from leo_diffmodel.verbs.bag_fix import fix
+
+    return fix(argv)
 
 
 def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:

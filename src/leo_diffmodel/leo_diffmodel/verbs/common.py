@@ -195,6 +195,8 @@ def next_command(
 ) -> str | None:
     """`leo next` for what an answer leaves open, to type it; None where nothing can be driven."""
     driven = any(a.strongest > 0 for a in answer.model.robot.actuators)
+    if any(f['sure'] for f in answer.log_faults) and answer.search is None:
+        return f'{same_bags("explain", arguments)} --mend'
     cut_short = answer.search is not None and not answer.search.complete
     if answer.verdict not in NEGATIVE or not answer.next_run or not driven or cut_short:
         return None

@@ -40,9 +40,11 @@ class Cut:
     @classmethod
     def of(
         cls, recordings: Sequence[Recording], hold_out: Sequence[Recording], settings: Settings,
-        model: Model,
+        model: Model, as_given: bool = False,
     ) -> Cut:
-        """Find the stretches and cut them out."""
+        """Find the stretches and cut them out, or leave all as it is."""
+        if as_given:
+            return cls(recordings, hold_out, settings)
         everything = [*recordings, *hold_out]
         found = [s for s in moved_from_outside(everything, model) if s.kind in LEFT_OUT]
         mine = [s for s in found if s.source < len(recordings)]
