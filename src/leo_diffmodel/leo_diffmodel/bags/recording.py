@@ -23,9 +23,11 @@ from .made_rates import without_made_rates
 from .notes import input_notes, reading_notes
 from .period import command_period, median_step
 from .runs import Held, split_runs
+from .spikes import without_spikes
 from .split import Segments, split, unwrapped, velocity
 from .states import Floats, read_states, Stamps, StateLog
 from .topic_map import find_topic, list_topics, read_topic_map, TopicMap
+from .unmeasured import without_unmeasured
 from .zoh import average
 
 if TYPE_CHECKING:
@@ -67,7 +69,7 @@ class Recording:
         sha256: of the bytes of its .mcap or .db3 files.
         joints: joint names, in the robot's order.
         actuators: joints of the actuators, in actuator order.
-        input: `voltage`, `torque` or `none` (a passive log).
+        input: `voltage`, `torque`, `position` or `none` (a passive log).
         command_period: [s], one control period.
         episodes: at least one, each of at least two samples.
         metadata: the `leo` record: robot, start pose, held base, noise, seed; empty for foreign
@@ -149,7 +151,10 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
     try:
         states, told = without_impossible(
             read_states(topic, robot.joint_names, mapping), robot)
+        states, said = without_unmeasured(
+            states, robot.joint_names, {a.joint for a in robot.actuators})
         states, made = without_made_rates(states)
+        states, spikes = without_spikes(states, robot.joint_names)
         states, turns = unwrapped(states)
     except UserError as error:
         raise UserError(f'{path}: {error}') from error
@@ -169,7 +174,7 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
         command_period=command_period(contents, robot, mapping, states, inputs),
         episodes=episodes, metadata=_metadata(contents, mapping),
         warnings=(
-            *reading_notes(contents, states, segments, turns, used, made, told),
+            *reading_notes(contents, states, segments, turns, used, made, [*told, *said, *spikes]),
             *input_notes(contents, robot, mapping, inputs),
         ),
         rates='made' if made else 'measured' if states.dq is not None else 'absent',
@@ -222,11 +227,19 @@ def _episode(
     return Episode(
         t=(t - states.stamp_ns[0]) * 1e-9,
         q=q,
-        dq=velocity(t, q) if states.dq is None else states.dq[part],
+        dq=_rates(t, q, states.dq if states.dq is None else states.dq[part]),
         inputs=inputs,
         enabled=enabled,
         effort=None if states.effort is None else states.effort[part],
     )
+
+
+def _rates(t: Stamps, q: Floats, dq: Floats | None) -> Floats:
+    """Measured rates (T, J); those that nobody measured (NaN) differentiated from the angles."""
+    if dq is None:
+        return velocity(t, q)
+    missing = np.isnan(dq)
+    return np.where(missing, velocity(t, q), dq) if missing.any() else dq
 
 
 def _passive(count: int, actuators: int) -> tuple[Floats, NDArray[np.bool_]]:

@@ -7,10 +7,12 @@ A topic map, every key optional:
     joints:
       pivot: {name: joint_1, sign: -1, offset: 0.1}   # ours = sign * theirs + offset [rad]
       # input_sign: -1         of its input, where that differs from the sign of its angle
-    input: commands          # or auto, applied, dynamic_joint_states, effort, none
+    input: commands          # or auto, applied, dynamic_joint_states, controller_state,
+                             # trajectory, effort, none
     interface: voltage       # its name on the dynamic joint states
     command_order: [pivot]   # joints of the command topic
     scale: 0.0156            # V, N m or rad for 1 of theirs: supply / 885 of a PWM in counts
+    frame_id: left           # of the joint states, where several publish the same joints
     hold: previous           # a stamp means the period before it
     held: true               # the base was held; by default what the bag's recorder noted
 """
@@ -25,10 +27,16 @@ from pydantic import BaseModel, ConfigDict, Field
 from leo_msgs_py.errors import UserError
 
 from .contents import BagContents, TopicLog
-from .types import DYNAMIC_JOINT_STATE, EPISODE, FLOAT64_ARRAY, JOINT_STATE, STATES, UINT32
+from .types import (
+    CONTROLLER_STATE, DYNAMIC_JOINT_STATE, EPISODE, FLOAT64_ARRAY, JOINT_STATE, STATES,
+    TRAJECTORY, UINT32,
+)
 from .yaml_config import read_config
 
-Role = Literal['joint_states', 'applied', 'dynamic_joint_states', 'commands', 'episode']
+Role = Literal[
+    'joint_states', 'applied', 'dynamic_joint_states', 'commands', 'controller_state',
+    'trajectory', 'episode',
+]
 DEFAULT_NAMES = {
     'joint_states': STATES.name,
     'dynamic_joint_states': '/dynamic_joint_states',
@@ -42,6 +50,8 @@ TYPES = {
     'applied': JOINT_STATE,
     'dynamic_joint_states': DYNAMIC_JOINT_STATE,
     'commands': FLOAT64_ARRAY,
+    'controller_state': CONTROLLER_STATE,
+    'trajectory': TRAJECTORY,
     'episode': UINT32,
 }
 
@@ -68,10 +78,12 @@ class TopicMap(BaseModel):
     topics: dict[Role, str] = {}
     joints: dict[str, JointMap] = {}
     input: Literal[
-        'auto', 'applied', 'dynamic_joint_states', 'commands', 'effort', 'none'
+        'auto', 'applied', 'dynamic_joint_states', 'commands', 'controller_state', 'trajectory',
+        'effort', 'none',
     ] = 'auto'
     interface: str | None = None
     command_order: list[str] | None = None
+    frame_id: str | None = None
     scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
     hold: Literal['next', 'previous'] = 'next'
     held: bool | None = None

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Several publishers on one topic of joint states, told apart by frame_id and names of joints.
+
+Two halves of a robot, each with its own joints, are joined by time. Of two that publish the same
+joints one is read. Two that no message tells apart are refused.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from itertools import chain
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leo_msgs_py.errors import UserError
+
+from .contents import Logged
+
+Floats = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+NEAR = 1.5
+"""Periods of a half from one of its states to the next: across more nothing is made up."""
+SWITCHES = 0.2
+"""Share of the states: two publishers take turns in so many; a gap, a reset or a jump is one."""
+APART = 0.02
+"""rad (m): the least that two are apart, above any encoder's resolution."""
+NEARER = 10.0
+"""Times: so much nearer than the last state is the one before it where two take turns."""
+
+
+class Publisher(NamedTuple):
+    """Who sent a state, as far as the message says: its frame_id, its names of joints."""
+
+    frame: str
+    names: tuple[str, ...]
+
+
+class Row(NamedTuple):
+    """One message: its sender, the columns it fills, its fields in our order (NaN elsewhere)."""
+
+    publisher: Publisher
+    ours: tuple[int, ...]
+    logged: Logged
+    stamp_ns: int
+    position: Floats | None
+    velocity: Floats | None
+    effort: Floats | None
+
+
+class Table(NamedTuple):
+    """Rows as columns: times [ns] (T,), fields (T, J) or None where no message has one."""
+
+    log: Stamps
+    published: Stamps
+    stamp: Stamps
+    fields: tuple[Floats | None, ...]
+
+
+def table(rows: Sequence[Row], width: int) -> Table:
+    """Messages as columns; what a message lacks is NaN."""
+    log = np.array([row.logged.log_ns for row in rows], dtype=np.int64)
+    published = np.array([row.logged.published_ns for row in rows], dtype=np.int64)
+    stamp = np.array([row.stamp_ns for row in rows], dtype=np.int64)
+    fields = ([row[k] for row in rows] for k in (4, 5, 6))
+    return Table(log, published, stamp, tuple(_column(values, width) for values in fields))
+
+
+def _column(values: list[Any], width: int) -> Floats | None:
+    """Stack one field; samples without it become NaN, None where no sample has it."""
+    if all(value is None for value in values):
+        return None
+    missing = np.full(width, np.nan)
+    return np.array([missing if value is None else value for value in values], dtype=float)
+
+
+def together(
+    rows: Sequence[Row], joints: Sequence[str], topic: str,
+) -> tuple[Table, tuple[str, ...]] | None:
+    """All joints' states, and what was done about several publishers, one line each.
+
+    Returns:
+        None where some joint is in no message.
+
+    Raises:
+        UserError: two publishers of the same joints that nothing tells apart.
+    """
+    parts: dict[Publisher, list[Row]] = defaultdict(list)
+    for row in rows:
+        if row.ours:
+            parts[row.publisher].append(row)
+    found = sorted(parts.values(), key=len, reverse=True)
+    whole = [part for part in found if len(part[0].ours) == len(joints)]
+    if whole:
+        return _one(whole, joints, topic)
+    return _joined(found, joints, topic)
+
+
+def _one(
+    parts: list[list[Row]], joints: Sequence[str], topic: str,
+) -> tuple[Table, tuple[str, ...]]:
+    """The publisher with the most messages, with those that spoke before or after it."""
+    first = parts[0]
+    beside = [part for part in parts[1:] if _overlap(first, part)]
+    others = [part for part in parts[1:] if not _overlap(first, part)]
+    kept = sorted(chain(first, *others), key=lambda row: row.logged.log_ns)
+    made = table(kept, len(joints))
+    _refuse_turns(made, joints, topic)
+    told = (_second([first, *beside], joints, topic),) if beside else ()
+    return made, told
+
+
+def _joined(
+    parts: list[list[Row]], joints: Sequence[str], topic: str,
+) -> tuple[Table, tuple[str, ...]] | None:
+    """Halves of a robot: each joint from who says it most often, at the times of the fastest."""
+    source = {j: part for part in reversed(parts) for j in part[0].ours}
+    if len(source) < len(joints):
+        return None
+    used = [part for part in parts if any(part is s for s in source.values())]
+    told = [_second(twice, joints, topic) for twice in _doubled(parts)]
+    tables = [table(part, len(joints)) for part in used]
+    columns = [[j for j, s in source.items() if s is part] for part in used]
+    for half, mine in zip(tables, columns, strict=True):
+        _refuse_turns(_only(half, mine), [joints[j] for j in mine], topic)
+    words = '; '.join(
+        f'{", ".join(joints[j] for j in sorted(mine))} at {_rate(part):.3g} Hz'
+        for part, mine in zip(used, columns, strict=True))  # fmt: skip
+    return _at_the_fastest(tables, columns), (
+        *told, f'{len(used)} publishers on {topic} have a part of the joints each ({words}); '
+        'joined by time, the slower ones interpolated')  # fmt: skip
+
+
+def _doubled(parts: list[list[Row]]) -> list[list[list[Row]]]:
+    """Pairs of publishers that have a joint in common and speak at the same time."""
+    return [
+        [a, b] for k, a in enumerate(parts) for b in parts[k + 1 :]
+        if set(a[0].ours) & set(b[0].ours) and _overlap(a, b)
+    ]  # fmt: skip
+
+
+def _overlap(a: list[Row], b: list[Row]) -> bool:
+    """Say whether two publishers spoke at the same time, and not one after the other."""
+    return a[0].logged.log_ns < b[-1].logged.log_ns and b[0].logged.log_ns < a[-1].logged.log_ns
+
+
+def _second(parts: list[list[Row]], joints: Sequence[str], topic: str) -> str:
+    common = set.intersection(*(set(part[0].ours) for part in parts))
+    words = ' and '.join(
+        f'frame_id {part[0].publisher.frame!r} with {len(part[0].publisher.names)} joints at '
+        f'{_rate(part):.3g} Hz' for part in parts)  # fmt: skip
+    return (
+        f'{len(parts)} publishers of {", ".join(joints[j] for j in sorted(common))} on {topic}: '
+        f'{words}; the first is read (frame_id: in a topic map chooses another)'
+    )
+
+
+def _rate(part: list[Row]) -> float:
+    """Messages per second of log time; 0 for one."""
+    seconds = (part[-1].logged.log_ns - part[0].logged.log_ns) * 1e-9
+    return (len(part) - 1) / seconds if seconds > 0 else 0.0
+
+
+def _only(half: Table, columns: list[int]) -> Table:
+    return half._replace(fields=tuple(f if f is None else f[:, columns] for f in half.fields))
+
+
+def _at_the_fastest(tables: list[Table], columns: list[list[int]]) -> Table:
+    """The columns of all halves at the times of the first."""
+    clock = _clock(tables)
+    base, fields = tables[0], []
+    for k in range(3):
+        whole = np.full((len(base.log), sum(map(len, columns))), np.nan)
+        for half, mine in zip(tables, columns, strict=True):
+            values = half.fields[k]
+            if values is not None:
+                at, own = getattr(base, clock), getattr(half, clock)
+                whole[:, mine] = values[:, mine] if half is base else _at(at, own, values[:, mine])
+        fields.append(None if all(half.fields[k] is None for half in tables) else whole)
+    return base._replace(fields=tuple(fields))
+
+
+def _clock(tables: list[Table]) -> str:
+    """`stamp` where all stamps go forward on one clock, by the time they took; else `log`."""
+    if any((np.diff(half.stamp) < 0).any() or not half.stamp.any() for half in tables):
+        return 'log'
+    delays = [float(np.median(half.log - half.stamp)) for half in tables]
+    steps = [float(np.median(np.diff(half.log))) if len(half.log) > 1 else 0.0 for half in tables]
+    return 'log' if np.ptp(delays) > max(steps) else 'stamp'
+
+
+def _at(t: Stamps, own: Stamps, values: Floats) -> Floats:
+    """Values (N, K) of one clock [ns] (N,) at other times [ns] (T,); NaN away from any."""
+    start = own[0]
+    x, at = (own - start).astype(float), (t - start).astype(float)
+    found = np.column_stack([np.interp(at, x, column) for column in values.T])
+    after = np.clip(np.searchsorted(x, at), 1, max(len(x) - 1, 1))
+    period = float(np.median(np.diff(x))) if len(x) > 1 else 0.0
+    known = (at >= x[0] - period / 2) & (at <= x[-1] + period / 2)
+    if len(x) > 1:
+        known &= (x[after] - x[after - 1] <= NEAR * period) | np.isin(at, x)
+    found[~known] = np.nan
+    return found
+
+
+def _refuse_turns(made: Table, joints: Sequence[str], topic: str) -> None:
+    """Refuse states of two publishers that take turns, by their values or their stamps.
+
+    Raises:
+        UserError: they do.
+    """
+    q = made.fields[0]
+    if q is None or len(q) < 20:  # too few to tell turns from jumps
+        return
+    back = float(np.mean(np.diff(made.stamp) < 0))
+    apart = _apart(q)
+    if max(back, float(apart.mean(axis=0).max())) <= SWITCHES:
+        return
+    j = int(apart.sum(axis=0).argmax())
+    step = np.abs(np.diff(q[:, j], axis=0))[3:][apart[:, j]]
+    what = (f'values of {joints[j]} {np.median(step):.2g} apart in {apart[:, j].mean():.0%}'
+            if step.size else f'stamps that go back in {back:.0%}')  # fmt: skip
+    raise UserError(
+        f'two publishers take turns on {topic} ({what} of the steps), and neither frame_id nor '
+        'names tell them apart; record again with one of them, or each on its own topic'
+    )
+
+
+def _apart(q: Floats) -> NDArray[np.bool_]:
+    """Say which steps, from the fifth state on (T - 4, J), go to where the states before were."""
+    last = np.abs(q[4:] - q[3:-1])
+    before = np.min([np.abs(q[4:] - q[4 - k : -k]) for k in (2, 3, 4)], axis=0)
+    return np.asarray((last > APART) & (last > NEARER * before))

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rates and efforts that are in the messages and that nobody measured, joint by joint.
+
+A driver that measures no rate or effort often leaves zeros, or what was in the memory. They
+become NaN, not measured: the rate is then differentiated, the effort is no input of a motor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from warnings import catch_warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .states import Floats, StateLog
+
+GARBAGE = 1e-300
+"""N m, rad/s (N, m/s): what is smaller and not 0 is memory that nobody wrote, no sensor's."""
+MOVES = 0.02
+"""rad (m): what is more is a motion, above any encoder's resolution."""
+FEWEST = 3
+"""Values of an angle from which on it moves; two are a reset."""
+JUMP = 20.0
+"""Times the usual step: a reset, no motion."""
+DIFFERENTIATED = 'differentiated from the positions'
+TURN = 2 * np.pi
+"""rad"""
+
+
+def without_unmeasured(
+    states: StateLog, joints: Sequence[str], driven: Collection[str],
+) -> tuple[StateLog, list[str]]:
+    """Make NaN of rates and efforts that are no measurement; also say which, one line each.
+
+    Args:
+        states: as read, T of them.
+        joints: names of the columns.
+        driven: those with a motor.
+    """
+    told: list[str] = []
+    rates, efforts, moved = states.dq, states.effort, _moved(states)
+    if rates is not None:
+        missing = [joints[j] for j in np.flatnonzero(np.isnan(rates).all(axis=0))]
+        told += [f'no velocities of {", ".join(missing)}; {DIFFERENTIATED}'] if missing else []
+        still = _still_rates(states)
+        rates = _emptied(rates, still)
+        told += [f'rates of {joints[j]} are {_constant(states.dq, j)} while its angle changes by '
+                 f'{moved[j]:.2g}: no measurement; {DIFFERENTIATED}'
+                 for j in np.flatnonzero(still.any(axis=0))]  # fmt: skip
+    if efforts is not None:
+        garbage, idle = _garbage(efforts), _idle_efforts(states, joints, driven)
+        efforts = _emptied(efforts, garbage | idle)
+        told += [f'{n} efforts of {joints[j]} as {_example(states.effort, garbage, j):.2g}: '
+                 'memory that nobody wrote, no measurement; taken as not measured'
+                 for j, n in enumerate(garbage.sum(axis=0)) if n]  # fmt: skip
+        told += [f'efforts of {joints[j]} are 0 while it moves by {moved[j]:.2g}: '
+                 'no measurement; taken as not measured'
+                 for j in np.flatnonzero(idle.any(axis=0))]  # fmt: skip
+    return (replace(states, dq=rates, effort=efforts), told) if told else (states, told)
+
+
+def _emptied(values: Floats, out: NDArray[np.bool_]) -> Floats | None:
+    """NaN where nothing was measured; None where nothing is left."""
+    kept = np.where(out, np.nan, values)
+    return None if np.isnan(kept).all() else kept
+
+
+def _garbage(values: Floats) -> NDArray[np.bool_]:
+    """Say which values of a channel (T, J) are too small for any; its zeros are no better."""
+    tiny = (values != 0) & (np.abs(values) < GARBAGE)
+    nothing_else = (tiny | (values == 0) | np.isnan(values)).all(axis=0) & tiny.any(axis=0)
+    return np.asarray(tiny | (nothing_else & (values == 0)))
+
+
+def _still_rates(states: StateLog) -> NDArray[np.bool_]:
+    """Say which rates (T, J) are of a joint whose rate never changes, unlike its angle's."""
+    dq = np.asarray(states.dq)
+    rate = np.where(np.abs(dq) < GARBAGE, 0.0, dq)
+    constant = (rate == rate[0]).all(axis=0)
+    moves = _moved(states, np.where(constant, rate[0], 0.0)) > MOVES
+    if not rate.any():  # of all joints: any change of any angle tells
+        moves |= len(np.unique(states.q, axis=0)) >= FEWEST
+    return np.broadcast_to(constant & moves, dq.shape)
+
+
+def _idle_efforts(
+    states: StateLog, joints: Sequence[str], driven: Collection[str],
+) -> NDArray[np.bool_]:
+    """Say which efforts (T, J) are of a motor that is 0 throughout although its joint moves."""
+    effort = np.asarray(states.effort)
+    zero = (effort == 0).all(axis=0) & (_moved(states) > MOVES)
+    return np.broadcast_to(zero & np.array([name in driven for name in joints]), effort.shape)
+
+
+def _moved(states: StateLog, rates: Floats | float = 0.0) -> Floats:
+    """How far each joint moves [rad, m] beside what constant rates make, without jumps (J,)."""
+    q = states.q
+    step = np.diff(q, axis=0) - rates * np.diff(states.stamp_ns)[:, None] * 1e-9
+    step -= TURN * np.round(step / TURN)
+    size = np.where(step != 0, np.abs(step), np.nan)
+    with np.errstate(all='ignore'), catch_warnings(action='ignore'):
+        usual = np.nan_to_num(np.nanmedian(size, axis=0))
+    step[np.abs(step) > JUMP * usual] = 0.0
+    way = np.ptp(np.vstack([np.zeros(q.shape[1]), np.cumsum(step, axis=0)]), axis=0)
+    few = [len(np.unique(column)) < FEWEST for column in q.T]
+    return np.where(few, 0.0, way)
+
+
+def _constant(rates: Floats | None, j: int) -> str:
+    value = float(np.asarray(rates)[0, j])
+    return f'{value if abs(value) >= GARBAGE else 0:.3g} throughout'
+
+
+def _example(efforts: Floats | None, garbage: NDArray[np.bool_], j: int) -> float:
+    column = np.asarray(efforts)[:, j]
+    return float(column[garbage[:, j] & (column != 0)][0])
