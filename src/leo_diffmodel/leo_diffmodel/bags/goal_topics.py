@@ -22,8 +22,8 @@ _FOLLOWED = (
     'std_msgs/Header header\nstring[] joint_names\n'
     'trajectory_msgs/JointTrajectoryPoint reference\n'
 )
-"""How control_msgs/JointTrajectoryControllerState begins, in every version: what comes third is
-the set point, called `desired` up to Galactic and `reference` from Humble on; what follows differs."""
+"""How control_msgs/JointTrajectoryControllerState begins, in every version: its third field
+is the set point, `desired` up to Galactic and `reference` from Humble on; what follows differs."""
 
 
 class Asked(NamedTuple):
@@ -54,7 +54,7 @@ def goal_topics(contents: BagContents, role: Role, topic_map: TopicMap) -> list[
 
 
 def asked(topic: TopicLog) -> list[Asked]:
-    """What the messages of a trajectory or controller state topic ask; those without a goal not."""
+    """What the messages of a topic of trajectories or controller states ask, those with a goal."""
     read = _trajectories if topic.type == TRAJECTORY else _followed
     return list(read(topic))
 

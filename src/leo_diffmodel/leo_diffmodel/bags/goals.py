@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -81,7 +82,7 @@ def _runs(states: StateLog) -> list[slice]:
     """Stretches of states whose stamps go forward: a restarted robot begins another."""
     cuts = np.flatnonzero(np.diff(states.stamp_ns) < 0) + 1
     edges = [0, *cuts.tolist(), len(states.stamp_ns)]
-    return [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [slice(a, b) for a, b in pairwise(edges)]
 
 
 def _run(

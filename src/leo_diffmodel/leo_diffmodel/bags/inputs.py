@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 Row = tuple[list[float], list[float]]
 """Values and enabled of one message, in actuator order."""
+Reader = Callable[['BagContents', 'StateLog', 'Robot', 'TopicMap'], 'InputLog | None']
+"""Reads one kind of input; None where the bag has none of it."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ def read_inputs(
         UserError: the topic map asks for inputs that are not there, or the robot was driven by
             goals that its model cannot take, or by what looks like a command and is not read.
     """
-    readers = {
+    readers: dict[str, Reader] = {
         'applied': _applied, 'dynamic_joint_states': _dynamic, 'commands': _commanded,
         'controller_state': partial(_asked, role='controller_state'),
         'trajectory': partial(_asked, role='trajectory'), 'effort': _effort,
@@ -220,6 +222,11 @@ def _effort(
     values = states.effort[:, columns]
     if not np.isfinite(values).any():
         return None
+    if none := [a.joint for k, a in enumerate(robot.actuators) if np.isnan(values[:, k]).all()]:
+        raise UserError(
+            f'{contents.path} has efforts of some motors and none of {", ".join(none)}; give a '
+            'model without that motor, or say in a topic map input: effort if 0 N m is right'
+        )
     ones = np.ones_like(values)
     return _usable(InputLog(
         'torque', 'effort', states.log_ns, states.stamp_ns, values, ones, 0,

@@ -14,7 +14,7 @@ from .split import Segments
 from .states import deserialize, StateLog
 from .topic_map import DEFAULT_NAMES, INTERFACES, TopicMap
 from .types import APPLIED, CONTROLLER_STATE, DYNAMIC_JOINT_STATE, JOINT_STATE
-from .unmeasured import DIFFERENTIATED
+from .unmeasured import DIFFERENTIATED, NO_INPUT
 
 if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
@@ -63,9 +63,12 @@ def reading_notes(
 
 def input_notes(
     contents: BagContents, robot: Robot, topic_map: TopicMap, inputs: InputLog | None,
+    unmeasured: Sequence[str] = (),
 ) -> list[str]:
     """Return which joints of the map and inputs were unusable, and which were passed over."""
     notes = []
+    if inputs is None and robot.actuators and any(NO_INPUT in text for text in unmeasured):
+        notes.append('no input is left, so the bag counts as passive, its motors free')
     strange = sorted(set(topic_map.joints) - set(robot.joint_names))
     if strange:
         notes.append(f'the topic map names {", ".join(strange)}, which {robot.name} lacks; it has '

@@ -16,7 +16,7 @@ from .contents import BagContents, TopicLog
 from .goal_topics import goal_topics
 from .goals import names_joints
 from .states import deserialize
-from .topic_map import TopicMap
+from .topic_map import Role, TopicMap
 from .types import APPLIED, FLOAT64_ARRAY, JOINT_STATE, TRAJECTORY
 
 if TYPE_CHECKING:
@@ -66,8 +66,8 @@ def _goals(contents: BagContents, robot: Robot, topic_map: TopicMap) -> TopicLog
     if stated is not None and stated.messages:
         return stated
     names = joint_names(robot, topic_map)
-    found = (t for role in ('controller_state', 'trajectory')
-             for t in goal_topics(contents, role, topic_map))  # type: ignore[arg-type]
+    roles: tuple[Role, ...] = ('controller_state', 'trajectory')
+    found = (t for role in roles for t in goal_topics(contents, role, topic_map))
     return next((topic for topic in found if names_joints(topic, names)), None)
 
 
@@ -107,12 +107,12 @@ def _looks_like_one(topic: TopicLog, names: list[str]) -> bool:
 
 def _named(topic: TopicLog) -> Iterator[set[str]]:
     for _, message in deserialize(topic, topic.type):
-        yield set(getattr(message, 'name', None) or getattr(message, 'joint_names', ()))
+        yield {*getattr(message, 'name', ()), *getattr(message, 'joint_names', ())}
 
 
 def named(topics: list[TopicLog]) -> str:
     """Topics that look like commands, in words."""
     words = ', '.join(f'{t.name} ({t.type}, {len(t.messages)} messages)' for t in topics)
-    one = len(topics) == 1
-    return f'{words} {"looks like a command and is" if one else "look like commands and are"} not read'
+    what = 'looks like a command and is' if len(topics) == 1 else 'look like commands and are'
+    return f'{words} {what} not read'
 

@@ -21,6 +21,8 @@ from .contents import Logged
 
 Floats = NDArray[np.float64]
 Stamps = NDArray[np.int64]
+FEWEST = 3
+"""Messages of a publisher; fewer are damaged ones, or latched."""
 NEAR = 1.5
 """Periods of a half from one of its states to the next: across more nothing is made up."""
 SWITCHES = 0.2
@@ -143,6 +145,8 @@ def _doubled(parts: list[list[Row]]) -> list[list[list[Row]]]:
 
 def _overlap(a: list[Row], b: list[Row]) -> bool:
     """Say whether two publishers spoke at the same time, and not one after the other."""
+    if min(len(a), len(b)) < FEWEST:
+        return False
     return a[0].logged.log_ns < b[-1].logged.log_ns and b[0].logged.log_ns < a[-1].logged.log_ns
 
 

@@ -151,8 +151,8 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
     try:
         states, told = without_impossible(
             read_states(topic, robot.joint_names, mapping), robot)
-        states, said = without_unmeasured(
-            states, robot.joint_names, {a.joint for a in robot.actuators})
+        motors = () if mapping.input == 'effort' else [a.joint for a in robot.actuators]
+        states, said = without_unmeasured(states, robot.joint_names, motors)
         states, made = without_made_rates(states)
         states, spikes = without_spikes(states, robot.joint_names)
         states, turns = unwrapped(states)
@@ -175,7 +175,7 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
         episodes=episodes, metadata=_metadata(contents, mapping),
         warnings=(
             *reading_notes(contents, states, segments, turns, used, made, [*told, *said, *spikes]),
-            *input_notes(contents, robot, mapping, inputs),
+            *input_notes(contents, robot, mapping, inputs, said),
         ),
         rates='made' if made else 'measured' if states.dq is not None else 'absent',
     )

@@ -20,8 +20,8 @@ SIGMAS = 10.0
 """Robust standard deviations of the rate from the rates around: no noise reaches so far."""
 COUNTS = 5.0
 """Steps of the rate's resolution: what a coarse rate that is right flickers by is less."""
-OF_SPEED = 0.5
-"""Of the joint's rms rate: what is smaller vanishes in the rest."""
+OF_FASTEST = 1.0
+"""Of the joint's fastest rate otherwise: what is smaller may be the sensor's coarse noise."""
 UNSUPPORTED = 0.75
 """Of a spike that the angle must lack: a sample that is truly so fast shows half of it there."""
 MOST = 0.02
@@ -67,7 +67,7 @@ def _spikes(rate: Floats, slope: Floats, none: NDArray[np.bool_]) -> NDArray[np.
     off, lacks = rate - usual, rate - slope
     least = max(
         SIGMAS * _sigma(off), SIGMAS * _sigma(lacks[~none]), COUNTS * _count(rate),
-        OF_SPEED * float(np.sqrt(np.mean(np.square(usual)))),
+        OF_FASTEST * float(np.abs(usual).max()),
     )  # fmt: skip
     found = (np.abs(off) > least) & (off * lacks > UNSUPPORTED * np.square(off)) & ~none
     at = np.flatnonzero(found)

@@ -28,8 +28,14 @@ from leo_msgs_py.errors import UserError
 
 from .contents import BagContents, TopicLog
 from .types import (
-    CONTROLLER_STATE, DYNAMIC_JOINT_STATE, EPISODE, FLOAT64_ARRAY, JOINT_STATE, STATES,
-    TRAJECTORY, UINT32,
+    CONTROLLER_STATE,
+    DYNAMIC_JOINT_STATE,
+    EPISODE,
+    FLOAT64_ARRAY,
+    JOINT_STATE,
+    STATES,
+    TRAJECTORY,
+    UINT32,
 )
 from .yaml_config import read_config
 

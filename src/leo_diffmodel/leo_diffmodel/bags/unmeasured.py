@@ -24,6 +24,7 @@ FEWEST = 3
 """Values of an angle from which on it moves; two are a reset."""
 JUMP = 20.0
 """Times the usual step: a reset, no motion."""
+NO_INPUT = 'no measurement; taken as not measured, never as an input'
 DIFFERENTIATED = 'differentiated from the positions'
 TURN = 2 * np.pi
 """rad"""
@@ -37,27 +38,27 @@ def without_unmeasured(
     Args:
         states: as read, T of them.
         joints: names of the columns.
-        driven: those with a motor.
+        driven: those whose motor moves them, so that 0 N m is no measurement.
     """
     told: list[str] = []
     rates, efforts, moved = states.dq, states.effort, _moved(states)
     if rates is not None:
-        missing = [joints[j] for j in np.flatnonzero(np.isnan(rates).all(axis=0))]
+        missing = [name for j, name in enumerate(joints) if np.isnan(rates[:, j]).all()]
         told += [f'no velocities of {", ".join(missing)}; {DIFFERENTIATED}'] if missing else []
         still = _still_rates(states)
         rates = _emptied(rates, still)
         told += [f'rates of {joints[j]} are {_constant(states.dq, j)} while its angle changes by '
                  f'{moved[j]:.2g}: no measurement; {DIFFERENTIATED}'
-                 for j in np.flatnonzero(still.any(axis=0))]  # fmt: skip
+                 for j in np.flatnonzero(still.any(axis=0)).tolist()]  # fmt: skip
     if efforts is not None:
         garbage, idle = _garbage(efforts), _idle_efforts(states, joints, driven)
         efforts = _emptied(efforts, garbage | idle)
         told += [f'{n} efforts of {joints[j]} as {_example(states.effort, garbage, j):.2g}: '
-                 'memory that nobody wrote, no measurement; taken as not measured'
+                 f'memory that nobody wrote, {NO_INPUT}'
                  for j, n in enumerate(garbage.sum(axis=0)) if n]  # fmt: skip
         told += [f'efforts of {joints[j]} are 0 while it moves by {moved[j]:.2g}: '
-                 'no measurement; taken as not measured'
-                 for j in np.flatnonzero(idle.any(axis=0))]  # fmt: skip
+                 f'{NO_INPUT}'
+                 for j in np.flatnonzero(idle.any(axis=0)).tolist()]  # fmt: skip
     return (replace(states, dq=rates, effort=efforts), told) if told else (states, told)
 
 
