@@ -172,18 +172,21 @@ def _only(half: Table, columns: list[int]) -> Table:
 
 
 def _at_the_fastest(tables: list[Table], columns: list[list[int]]) -> Table:
-    """The columns of all halves at the times of the first."""
-    clock = _clock(tables)
-    base, fields = tables[0], []
-    for k in range(3):
-        whole = np.full((len(base.log), sum(map(len, columns))), np.nan)
-        for half, mine in zip(tables, columns, strict=True):
-            values = half.fields[k]
-            if values is not None:
-                at, own = getattr(base, clock), getattr(half, clock)
-                whole[:, mine] = values[:, mine] if half is base else _at(at, own, values[:, mine])
-        fields.append(None if all(half.fields[k] is None for half in tables) else whole)
-    return base._replace(fields=tuple(fields))
+    """The columns of all halves at the times of the first, where each says something near."""
+    clock, base, width = _clock(tables), tables[0], sum(map(len, columns))
+    fields: list[Floats | None] = [
+        None if all(half.fields[k] is None for half in tables)
+        else np.full((len(base.log), width), np.nan) for k in range(3)]  # fmt: skip
+    known = np.ones(len(base.log), dtype=bool)
+    for half, mine in zip(tables, columns, strict=True):
+        at, own = getattr(base, clock), getattr(half, clock)
+        known &= True if half is base else _near(at, own)
+        for whole, values in zip(fields, half.fields, strict=True):
+            if whole is not None and values is not None:
+                part = values[:, mine]
+                whole[:, mine] = part if half is base else _at(at, own, part)
+    kept = tuple(None if f is None else f[known] for f in fields)
+    return Table(base.log[known], base.published[known], base.stamp[known], kept)
 
 
 def _clock(tables: list[Table]) -> str:
@@ -196,17 +199,19 @@ def _clock(tables: list[Table]) -> str:
 
 
 def _at(t: Stamps, own: Stamps, values: Floats) -> Floats:
-    """Values (N, K) of one clock [ns] (N,) at other times [ns] (T,); NaN away from any."""
-    start = own[0]
-    x, at = (own - start).astype(float), (t - start).astype(float)
-    found = np.column_stack([np.interp(at, x, column) for column in values.T])
-    after = np.clip(np.searchsorted(x, at), 1, max(len(x) - 1, 1))
-    period = float(np.median(np.diff(x))) if len(x) > 1 else 0.0
-    known = (at >= x[0] - period / 2) & (at <= x[-1] + period / 2)
-    if len(x) > 1:
-        known &= (x[after] - x[after - 1] <= NEAR * period) | np.isin(at, x)
-    found[~known] = np.nan
-    return found
+    """Values (N, K) of one clock [ns] (N,) at other times [ns] (T,)."""
+    at, x = (t - own[0]).astype(float), (own - own[0]).astype(float)
+    return np.column_stack([np.interp(at, x, column) for column in values.T])
+
+
+def _near(t: Stamps, own: Stamps) -> NDArray[np.bool_]:
+    """Say which times [ns] (T,) lie between two states of a half (N,) that follow each other."""
+    after = np.searchsorted(own, t)
+    inside = (after > 0) & (after < len(own))
+    last = np.clip(after, 1, max(len(own) - 1, 1))
+    apart = own[last] - own[last - 1] if len(own) > 1 else np.full(len(t), np.inf)
+    period = float(np.median(np.diff(own))) if len(own) > 1 else 0.0
+    return np.asarray((inside & (apart <= NEAR * period)) | np.isin(t, own))
 
 
 def _refuse_turns(made: Table, joints: Sequence[str], topic: str) -> None:

@@ -17,7 +17,7 @@ from leo_msgs_py.mcap_file import sha256
 from leo_sim.common.yaml_file import shown
 
 from .contents import BagContents, load
-from .impossible import without_impossible
+from .impossible import lengths, without_impossible
 from .inputs import InputLog, read_inputs
 from .made_rates import without_made_rates
 from .notes import input_notes, reading_notes
@@ -152,9 +152,9 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
         states, told = without_impossible(
             read_states(topic, robot.joint_names, mapping), robot)
         motors = () if mapping.input == 'effort' else [a.joint for a in robot.actuators]
-        states, said = without_unmeasured(states, robot.joint_names, motors)
+        states, said = without_unmeasured(states, lengths(robot), motors)
         states, made = without_made_rates(states)
-        states, spikes = without_spikes(states, robot.joint_names)
+        states, spikes = without_spikes(states, lengths(robot))
         states, turns = unwrapped(states)
     except UserError as error:
         raise UserError(f'{path}: {error}') from error

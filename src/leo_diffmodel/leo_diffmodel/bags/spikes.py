@@ -7,7 +7,7 @@ counts says so fast a rate for one sample; the angle, put right elsewhere, knows
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -24,27 +24,32 @@ OF_FASTEST = 1.0
 """Of the joint's fastest rate otherwise: what is smaller may be the sensor's coarse noise."""
 UNSUPPORTED = 0.75
 """Of a spike that the angle must lack: a sample that is truly so fast shows half of it there."""
-MOST = 0.02
-"""Share of the samples: more are no spikes, the rate is noisy or in another unit."""
+MOST = 0.1
+"""Share of the samples: a wheel that takes ten to a turn; more and the rate is in another unit."""
 FEWEST = 20
 """Samples that say what is usual."""
 TURN = 2 * np.pi
 """rad"""
 
 
-def without_spikes(states: StateLog, joints: Sequence[str]) -> tuple[StateLog, list[str]]:
-    """Replace spikes of the rates by the slope of the angle; also count them, in words."""
+def without_spikes(states: StateLog, lengths: Mapping[str, str]) -> tuple[StateLog, list[str]]:
+    """Replace spikes of the rates by the slope of the angle; also count them, in words.
+
+    Args:
+        states: whose angles may still be wrapped.
+        lengths: the columns' joints with the unit of their positions.
+    """
     if states.dq is None or len(states.q) < FEWEST:
         return states, []
     dq, told = states.dq.copy(), []
     t = (states.stamp_ns - states.stamp_ns[0]) * 1e-9
-    for j, name in enumerate(joints):
+    for j, (name, unit) in enumerate(lengths.items()):
         q, rate = states.q[:, j], states.dq[:, j]
         if np.isfinite(rate).all():
             slope, wide = _slopes(t, q, rate)
             at = _spikes(rate, slope, wide)
             dq[at, j] = slope[at]
-            told += _told(name, rate, q, dq[:, j], at, t)
+            told += _told(name, f'{unit}/s', rate, q, dq[:, j], at, t)
     return (replace(states, dq=dq), told) if told else (states, [])
 
 
@@ -87,26 +92,28 @@ def _sigma(values: Floats) -> float:
 
 
 def _told(
-    name: str, rate: Floats, q: Floats, mended: Floats, at: NDArray[np.intp], t: Floats,
+    name: str, unit: str, rate: Floats, q: Floats, mended: Floats, at: NDArray[np.intp],
+    t: Floats,
 ) -> list[str]:
     if not at.size:
         return []
     worst = at[np.abs(rate[at]).argmax()]
     return [
-        f'{len(at)} spikes in the rate of {name} that its angle does not support, up to '
-        f'{rate[worst]:.3g} where it turns at {mended[worst]:.3g} ({t[worst]:.3f} s)'
-        f'{_where(q, mended, at, t)}; the slope of the angle taken instead'
+        f'{len(at)} spike{"s" * (len(at) > 1)} in the rate of {name} that its positions do not '
+        f'support, up to {rate[worst]:.3g} where they change by {mended[worst]:.3g} {unit} '
+        f'({t[worst]:.3f} s)'
+        f'{_where(q, mended, at, t)}; their slope taken instead'
     ]
 
 
 def _where(q: Floats, rate: Floats, at: NDArray[np.intp], t: Floats) -> str:
     """Say whether spikes come at one angle of the turn: an encoder's zero."""
     way = np.abs(rate) * np.gradient(t)  # rad from sample to sample
-    near = 2.0 * float(way[at].max())
+    near = float(way[at].max())
     angle = np.exp(1j * q[at])
     zero = float(np.angle(angle.mean())) if len(at) > 1 else 0.0
     off = np.abs(np.angle(angle * np.exp(-1j * zero)))
-    if off.max() > near or near > 0.5:  # rad: too coarse to say where
+    if off.max() > near or near > 1.0:  # rad: too coarse to say where
         return ''
     turned = float(np.sum(way)) >= TURN
     return f', once a turn at {zero:.2f} rad' if turned else f', all at {zero:.2f} rad'

@@ -7,7 +7,7 @@ become NaN, not measured: the rate is then differentiated, the effort is no inpu
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from warnings import catch_warnings
 
@@ -31,24 +31,26 @@ TURN = 2 * np.pi
 
 
 def without_unmeasured(
-    states: StateLog, joints: Sequence[str], driven: Collection[str],
+    states: StateLog, lengths: Mapping[str, str], driven: Collection[str],
 ) -> tuple[StateLog, list[str]]:
     """Make NaN of rates and efforts that are no measurement; also say which, one line each.
 
     Args:
         states: as read, T of them.
-        joints: names of the columns.
+        lengths: the columns' joints with the unit of their positions.
         driven: those whose motor moves them, so that 0 N m is no measurement.
     """
     told: list[str] = []
-    rates, efforts, moved = states.dq, states.effort, _moved(states)
+    rates, efforts, joints = states.dq, states.effort, list(lengths)
+    moved = [f'{way:.2g} {lengths[name]}'
+             for name, way in zip(joints, _moved(states), strict=True)]  # fmt: skip
     if rates is not None:
         missing = [name for j, name in enumerate(joints) if np.isnan(rates[:, j]).all()]
         told += [f'no velocities of {", ".join(missing)}; {DIFFERENTIATED}'] if missing else []
         still = _still_rates(states)
         rates = _emptied(rates, still)
-        told += [f'rates of {joints[j]} are {_constant(states.dq, j)} while its angle changes by '
-                 f'{moved[j]:.2g}: no measurement; {DIFFERENTIATED}'
+        told += [f'rates of {joints[j]} are {_constant(states.dq, j)} while it moves by '
+                 f'{moved[j]}: no measurement; {DIFFERENTIATED}'
                  for j in np.flatnonzero(still.any(axis=0)).tolist()]  # fmt: skip
     if efforts is not None:
         garbage, idle = _garbage(efforts), _idle_efforts(states, joints, driven)
@@ -56,7 +58,7 @@ def without_unmeasured(
         told += [f'{n} efforts of {joints[j]} as {_example(states.effort, garbage, j):.2g}: '
                  f'memory that nobody wrote, {NO_INPUT}'
                  for j, n in enumerate(garbage.sum(axis=0)) if n]  # fmt: skip
-        told += [f'efforts of {joints[j]} are 0 while it moves by {moved[j]:.2g}: '
+        told += [f'efforts of {joints[j]} are 0 while it moves by {moved[j]}: '
                  f'{NO_INPUT}'
                  for j in np.flatnonzero(idle.any(axis=0)).tolist()]  # fmt: skip
     return (replace(states, dq=rates, effort=efforts), told) if told else (states, told)
