@@ -95,28 +95,35 @@ def _run(
     last = states.log_ns[run.stop] if run.stop < len(states.log_ns) else np.iinfo(np.int64).max
     now = [[a for a in of if first <= a.log_ns < last and name in a.names]
            for of, name in zip(said, names, strict=True)]  # fmt: skip
-    legs = [_legs(of, name, states, role) for of, name in zip(now, names, strict=True)]
+    delay = int(np.median(states.log_ns[run] - t))
+    legs = [_legs(of, name, delay, states.stamped, role)
+            for of, name in zip(now, names, strict=True)]  # fmt: skip
     if not all(legs):
         return t[:0], t[:0], np.zeros((0, len(names)))
     turns = [np.r_[leg.begin, leg.times] for of in legs for leg in of]
     inside = np.concatenate([t, *turns])
     begin = max(of[0].begin for of in legs)
     stamps = np.unique(inside[(inside >= max(begin, t[0])) & (inside <= t[-1])])
-    delay = int(np.median(states.log_ns[run] - t))
     starts = (float(np.interp(of[0].begin - t[0], t - t[0], measured[run, a]))
               for a, of in enumerate(legs))  # fmt: skip
     values = [sampled(of, stamps, start) for of, start in zip(legs, starts, strict=True)]
     return stamps + delay, stamps, np.column_stack(values)
 
 
-def _legs(said: list[Asked], name: str, states: StateLog, role: Role) -> list[Leg]:
-    """What the messages ask of one joint, in robot time, in the order in which it counts."""
-    delays = np.sort(states.log_ns - states.stamp_ns)
-    delay = int(delays[len(delays) // 2])
+def _legs(said: list[Asked], name: str, delay: int, stamped: bool, role: Role) -> list[Leg]:
+    """What the messages ask of one joint, in robot time, in the order in which it counts.
+
+    Args:
+        said: the messages that name it.
+        name: of the joint.
+        delay: from a stamp to when it is recorded [ns].
+        stamped: whether the states have stamps, so that those of the messages count.
+        role: `trajectory` or `controller_state`.
+    """
     legs = []
     for a in said:
         came = a.log_ns - delay
-        start = a.stamp_ns if a.stamp_ns and states.stamped else came
+        start = a.stamp_ns if a.stamp_ns and stamped else came
         begin = start if role == 'controller_state' else max(start, came)
         legs.append(Leg(begin, start + a.after_ns, a.goals[:, a.names.index(name)]))
     legs.sort(key=lambda leg: leg.begin)
