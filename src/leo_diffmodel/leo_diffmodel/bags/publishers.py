@@ -10,72 +10,13 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from itertools import chain
-from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
+from .halves import at_the_fastest
+from .rows import Publisher, Row, Table, table
+from .taking_turns import refuse_turns
 
-from leo_msgs_py.errors import UserError
-
-from .contents import Logged
-
-Floats = NDArray[np.float64]
-Stamps = NDArray[np.int64]
 FEWEST = 3
 """Messages of a publisher; fewer are damaged ones, or latched."""
-NEAR = 1.5
-"""Periods of a half from one of its states to the next: across more nothing is made up."""
-SWITCHES = 0.2
-"""Share of the states: two publishers take turns in so many; a gap, a reset or a jump is one."""
-APART = 0.02
-"""rad (m): the least that two are apart, above any encoder's resolution."""
-NEARER = 10.0
-"""Times: so much nearer than the last state is the one before it where two take turns."""
-
-
-class Publisher(NamedTuple):
-    """Who sent a state, as far as the message says: its frame_id, its names of joints."""
-
-    frame: str
-    names: tuple[str, ...]
-
-
-class Row(NamedTuple):
-    """One message: its sender, the columns it fills, its fields in our order (NaN elsewhere)."""
-
-    publisher: Publisher
-    ours: tuple[int, ...]
-    logged: Logged
-    stamp_ns: int
-    position: Floats | None
-    velocity: Floats | None
-    effort: Floats | None
-
-
-class Table(NamedTuple):
-    """Rows as columns: times [ns] (T,), fields (T, J) or None where no message has one."""
-
-    log: Stamps
-    published: Stamps
-    stamp: Stamps
-    fields: tuple[Floats | None, ...]
-
-
-def table(rows: Sequence[Row], width: int) -> Table:
-    """Messages as columns; what a message lacks is NaN."""
-    log = np.array([row.logged.log_ns for row in rows], dtype=np.int64)
-    published = np.array([row.logged.published_ns for row in rows], dtype=np.int64)
-    stamp = np.array([row.stamp_ns for row in rows], dtype=np.int64)
-    fields = ([row[k] for row in rows] for k in (4, 5, 6))
-    return Table(log, published, stamp, tuple(_column(values, width) for values in fields))
-
-
-def _column(values: list[Any], width: int) -> Floats | None:
-    """Stack one field; samples without it become NaN, None where no sample has it."""
-    if all(value is None for value in values):
-        return None
-    missing = np.full(width, np.nan)
-    return np.array([missing if value is None else value for value in values], dtype=float)
 
 
 def together(
@@ -109,7 +50,7 @@ def _one(
     others = [part for part in parts[1:] if not _overlap(first, part)]
     kept = sorted(chain(first, *others), key=lambda row: row.logged.log_ns)
     made = table(kept, len(joints))
-    _refuse_turns(made, joints, topic)
+    refuse_turns(made, joints, topic)
     told = (_second([first, *beside], joints, topic),) if beside else ()
     return made, told
 
@@ -126,11 +67,11 @@ def _joined(
     tables = [table(part, len(joints)) for part in used]
     columns = [[j for j, s in source.items() if s is part] for part in used]
     for half, mine in zip(tables, columns, strict=True):
-        _refuse_turns(_only(half, mine), [joints[j] for j in mine], topic)
+        refuse_turns(_only(half, mine), [joints[j] for j in mine], topic)
     words = '; '.join(
         f'{", ".join(joints[j] for j in sorted(mine))} at {_rate(part):.3g} Hz'
         for part, mine in zip(used, columns, strict=True))  # fmt: skip
-    return _at_the_fastest(tables, columns), (
+    return at_the_fastest(tables, columns), (
         *told, f'{len(used)} publishers on {topic} have a part of the joints each ({words}); '
         'joined by time, the slower ones interpolated')  # fmt: skip
 
@@ -169,76 +110,3 @@ def _rate(part: list[Row]) -> float:
 
 def _only(half: Table, columns: list[int]) -> Table:
     return half._replace(fields=tuple(f if f is None else f[:, columns] for f in half.fields))
-
-
-def _at_the_fastest(tables: list[Table], columns: list[list[int]]) -> Table:
-    """The columns of all halves at the times of the first, where each says something near."""
-    clock, base, width = _clock(tables), tables[0], sum(map(len, columns))
-    fields: list[Floats | None] = [
-        None if all(half.fields[k] is None for half in tables)
-        else np.full((len(base.log), width), np.nan) for k in range(3)]  # fmt: skip
-    known = np.ones(len(base.log), dtype=bool)
-    for half, mine in zip(tables, columns, strict=True):
-        at, own = getattr(base, clock), getattr(half, clock)
-        known &= True if half is base else _near(at, own)
-        for whole, values in zip(fields, half.fields, strict=True):
-            if whole is not None and values is not None:
-                part = values[:, mine]
-                whole[:, mine] = part if half is base else _at(at, own, part)
-    kept = tuple(None if f is None else f[known] for f in fields)
-    return Table(base.log[known], base.published[known], base.stamp[known], kept)
-
-
-def _clock(tables: list[Table]) -> str:
-    """`stamp` where all stamps go forward on one clock, by the time they took; else `log`."""
-    if any((np.diff(half.stamp) < 0).any() or not half.stamp.any() for half in tables):
-        return 'log'
-    delays = [float(np.median(half.log - half.stamp)) for half in tables]
-    steps = [float(np.median(np.diff(half.log))) if len(half.log) > 1 else 0.0 for half in tables]
-    return 'log' if np.ptp(delays) > max(steps) else 'stamp'
-
-
-def _at(t: Stamps, own: Stamps, values: Floats) -> Floats:
-    """Values (N, K) of one clock [ns] (N,) at other times [ns] (T,)."""
-    at, x = (t - own[0]).astype(float), (own - own[0]).astype(float)
-    return np.column_stack([np.interp(at, x, column) for column in values.T])
-
-
-def _near(t: Stamps, own: Stamps) -> NDArray[np.bool_]:
-    """Say which times [ns] (T,) lie between two states of a half (N,) that follow each other."""
-    after = np.searchsorted(own, t)
-    inside = (after > 0) & (after < len(own))
-    last = np.clip(after, 1, max(len(own) - 1, 1))
-    apart = own[last] - own[last - 1] if len(own) > 1 else np.full(len(t), np.inf)
-    period = float(np.median(np.diff(own))) if len(own) > 1 else 0.0
-    return np.asarray((inside & (apart <= NEAR * period)) | np.isin(t, own))
-
-
-def _refuse_turns(made: Table, joints: Sequence[str], topic: str) -> None:
-    """Refuse states of two publishers that take turns, by their values or their stamps.
-
-    Raises:
-        UserError: they do.
-    """
-    q = made.fields[0]
-    if q is None or len(q) < 20:  # too few to tell turns from jumps
-        return
-    back = float(np.mean(np.diff(made.stamp) < 0))
-    apart = _apart(q)
-    if max(back, float(apart.mean(axis=0).max())) <= SWITCHES:
-        return
-    j = int(apart.sum(axis=0).argmax())
-    step = np.abs(np.diff(q[:, j], axis=0))[3:][apart[:, j]]
-    what = (f'values of {joints[j]} {np.median(step):.2g} apart in {apart[:, j].mean():.0%}'
-            if step.size else f'stamps that go back in {back:.0%}')  # fmt: skip
-    raise UserError(
-        f'two publishers take turns on {topic} ({what} of the steps), and neither frame_id nor '
-        'names tell them apart; record again with one of them, or each on its own topic'
-    )
-
-
-def _apart(q: Floats) -> NDArray[np.bool_]:
-    """Say which steps, from the fifth state on (T - 4, J), go to where the states before were."""
-    last = np.abs(q[4:] - q[3:-1])
-    before = np.min([np.abs(q[4:] - q[4 - k : -k]) for k in (2, 3, 4)], axis=0)
-    return np.asarray((last > APART) & (last > NEARER * before))

@@ -15,7 +15,8 @@ from leo_msgs_py.cdr import decode
 from leo_msgs_py.errors import UserError
 
 from .contents import Logged, TopicLog
-from .publishers import Publisher, Row, together
+from .publishers import together
+from .rows import Publisher, Row
 from .topic_map import TopicMap
 from .types import JOINT_STATE
 

@@ -40,28 +40,47 @@ def without_unmeasured(
         lengths: the columns' joints with the unit of their positions.
         driven: those whose motor moves them, so that 0 N m is no measurement.
     """
-    told: list[str] = []
-    rates, efforts, joints = states.dq, states.effort, list(lengths)
-    moved = [f'{way:.2g} {lengths[name]}'
-             for name, way in zip(joints, _moved(states), strict=True)]  # fmt: skip
-    if rates is not None:
-        missing = [name for j, name in enumerate(joints) if np.isnan(rates[:, j]).all()]
-        told += [f'no velocities of {", ".join(missing)}; {DIFFERENTIATED}'] if missing else []
-        still = _still_rates(states)
-        rates = _emptied(rates, still)
-        told += [f'rates of {joints[j]} are {_constant(states.dq, j)} while it moves by '
-                 f'{moved[j]}: no measurement; {DIFFERENTIATED}'
-                 for j in np.flatnonzero(still.any(axis=0)).tolist()]  # fmt: skip
-    if efforts is not None:
-        garbage, idle = _garbage(efforts), _idle_efforts(states, joints, driven)
-        efforts = _emptied(efforts, garbage | idle)
-        told += [f'{n} efforts of {joints[j]} as {_example(states.effort, garbage, j):.2g}: '
-                 f'memory that nobody wrote, {NO_INPUT}'
-                 for j, n in enumerate(garbage.sum(axis=0)) if n]  # fmt: skip
-        told += [f'efforts of {joints[j]} are 0 while it moves by {moved[j]}: '
-                 f'{NO_INPUT}'
-                 for j in np.flatnonzero(idle.any(axis=0)).tolist()]  # fmt: skip
+    moved = [f'{way:.2g} {unit}'
+             for unit, way in zip(lengths.values(), _moved(states), strict=True)]  # fmt: skip
+    rates, told = _rates(states, list(lengths), moved)
+    efforts, said = _efforts(states, list(lengths), moved, driven)
+    told += said
     return (replace(states, dq=rates, effort=efforts), told) if told else (states, told)
+
+
+def _rates(
+    states: StateLog, joints: Sequence[str], moved: Sequence[str],
+) -> tuple[Floats | None, list[str]]:
+    """The rates that are measured; also which are not."""
+    rates = states.dq
+    if rates is None:
+        return None, []
+    missing = [name for j, name in enumerate(joints) if np.isnan(rates[:, j]).all()]
+    told = [f'no velocities of {", ".join(missing)}; {DIFFERENTIATED}'] if missing else []
+    still = _still_rates(states)
+    told += [
+        f'rates of {joints[j]} are {_constant(rates[0, j])} throughout while it moves by '
+        f'{moved[j]}: no measurement; {DIFFERENTIATED}' for j in np.flatnonzero(still).tolist()
+    ]  # fmt: skip
+    return _emptied(rates, np.broadcast_to(still, rates.shape)), told
+
+
+def _efforts(
+    states: StateLog, joints: Sequence[str], moved: Sequence[str], driven: Collection[str],
+) -> tuple[Floats | None, list[str]]:
+    """The efforts that are measured; also which are not."""
+    efforts = states.effort
+    if efforts is None:
+        return None, []
+    garbage = _garbage(efforts)
+    idle = _idle_efforts(states, joints, driven)
+    told = [
+        f'{n} efforts of {joints[j]} as {_example(efforts[:, j]):.2g}: memory that nobody wrote, '
+        f'{NO_INPUT}' for j, n in enumerate(garbage.sum(axis=0)) if n
+    ]  # fmt: skip
+    told += [f'efforts of {joints[j]} are 0 while it moves by {moved[j]}: {NO_INPUT}'
+             for j in np.flatnonzero(idle).tolist()]  # fmt: skip
+    return _emptied(efforts, garbage | idle), told
 
 
 def _emptied(values: Floats, out: NDArray[np.bool_]) -> Floats | None:
@@ -78,23 +97,23 @@ def _garbage(values: Floats) -> NDArray[np.bool_]:
 
 
 def _still_rates(states: StateLog) -> NDArray[np.bool_]:
-    """Say which rates (T, J) are of a joint whose rate never changes, unlike its angle's."""
+    """Say of which joints (J,) the rate never changes, unlike their angle's."""
     dq = np.asarray(states.dq)
     rate = np.where(np.abs(dq) < GARBAGE, 0.0, dq)
     constant = (rate == rate[0]).all(axis=0)
     moves = _moved(states, np.where(constant, rate[0], 0.0)) > MOVES
     if not rate.any():  # of all joints: any change of any angle tells
         moves |= len(np.unique(states.q, axis=0)) >= FEWEST
-    return np.broadcast_to(constant & moves, dq.shape)
+    return np.asarray(constant & moves)
 
 
 def _idle_efforts(
     states: StateLog, joints: Sequence[str], driven: Collection[str],
 ) -> NDArray[np.bool_]:
-    """Say which efforts (T, J) are of a motor that is 0 throughout although its joint moves."""
+    """Say of which joints (J,) the motor says 0 throughout although they move."""
     effort = np.asarray(states.effort)
     zero = (effort == 0).all(axis=0) & (_moved(states) > MOVES)
-    return np.broadcast_to(zero & np.array([name in driven for name in joints]), effort.shape)
+    return np.asarray(zero & np.array([name in driven for name in joints]))
 
 
 def _moved(states: StateLog, rates: Floats | float = 0.0) -> Floats:
@@ -111,11 +130,10 @@ def _moved(states: StateLog, rates: Floats | float = 0.0) -> Floats:
     return np.where(few, 0.0, way)
 
 
-def _constant(rates: Floats | None, j: int) -> str:
-    value = float(np.asarray(rates)[0, j])
-    return f'{value if abs(value) >= GARBAGE else 0:.3g} throughout'
+def _constant(rate: float) -> str:
+    return f'{rate if abs(rate) >= GARBAGE else 0:.3g}'
 
 
-def _example(efforts: Floats | None, garbage: NDArray[np.bool_], j: int) -> float:
-    column = np.asarray(efforts)[:, j]
-    return float(column[garbage[:, j] & (column != 0)][0])
+def _example(efforts: Floats) -> float:
+    """The first value of a channel (T,) that is too small for any."""
+    return float(efforts[(efforts != 0) & (np.abs(efforts) < GARBAGE)][0])
