@@ -93,13 +93,16 @@ def _overlap(a: list[Row], b: list[Row]) -> bool:
 
 def _second(parts: list[list[Row]], joints: Sequence[str], topic: str) -> str:
     common = set.intersection(*(set(part[0].ours) for part in parts))
-    words = ' and '.join(
-        f'frame_id {part[0].publisher.frame!r} with {len(part[0].publisher.names)} joints at '
-        f'{_rate(part):.3g} Hz' for part in parts)  # fmt: skip
+    words = ' and '.join(f'{_described(part)} at {_rate(part):.3g} Hz' for part in parts)
     return (
         f'{len(parts)} publishers of {", ".join(joints[j] for j in sorted(common))} on {topic}: '
         f'{words}; the first is read (frame_id: in a topic map chooses another)'
     )
+
+
+def _described(part: list[Row]) -> str:
+    frame, names = part[0].publisher
+    return f'frame_id {frame!r} with {len(names)} joint{"s" * (len(names) > 1)}'
 
 
 def _rate(part: list[Row]) -> float:
