@@ -37,10 +37,12 @@ JSON_CELLS = (
     [], {}, [1.0], [[1.0], [2.0, 3.0]], {'q': 1}, 4e9, 9e18,
 )
 ENDS = ('\n', '\r\n', '\n\n', '\r', '\n \n')
-PLACES = (None, '', 'a', 'a[0]', 'a[9]', 'a.b', '[*]', 'a[-1]', 'a[999999999]')
+PLACES = (None, '', 'a', 'a[0]', 'a[9]', 'a.b', '[*]', 'a[-1]', 'a[999999999]', 'a[:, 0]',
+          'a[0, :]', ['a', 'b'], ['a', 'a'], [])
 FIELDS: tuple[dict[str, Any], ...] = (
     {}, {name: name for name in COLUMNS}, {name: f'[*].{name}' for name in COLUMNS},
     {name: ['a[*]', name] for name in COLUMNS}, {'t': '[*][*]'},
+    {name: f'a[:, {k}]' for k, name in enumerate(COLUMNS)},
 )  # fmt: skip
 SETTINGS = settings(max_examples=150, deadline=None)
 
@@ -104,6 +106,7 @@ def test_any_table(header, rows, end, sign):
     text = end.join(sign.join(map(str, row)) for row in [header, *rows])
     imported(text.encode(), 'log.csv')
     guessed(text.encode(), 'log.csv')
+    guessed(f'# mass = 0.5 kg\n# {text}'.encode('utf-16'), 'log.csv')
 
 
 @SETTINGS
@@ -116,12 +119,14 @@ def test_any_bytes(content, kind):
 cells = st.sampled_from(JSON_CELLS)
 records = st.lists(st.one_of(cells, st.dictionaries(st.sampled_from(COLUMNS), cells)), max_size=4)
 columns = st.dictionaries(st.sampled_from(COLUMNS), st.one_of(cells, st.lists(cells, max_size=4)))
+rows = st.lists(st.lists(cells, max_size=4), max_size=4)
 whole = st.builds(lambda rows: [dict(zip(COLUMNS, row, strict=True)) for row in rows],
                   st.lists(st.tuples(cells, cells, cells, cells), max_size=4))  # fmt: skip
 
 
 @SETTINGS
-@given(st.one_of(records, columns, whole, st.fixed_dictionaries({'a': records}), cells),
+@given(st.one_of(records, columns, whole, rows, st.fixed_dictionaries({'a': records}), cells,
+                 st.fixed_dictionaries({'a': rows, 'b': rows})),
        st.sampled_from(PLACES), st.sampled_from(FIELDS))  # fmt: skip
 def test_any_json(content, place, fields):
     guessed(json.dumps(content).encode(), 'log.json')

@@ -61,6 +61,7 @@ def explain(
     step: float | None = None,
     within: float = math.inf,
     keep: bool = False,
+    mend: bool = False,
     edit_test: Bags = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> Explanation:
@@ -74,7 +75,8 @@ def explain(
         step: length of the one step that errors are given for [s]; by default the control period
             of the data.
         within: time for the answer [s]; it is then the best that has come to its end, and says so.
-        keep: use what looks moved from outside, too.
+        keep: use what looks moved from outside or badly logged, too.
+        mend: undo what is surely wrong with the log, and go on; else that is the answer.
         edit_test: bags of the robot after what is named was taken out of it.
         progress: told what is being tried.
 
@@ -91,7 +93,8 @@ def explain(
     recordings, held = _read(bags, model), _read(hold_out, model)
     changed = _read(edit_test, model)
     distinct([*recordings, *held, *changed])
-    found = explained(recordings, model, held, own, progress, step, within=within, keep=keep)
+    found = explained(recordings, model, held, own, progress, step, within=within, keep=keep,
+                      mend=mend)  # fmt: skip
     if changed and found.effects:
         found = replace(found, edit_test=edited(model, found.model, changed, step, progress))
     return Explanation.of(found.to_json(), found.model)

@@ -236,7 +236,8 @@ def _effort(
 def _ours(values: Floats, robot: Robot, topic_map: TopicMap) -> Floats:
     """V, N m or rad along each actuated joint of theirs, (N, A); goals count from our zero."""
     joints = [topic_map.joint(a.joint) for a in robot.actuators]
-    ours = values * topic_map.scale * np.array([float(j.input_sign or j.sign) for j in joints])
+    factors = np.array([(j.input_sign or j.sign) * j.input_scale for j in joints])
+    ours = values * topic_map.scale * factors
     if robot.input != 'position':
         return ours
     return ours + np.array([j.offset for j in joints])

@@ -20,6 +20,7 @@ from .contents import BagContents, load
 from .impossible import lengths, without_impossible
 from .inputs import InputLog, read_inputs
 from .made_rates import without_made_rates
+from .mend import on_time
 from .notes import input_notes, reading_notes
 from .period import command_period, median_step
 from .runs import Held, split_runs
@@ -167,7 +168,7 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
     if not episodes:
         raise UserError(f'{path}: no joint states while inputs were recorded; record both')
     used = sum(len(episode.t) for episode in episodes)
-    return Recording(
+    return on_time(Recording(
         path=path, sha256=sha256(contents.files), joints=tuple(robot.joint_names),
         actuators=tuple(a.joint for a in robot.actuators),
         input=inputs.kind if inputs else 'none',
@@ -178,7 +179,7 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
             *input_notes(contents, robot, mapping, inputs, said),
         ),
         rates='made' if made else 'measured' if states.dq is not None else 'absent',
-    )
+    ), mapping)
 
 
 def _metadata(contents: BagContents, mapping: TopicMap) -> Mapping[str, str]:

@@ -17,7 +17,7 @@ from leo_msgs_py.errors import UserError
 from .contents import Logged, TopicLog
 from .publishers import together
 from .rows import Publisher, Row
-from .topic_map import TopicMap
+from .topic_map import JointMap, TopicMap
 from .types import JOINT_STATE
 
 Floats = NDArray[np.float64]
@@ -70,14 +70,12 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
     if found is None:
         raise _other_joints(topic, joints, topic_map, rows)
     (log, published, stamp, columns), told = found
-    signs = np.array([float(topic_map.joint(name).sign) for name in joints])
-    offsets = np.array([topic_map.joint(name).offset for name in joints])
-    q, dq, effort = (None if column is None else signs * column for column in columns)
-    if q is None:
+    if columns[0] is None:
         raise UserError(f'the messages on {topic.name} have no positions')
+    q, dq, effort = _ours(columns, [topic_map.joint(name) for name in joints])
     stamped = bool(stamp.any())
     stamp = stamp if stamped else log
-    found_states = _clean(topic, log, published, stamp, q + offsets, dq, effort, stamped)
+    found_states = _clean(topic, log, published, stamp, q, dq, effort, stamped)
     return replace(found_states, told=told)
 
 
@@ -129,6 +127,22 @@ def _picked(field: Floats, ours: tuple[int, ...], order: list[int], width: int) 
     whole = np.full(width, np.nan)
     whole[list(ours)] = field[order]
     return whole
+
+
+def _ours(
+    columns: Sequence[Floats | None], maps: Sequence[JointMap],
+) -> tuple[Floats, Floats | None, Floats | None]:
+    """Return angles, speeds and efforts in our units, signs and zeros."""
+    q, dq, effort = columns
+    sign, scale, offset, fast, zero = (
+        np.array([float(getattr(m, name)) for m in maps])
+        for name in ('sign', 'scale', 'offset', 'speed_scale', 'speed_zero')
+    )
+    return (
+        sign * scale * np.asarray(q) + offset,
+        None if dq is None else sign * fast * (dq - zero),
+        None if effort is None else sign * effort,
+    )
 
 
 def _other_joints(

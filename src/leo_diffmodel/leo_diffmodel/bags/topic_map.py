@@ -7,6 +7,11 @@ A topic map, every key optional:
     joints:
       pivot: {name: joint_1, sign: -1, offset: 0.1}   # ours = sign * theirs + offset [rad]
       # input_sign: -1         of its input, where that differs from the sign of its angle
+      # scale: 0.01745         ours = sign * scale * theirs + offset
+      # speed_scale: 0.1047    rad/s for 1 of theirs; speed_zero: what theirs says at rest
+      # speed_late: 0.02       s; a speed that is measured so much later than its angle
+      # speed: none            differentiate the angle instead
+      # input_scale: 0.5       beside `scale` below, of this joint; input_late: 0.1 [s]
     input: commands          # or auto, applied, dynamic_joint_states, controller_state,
                              # trajectory, effort, none
     interface: voltage       # its name on the dynamic joint states
@@ -15,14 +20,16 @@ A topic map, every key optional:
     frame_id: left           # of the joint states, where several publish the same joints
     hold: previous           # a stamp means the period before it
     held: true               # the base was held; by default what the bag's recorder noted
+    time_scale: 0.8          # s for 1 s of its stamps
 """
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from leo_msgs_py.errors import UserError
 
@@ -38,6 +45,17 @@ from .types import (
     UINT32,
 )
 from .yaml_config import read_config
+
+MOST_LATE = 10.0
+"""s; what comes later belongs to another recording."""
+
+
+def _no_zero(value: float) -> float:
+    """Refuse a factor that leaves nothing."""
+    if value == 0 or not isfinite(value):
+        raise ValueError('a scale is a number other than 0')
+    return value
+
 
 Role = Literal[
     'joint_states', 'applied', 'dynamic_joint_states', 'commands', 'controller_state',
@@ -61,11 +79,16 @@ TYPES = {
     'episode': UINT32,
 }
 
+Factor = Annotated[float, AfterValidator(_no_zero)]
+Seconds = Annotated[float, Field(ge=-MOST_LATE, le=MOST_LATE, allow_inf_nan=False)]
+
 
 class JointMap(BaseModel):
-    """Where one of our joints is in the bag; ours = sign * theirs + offset.
+    """Where one of our joints is in the bag, and how its channels are to be mended.
 
-    `input_sign` is of its input, where that differs from `sign`.
+    angle = sign * scale * theirs + offset; speed(t) = sign * speed_scale *
+    (theirs(t + speed_late) - speed_zero), or the slope of the angle where `speed` is none; its
+    input is multiplied by input_scale and by input_sign (else sign), and acts input_late later.
     """
 
     model_config = ConfigDict(extra='forbid', frozen=True)
@@ -74,6 +97,13 @@ class JointMap(BaseModel):
     sign: Literal[1, -1] = 1
     input_sign: Literal[1, -1] | None = None
     offset: float = Field(default=0.0, allow_inf_nan=False)
+    scale: Factor = 1.0
+    speed_scale: Factor = 1.0
+    speed_zero: float = Field(default=0.0, allow_inf_nan=False)
+    speed_late: Seconds = 0.0
+    speed: Literal['measured', 'none'] = 'measured'
+    input_scale: Factor = 1.0
+    input_late: Seconds = 0.0
 
 
 class TopicMap(BaseModel):
@@ -93,6 +123,7 @@ class TopicMap(BaseModel):
     scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
     hold: Literal['next', 'previous'] = 'next'
     held: bool | None = None
+    time_scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
 
     def joint(self, name: str) -> JointMap:
         """Return the mapping of one of our joints, the identity where none is given."""

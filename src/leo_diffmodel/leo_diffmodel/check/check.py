@@ -11,15 +11,13 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import Reach, reaches
 from leo_diffmodel.check.excitation import Excitation, excitation, judge
+from leo_diffmodel.check.faulty import of_faults
 from leo_diffmodel.check.finding import ERROR, Finding, OK, WARNING
 from leo_diffmodel.check.forces import forces
 from leo_diffmodel.check.hidden import hidden
-from leo_diffmodel.check.hold import hold, Lag, lag
+from leo_diffmodel.check.hold import hold
 from leo_diffmodel.check.noise_level import noise_level
 from leo_diffmodel.check.pairs import alike, Pair
-from leo_diffmodel.check.rates import rates
-from leo_diffmodel.check.shift import shifted
-from leo_diffmodel.check.stuck import stuck
 from leo_diffmodel.check.timing import length, reading, timing
 from leo_diffmodel.check.traces import traces_of
 from leo_diffmodel.check.traps import traps
@@ -29,6 +27,8 @@ from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.problem.classes import Facts
+from leo_diffmodel.faults.find import faults_of
+from leo_diffmodel.faults.mending import mended
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -131,17 +131,17 @@ def check(
 
 def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
     """What is wrong, or right, with one bag by itself; `sigma` is its noise, shape (2J,)."""
-    recording = bag.recording
-    late = lag(recording, model, sigma)
-    held = hold(recording, bag.other, bag.hold, late, model, sigma)
+    held = hold(bag.recording, bag.other, bag.hold, model, sigma)
+    wrong_way = any(f.severity == ERROR for f in held)
+    recording = bag.other if wrong_way and bag.other is not None else bag.recording
+    faults = faults_of(recording, model)
     found = [
         *timing(recording),
         *reading(recording),
         *held,
-        *rates(recording),
+        *of_faults(recording, faults),
         *traps(recording, model.robot),
-        *stuck(recording),
-        *forces(_on_time(bag, held, late), model),
+        *forces(mended(recording, [f for f in faults if f.error]), model),
     ]
     return [replace(f, bag=str(recording.path)) for f in found]
 
@@ -152,13 +152,6 @@ def of_all(
     """How noisy the joints are, and how much they move, in all bags together."""
     base = model.robot.base_joints
     return [*noise_level(recordings, sigma, base), *judge(ranges, base)]
-
-
-def _on_time(bag: Bag, held: Sequence[Finding], late: Lag | None) -> Recording:
-    """The recording with its inputs acting when the data say they do."""
-    if bag.other is not None and any(f.code == 'hold' and f.severity == ERROR for f in held):
-        return bag.other
-    return shifted(bag.recording, late.seconds) if late and late.is_sure else bag.recording
 
 
 def _sorted(findings: Sequence[Finding]) -> tuple[Finding, ...]:

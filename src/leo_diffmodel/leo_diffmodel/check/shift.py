@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.bags.zoh import average
+from leo_diffmodel.bags.mend import with_inputs_late
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.noise import HISTORY, spread_out
 from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.sizes import torque_scale
@@ -25,7 +25,9 @@ MOST_WINDOWS, MOST_ON_GROUND = 80, 30
 
 def shifted(recording: Recording, seconds: float) -> Recording:
     """The recording with its inputs acting `seconds` later (earlier where negative)."""
-    return replace(recording, episodes=tuple(_shifted(e, seconds) for e in recording.episodes))
+    late = [seconds] * len(recording.actuators)
+    episodes = tuple(with_inputs_late(e, late) for e in recording.episodes)
+    return replace(recording, episodes=episodes)
 
 
 def misfit(recording: Recording, model: Model, sigma: Array) -> tuple[Array, Array]:
@@ -53,15 +55,6 @@ def short(recording: Recording, model: Model) -> Windows:
     """Windows of twelve intervals, some of them evenly chosen."""
     windows = cut([recording], INTERVALS * sample_period([recording]), history=HISTORY)
     return spread_out(windows, MOST_ON_GROUND if model.robot.contacts else MOST_WINDOWS)
-
-
-def _shifted(e: Episode, seconds: float) -> Episode:
-    stamps = np.round(e.t * 1e9).astype(np.int64)
-    late = stamps + round(seconds * 1e9)
-    early = np.r_[min(int(stamps[0]), int(late[0])) - 1, late]
-    held, on = (average(stamps, early, np.vstack([values[:1], values]).astype(float))
-                for values in (e.inputs, e.enabled))  # fmt: skip
-    return replace(e, inputs=held, enabled=on > 0.5)
 
 
 def _torques(model: Model, windows: Windows) -> Array:

@@ -25,6 +25,7 @@ from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.problem.candidates import candidates, own_constants
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.cut import Cut
+from leo_diffmodel.explain.problem.logged import Logged
 from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
 from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.settings import Settings, settings_for
@@ -65,6 +66,8 @@ class Explanation:
             where nothing was fitted.
         shown_for: by joint where named effects act, the angle, speed and load (each low, high and
             unit) that they were seen at.
+        log_faults: what is wrong with the logs: name, channel, value, unit, ci95, whether it is
+            sure, and how it is mended.
     """
 
     verdict: str
@@ -87,13 +90,14 @@ class Explanation:
     next_command: str | None = None
     fit: dict | None = None
     shown_for: dict[str, dict] = field(default_factory=dict)
+    log_faults: list[dict] = field(default_factory=list)
 
     def to_json(self) -> dict:
         """The contents of explain.json."""
         names = (
             'verdict', 'sentence', 'effects', 'constants', 'hypotheses', 'not_testable',
             'next_run', 'errors', 'stability', 'settings', 'seconds', 'provenance', 'edit_test',
-            'next_command', 'fit', 'shown_for',
+            'next_command', 'fit', 'shown_for', 'log_faults',
         )  # fmt: skip
         told = self.unknown.to_json() if self.unknown else None
         return {name: getattr(self, name) for name in names} | {'unknown': told}
@@ -109,6 +113,7 @@ def explain(
     settings: Settings | None = None,
     within: float = math.inf,
     keep: bool = False,
+    mend: bool = False,
 ) -> Explanation:
     """Name what the model lacks, or say that nothing, or nothing known, is missing.
 
@@ -124,8 +129,9 @@ def explain(
             travel with the problem.
         within: time for the answer [s]; it is then the best of what was tried and has come to
             its end, and says what was not tried.
-        keep: use what looks moved from outside, too; so is done where effects are of the user's
-            own, which may do what a hand does.
+        keep: use what looks moved from outside or wrongly logged, too; so is done with what a
+            hand does where effects are of the user's own, which may do the same.
+        mend: undo what is surely wrong with the log, and go on; else that is the answer.
 
     Raises:
         UserError: a step that cannot be scored, or constants that recordings say of themselves
@@ -136,11 +142,19 @@ def explain(
     model = with_known(model, everything)
     origin = provenance(everything, model)
 
+    foreign = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
+    log = Logged.of(recordings, hold_out, model, mend, not foreign)
+
     def told(answer: Explanation) -> Explanation:
         return replace(answer, seconds=time.monotonic() - began, provenance=origin,
+                       sentence=log.headline + answer.sentence,
+                       log_faults=[f.to_json() for f in log.faults],
                        settings=settings.gates.to_json())  # fmt: skip
 
-    foreign = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
+    if log.in_the_way and not keep:
+        sentence, record = log.answer
+        return told(Explanation('unknown', sentence, model, next_run=record))
+    recordings, hold_out = log.recordings, log.hold_out
     helper.prepare(search, not foreign)
     as_given = keep or foreign  # what a user's own law does cannot be told from a hand
     cut = (Cut(recordings, hold_out, settings) if as_given

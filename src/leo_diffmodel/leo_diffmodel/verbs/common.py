@@ -78,7 +78,10 @@ def add_search_arguments(arguments: argparse.ArgumentParser) -> None:
         'best that has come to its end',
     )  # fmt: skip
     arguments.add_argument(
-        '--keep', action='store_true', help='use what looks moved from outside, too'
+        '--keep', action='store_true', help='use what looks moved from outside or badly logged'
+    )
+    arguments.add_argument(
+        '--mend', action='store_true', help='undo what is surely wrong with the log, and go on'
     )
 
 

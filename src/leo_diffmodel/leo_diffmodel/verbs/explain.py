@@ -79,7 +79,7 @@ def _explained(
     with common.progress(title, within=within) as heard:
         return explain(
             recordings, model, held, own, heard, arguments.step,
-            within=within, keep=arguments.keep,
+            within=within, keep=arguments.keep, mend=arguments.mend,
         )  # fmt: skip
 
 

@@ -18,23 +18,28 @@ from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.shell_words import leo
 from leo_msgs_py.verbs.common import Parser
-from leo_sim.description.robot import typed
+from leo_sim.description.robot import named_robots, Robot, typed
+from leo_sim.model.model_file import load_model
 
 EXAMPLES = """\
   leo import swing.csv --map my_robot.yaml -o bags/swing
   leo import results/*.csv --map dfki_simple_pendulum -o bags/dfki          # one bag
   leo import results/*.csv --map dfki_simple_pendulum -o bags --bag-per-log # one bag each
   leo import my_dataset --guess                             # a LeRobot data set: write its map
+  leo import bench.csv --guess --model my_robot             # with its joints, units and input
+  leo import q.csv dq.csv tau.csv --guess                   # parts of one run: one table of them
 
 a column map:
   robot: servo_pendulum                  # optional
   records: entries                       # JSON: where the list of rows is
+  header: [time, angle, speed]           # of columns without names; else they are 0, 1, ...
   columns: {duty: load / 885}            # computed columns
   time: {column: time, unit: ms}
   joints:
     pivot:
       position: {column: angle, unit: deg, sign: -1, offset: 3.14159}
       velocity: {column: speed, unit: deg/s}
+      # effort: 'data[:, 2]'             # the third column of a matrix
   inputs:                                # left out for a passive log
     pivot:
       voltage: {expression: duty * supply}
@@ -50,13 +55,15 @@ def main(argv: list[str]) -> int:
     options = _parser().parse_args(argv)
     if options.guess:
         return _guess(options)
+    if options.model:
+        raise UserError('--model goes with --guess; a column map says robot: NAME itself')
     if not (options.map and options.output):
         raise UserError('leo import needs --map MAP.yaml and -o BAG; without a map, begin with: '
                         f'{leo("import", options.logs[0], "--guess")}')
     console = Terminal(stderr=True)
     column_map = load_map(options.map)
     bags = [
-        import_logs(logs, options.map, bag)
+        import_logs(logs, options.map, bag, options.join)
         for logs, bag in track(
             _jobs(options.logs, Path(options.output), options.bag_per_log),
             'importing', console=console, transient=True, disable=not console.is_terminal,
@@ -74,15 +81,26 @@ def main(argv: list[str]) -> int:
 
 
 def _guess(options: argparse.Namespace) -> int:
-    """Write the column map of the first log; the others are taken for its like."""
-    log = Path(options.logs[0])
-    file = guess_map(log, Path(options.output or f'{log.resolve().stem}_map.yaml'))
-    command = leo('import', *options.logs, '--map', file, '-o', 'BAG')
+    """Write the column map of the first log; others are its like, or parts of the same run."""
+    logs = [Path(log) for log in options.logs]
+    file = Path(options.output or f'{logs[0].resolve().stem}_map.yaml')
+    robot, ref = _robot(options.model) if options.model else (None, '')
+    guess_map(logs, file, robot, ref, options.join)
+    joined = ['--join'] if options.join else []
+    command = leo('import', *options.logs, *joined, '--map', file, '-o', 'BAG')
     if options.json:
         print(json.dumps({'map': str(file), 'next': command}, indent=2))
     else:
         print(f"wrote {file}: look it over, and fill in what is '?'\nnext: {command}")
     return 0
+
+
+def _robot(model: str) -> tuple[Robot, str]:
+    """Return a robot and what a map calls it: the name or folder as given, of a model its own."""
+    robot = load_model(model).robot
+    if model in named_robots() or Path(model).is_dir():
+        return robot, model
+    return robot, robot.name if robot.name in named_robots() else str(robot.folder)
 
 
 def _parser() -> Parser:
@@ -97,11 +115,16 @@ def _parser() -> Parser:
     which.add_argument('--map', help='column map: a YAML file or a shipped one')
     which.add_argument('--guess', action='store_true',
                        help='write a column map with what was guessed and why')
+    parser.add_argument('--model', metavar='ROBOT',
+                        help='with --guess: take joints, units and the input from a robot')
     parser.add_argument('-o', '--output', metavar='BAG',
                         help='folder to make; with --guess the file (LOG_map.yaml)')
-    parser.add_argument(
-        '--bag-per-log', action='store_true', help='one bag per log, in the folder BAG',
-    )
+    several = parser.add_mutually_exclusive_group()
+    several.add_argument('--bag-per-log', action='store_true',
+                         help='one bag per log, in the folder BAG')
+    several.add_argument('--join', action='store_true',
+                         help='the logs are parts of one run, joined by their times or row by '
+                         'row; q.csv, dq.csv and tau.csv are so in any case')
     parser.add_json()
     return parser
 
@@ -120,7 +143,9 @@ def _jobs(logs: list[str], output: Path, each: bool) -> list[tuple[list[str], Pa
 
 
 def _next(bags: list[Path], column_map: ColumnMap) -> str:
-    return leo('compare', *bags, '--model', typed(column_map.robot or ''))
+    robot = column_map.robot or ''
+    is_folder = bool(robot) and Path(robot).is_dir()
+    return leo('compare', *bags, '--model', robot if is_folder else typed(robot))
 
 
 def _summary(info: BagInfo) -> dict[str, Any]:
@@ -128,7 +153,7 @@ def _summary(info: BagInfo) -> dict[str, Any]:
         'bag': str(info.path), 'seconds': info.duration, 'joints': list(info.joints),
         'rate_hz': info.state_rate, 'episodes': len(info.episodes),
         'samples': sum(episode.samples for episode in info.episodes),
-        'constants': _constants(info),
+        'constants': _constants(info), 'joined': info.metadata.get('joined', ''),
     }
 
 
@@ -145,5 +170,11 @@ def _sentence(info: BagInfo, passive: bool) -> str:
         f'{", ".join(info.joints)} at {info.state_rate:.0f} Hz'
         f'{", passive (no input)" if passive else ""}'
         f'{"".join(f", {path} = {value:.6g}" for path, value in _constants(info).items())}'
+        f'{_how_joined(info)}'
     )
 
+
+def _how_joined(info: BagInfo) -> str:
+    """Return how parts of one run became its bag; '' where it has none."""
+    told = info.metadata.get('joined', '')
+    return f'\n{told}' if told else ''

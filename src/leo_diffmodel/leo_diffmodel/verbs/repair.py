@@ -45,7 +45,7 @@ def main(argv: list[str]) -> int:
     with common.progress('repairing', within=common.left(arguments)) as told:
         before = compare(recordings, model, arguments.step)
         ask = partial(explain, recordings, hold_out=held, extra=own, progress=told,
-                      step=arguments.step, keep=arguments.keep)  # fmt: skip
+                      step=arguments.step, keep=arguments.keep, mend=arguments.mend)  # fmt: skip
         found = rounds(lambda m, left: ask(m, within=left), model, common.left(arguments))
     found = [replace(each, next_command=common.next_command(arguments, None, each))
              for each in found]  # fmt: skip

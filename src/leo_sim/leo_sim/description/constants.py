@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Constants of a robot: every number of robot.yaml and robot.urdf that a model may override."""
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,6 +9,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import Quantity
 from leo_sim.description.ranges import outside
 from leo_sim.description.robot_file import RobotFile
+from leo_sim.description.units import sliding
 from leo_sim.description.urdf import Body, Joint, Link
 
 BODY_UNITS = {'mass': 'kg', 'com_x': 'm', 'com_y': 'm', 'com_z': 'm', 'inertia': 'kg m2'}
@@ -28,6 +29,9 @@ BUS_UNITS = {'current_limit': 'A', 'torque_constant': 'N m/A', 'watchdog': 's'}
 UNITS = {**BODY_UNITS, **MOTOR_UNITS, **SERVO_UNITS, 'efficiency': '', 'rotor_inertia': 'kg m2',
          'gravity': 'm/s2', 'offset': 'rad', 'force_x': 'N', 'force_z': 'N'}
 COM = ('com_x', 'com_y', 'com_z')
+DAMPING = 'N m s/rad'
+OF_JOINTS = ('actuators', 'joints', 'sensors')
+"""Groups of constants whose units are those of sliding where the joint slides."""
 
 
 @dataclass(frozen=True)
@@ -64,15 +68,17 @@ def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],
         UserError: A wrong unit, or a motor figure that is missing.
     """
     found = {c.path: c for c in _urdf_constants(links, joints)}
+    slides = {joint.name for joint in joints if joint.kind == 'prismatic'}
     for path, quantity in _given(file):
-        found[path] = checked(str(folder / 'robot.yaml'), path, quantity, _unit(path, file.input))
+        unit = _unit(path, file.input, slides)
+        found[path] = checked(str(folder / 'robot.yaml'), path, quantity, unit)
     for name in file.actuators:
         for key in NEEDED[file.input]:
             if f'actuators.{name}.{key}' not in found:
                 raise UserError(f'{folder / "robot.yaml"}: actuators.{name}.{key}: is missing')
         for key in ZERO[file.input]:
             path = f'actuators.{name}.{key}'
-            found.setdefault(path, Constant(path, 0.0, UNITS[key]))
+            found.setdefault(path, Constant(path, 0.0, _unit(path, file.input, slides)))
     return found
 
 
@@ -101,7 +107,7 @@ def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
         UserError: Another unit, a value outside its uncertain range, or one of these outside what
             any robot has.
     """
-    if quantity.unit != unit:
+    if not _same(path, quantity.unit, unit):
         raise UserError(f'{where}: {path}: the unit is {unit!r}, found {quantity.unit!r}')
     low, high = quantity.uncertain or (quantity.value, quantity.value)
     if not low <= quantity.value <= high:
@@ -120,20 +126,32 @@ def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[
         figures = (body.mass, *body.com, _about(body, joint.axis))
         found += [Constant(path + key, value, unit)
                   for (key, unit), value in zip(BODY_UNITS.items(), figures, strict=True)]
-        if joint.kind != 'fixed':
+        if joint.independent:
             path = f'joints.{joint.name}.damping'
-            found.append(Constant(path, joint.damping, 'N m s/rad'))
+            unit = DAMPING if joint.kind != 'prismatic' else sliding(DAMPING)
+            found.append(Constant(path, joint.damping, unit))
     return found
 
 
-def _unit(path: str, input_kind: str) -> str:
-    """The unit of a constant by its path."""
+def _unit(path: str, input_kind: str, slides: Set[str] = frozenset()) -> str:
+    """The unit of a constant by its path; joints and actuators of slides have those of sliding."""
     group, key = path.split('.', 1)[0], path.rsplit('.', 1)[-1]
+    name = path.removeprefix(f'{group}.').removesuffix(f'.{key}')
     if group == 'ground':
         return GROUND_UNITS[key]
     if group == 'joints':
-        return {'damping': 'N m s/rad', 'friction': 'N m'}[key]
-    return INPUT_UNITS[input_kind] if key == 'limit' else UNITS[key]
+        unit = {'damping': DAMPING, 'friction': 'N m'}[key]
+    else:
+        unit = INPUT_UNITS[input_kind] if key == 'limit' else UNITS[key]
+    return sliding(unit) if group in OF_JOINTS and name in slides else unit
+
+
+def _same(path: str, said: str, unit: str) -> bool:
+    """Whether a file may say a unit: that of the constant, or on a slide that of turning.
+
+    Files of before 2026-12 have the latter.
+    """
+    return said == unit or (path.split('.', 1)[0] in OF_JOINTS and sliding(said) == unit)
 
 
 def bodies(links: tuple[Link, ...], joints: tuple[Joint, ...], values: Mapping[str, Any]

@@ -134,6 +134,11 @@ class Robot:
         return self.joint_names[:3] if self.base == 'planar' else ()
 
     @cached_property
+    def copies(self) -> tuple[str, ...]:
+        """Joints that mimic others: they are no coordinates of their own."""
+        return tuple(joint.name for joint in self.joints if joint.leader)
+
+    @cached_property
     def slides(self) -> frozenset[str]:
         """Joints that slide: their units are m and N."""
         return frozenset(joint.name for joint in self.joints if joint.kind == 'prismatic')
@@ -215,7 +220,7 @@ def _named_folder(name: str) -> Path:
 
 def _robot(folder: Path, file: RobotFile, text: str, links: tuple[Link, ...],
            joints: tuple[Joint, ...]) -> Robot:
-    moving = tuple(joint.name for joint in joints if joint.kind != 'fixed')
+    moving = tuple(joint.name for joint in joints if joint.independent)
     check(folder, file, links, joints)
     constants = constants_of(folder, file, links, joints)
     values = {path: constant.value for path, constant in constants.items()}

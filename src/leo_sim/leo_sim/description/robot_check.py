@@ -18,7 +18,8 @@ PLANAR = ('prismatic', 'prismatic', 'turning')
 def check(folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence[Joint]) -> None:
     """Raise UserError where robot.yaml and the tree of the URDF do not fit."""
     path = folder / 'robot.yaml'
-    moving = [joint.name for joint in joints if joint.kind != 'fixed']
+    moving = [joint.name for joint in joints if joint.independent]
+    _check_copies(path, file, joints)
     _known(path, _named_joints(file), moving, 'moving joint')
     _known(path, _named_links(file), [link.name for link in links], 'link')
     if 'nominal' not in file.start_poses:
@@ -27,7 +28,7 @@ def check(folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence
     _check_base(path, file, joints)
     _check_task(path, file)
     _check_loops(path, file)
-    _check_ground(path, file)
+    _check_ground(path, file, joints)
     if file.driver.dynamixel and file.driver.feetech:
         raise UserError(f'{path}: driver: dynamixel and feetech are both given; give one of them')
     if file.driver.bus is not None:
@@ -43,6 +44,15 @@ def _named_joints(file: RobotFile) -> Iterable[tuple[str, str]]:
         yield from ((f'start_poses.{name}', joint) for joint in (*pose.angles, *pose.rates))
     for group in ('observation', 'reward', 'termination'):
         yield from ((group, term.joint) for term in getattr(file, group) if term.joint)
+
+
+def _check_copies(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
+    """What is said of a joint that mimics another is said of that one."""
+    leaders = {joint.name: joint.leader for joint in joints if joint.leader}
+    for key, name in _named_joints(file):
+        if name in leaders:
+            raise UserError(f'{path}: {key}: {name!r} mimics {leaders[name]!r} and moves with it; '
+                            'take it out here')
 
 
 def _named_links(file: RobotFile) -> Iterable[tuple[str, str]]:
@@ -67,7 +77,7 @@ def _check_masses(folder: Path, file: RobotFile, links: Sequence[Link],
         if joint.kind == 'fixed' and joint.child in heavy:
             heavy.add(joint.parent)
     for joint in joints:
-        if joint.kind != 'fixed' and joint.child not in heavy:
+        if joint.independent and joint.child not in heavy:
             raise UserError(f'{folder / "robot.urdf"}: link {joint.child!r}, which joint '
                             f'{joint.name!r} moves, has no mass; give it an <inertial>, or a '
                             'mass under links in robot.yaml')
@@ -77,7 +87,7 @@ def _check_base(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
     """A planar base is slides along x and z and a hinge, first and without motors."""
     if file.base != 'planar':
         return
-    base = [joint for joint in joints if joint.kind != 'fixed'][:3]
+    base = [joint for joint in joints if joint.independent][:3]
     kinds = tuple('prismatic' if j.kind == 'prismatic' else 'turning' for j in base)
     if kinds != PLANAR or any(j.name in file.actuators for j in base):
         raise UserError(f'{path}: base: planar needs a slide along x, a slide along z and a '
@@ -107,9 +117,12 @@ def _check_loops(path: Path, file: RobotFile) -> None:
                             f'positions; with input: {file.input} there is none')
 
 
-def _check_ground(path: Path, file: RobotFile) -> None:
+def _check_ground(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
     if file.contacts and file.ground is None:
         raise UserError(f'{path}: ground: contacts need it')
+    if file.contacts and (copies := [joint.name for joint in joints if joint.leader]):
+        raise UserError(f'{path}: contacts: {copies[0]!r} mimics another joint, which no robot on '
+                        'the ground has; make it fixed in robot.urdf')
     touching = {contact.link for contact in file.contacts.values()}
     for name in file.feet:
         if name not in touching:

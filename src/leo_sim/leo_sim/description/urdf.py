@@ -12,13 +12,14 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import is_name
+from leo_sim.description.joint import Joint as Joint
+from leo_sim.description.joint import Vector
+from leo_sim.description.mimic import coupled, mimics
 from leo_sim.description.ranges import outside
 
 KINDS = ('revolute', 'continuous', 'prismatic', 'fixed')
 AXIS = '1 0 0'
 """Where a URDF names none."""
-Vector = tuple[float, float, float]
-Matrix = tuple[float, ...]
 Read = TypeVar('Read')
 
 
@@ -46,31 +47,6 @@ class Link:
     body: Body
 
 
-@dataclass(frozen=True)
-class Joint:
-    """A joint of the tree, parents before children.
-
-    Attributes:
-        kind: 'revolute', 'continuous', 'prismatic' or 'fixed'.
-        parent, child: Link names.
-        rotation: Joint frame to parent link frame at angle 0, row by row.
-        translation: Joint origin in the parent link frame, m.
-        axis: Unit vector in the joint frame.
-        limits: Lowest and highest angle rad (m), infinite for none.
-        damping: N m s/rad (N s/m).
-    """
-
-    name: str
-    kind: str
-    parent: str
-    child: str
-    rotation: Matrix
-    translation: Vector
-    axis: Vector
-    limits: tuple[float, float]
-    damping: float
-
-
 def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
     """Links and joints of a URDF, joints in order with parents first.
 
@@ -88,10 +64,16 @@ def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
     if root.tag != 'robot':
         raise UserError(f'{source}: not a URDF: it starts with <{root.tag}>, not <robot>')
     links = tuple(Link(e.get('name', ''), _told(e, source, _body)) for e in root.findall('link'))
-    joints = [_told(e, source, _joint) for e in root.findall('joint')]
+    elements = root.findall('joint')
+    joints = [_told(e, source, _joint) for e in elements]
     for kind, names in (('links', [x.name for x in links]), ('joints', [x.name for x in joints])):
         if twice := _twice(names):
             raise UserError(f'{source}: two {kind} are named {twice[0]!r}; names must differ')
+    copied = {e.get('name', ''): c for e in elements if (c := _told(e, source, mimics))}
+    try:
+        joints = coupled(joints, copied)
+    except ValueError as error:
+        raise UserError(f'{source}: {error}') from error
     return links, _sorted(joints, {link.name for link in links}, source)
 
 
@@ -214,9 +196,6 @@ def _joint(element: ElementTree.Element) -> Joint:
     kind = element.get('type', '')
     if kind not in KINDS:
         raise ValueError(f'the type is {kind!r}; supported: {", ".join(KINDS)}')
-    if element.find('mimic') is not None:
-        raise ValueError('it mimics another joint; joints that move together are not supported: '
-                         'make it fixed, or take it out with its links')
     ends = [element.find(tag) for tag in ('parent', 'child')]
     parent, child = (e.get('link', '') if e is not None else '' for e in ends)
     translation, rotation = origin(element)

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, common, Numbers, rows
-from leo_sim.description.urdf import Body, Joint
+from leo_sim.description.joint import columns, Joint
+from leo_sim.description.urdf import Body
 from leo_sim.dynamics.free_motion import Stateless
 from leo_sim.dynamics.impulses import Factor
 from leo_sim.dynamics.planar import KINDS
@@ -87,12 +88,11 @@ class Spatial(Stateless):
 
 def _tree(joints: Sequence[Joint]) -> Tree:
     links = {joint.child: i for i, joint in enumerate(joints)}
-    moving = [i for i, joint in enumerate(joints) if joint.kind != 'fixed']
-    column = {i: c for c, i in enumerate(moving)}
     return Tree(
         np.array([KINDS[j.kind] for j in joints]),
         np.array([links.get(j.parent, -1) for j in joints]),
-        np.array([column.get(i, -1) for i in range(len(joints))]),
+        np.array(columns(joints)),
+        np.array([j.ratio for j in joints]),
         np.array([turning_parts(j) for j in joints], dtype=float),
         np.array([j.translation for j in joints], dtype=float),
         np.array([j.axis for j in joints], dtype=float))

@@ -26,7 +26,8 @@ class Tree(NamedTuple):
     Attributes:
         kind: FIXED, HINGE or SLIDE, (L,).
         parent: Index of the parent link, -1 for the world, (L,).
-        column: Index in the state, -1 for a fixed joint, (L,).
+        column: Index in the state, -1 for a fixed joint, (L,); joints that copy another share its.
+        ratio: Angle of the joint for a unit of that state, (L,); 1 but for joints that copy.
         turning: Rotation at a joint angle: a constant part, and those that its cosine and its
             sine multiply, (L, 3, 9).
         place: Joint origin in the parent link, m, (L, 3).
@@ -36,6 +37,7 @@ class Tree(NamedTuple):
     kind: Indices
     parent: Indices
     column: Indices
+    ratio: Array
     turning: Array
     place: Array
     axis: Array
@@ -46,7 +48,7 @@ class Room(NamedTuple):
 
     Attributes:
         frame: Rotation, row by row, and origin m, (L, FRAME).
-        screw: What a unit rate of the joint does, (L, SCREW).
+        screw: What a unit rate of the joint's state does, (L, SCREW).
         weight: Mass, its first moment, its inertia xx yy zz xy xz yz, and the CoM, (L, WEIGHT).
         whole: The first ten of them for all that hangs on the link, (L, WEIGHT).
         speed: Screw of the link, (L, SCREW).
@@ -84,7 +86,8 @@ def placed(tree: Tree, figures: Array, n: int, q: Array, room: Room) -> Any:
         above, kind, t = tree.parent[i], tree.kind[i], tree.turning
         c, s = 1.0, 0.0
         if kind == HINGE:
-            c, s = np.cos(q[n, tree.column[i]]), np.sin(q[n, tree.column[i]])
+            angle = tree.ratio[i] * q[n, tree.column[i]]
+            c, s = np.cos(angle), np.sin(angle)
         if above < 0:
             for k in range(9):
                 frame[i, k] = t[i, 0, k] + c * t[i, 1, k] + s * t[i, 2, k]
@@ -107,8 +110,9 @@ def placed(tree: Tree, figures: Array, n: int, q: Array, room: Room) -> Any:
 
 @compiled_in_place
 def _screwed(tree: Tree, i: int, n: int, q: Array, frame: Array, screw: Array) -> Any:
-    """The screw of joint i; a slide moves its frame along."""
-    ax, ay, az = tree.axis[i, 0], tree.axis[i, 1], tree.axis[i, 2]
+    """The screw of joint i for a unit of its state; a slide moves its frame along."""
+    r = tree.ratio[i]
+    ax, ay, az = r * tree.axis[i, 0], r * tree.axis[i, 1], r * tree.axis[i, 2]
     x = frame[i, 0] * ax + frame[i, 1] * ay + frame[i, 2] * az
     y = frame[i, 3] * ax + frame[i, 4] * ay + frame[i, 5] * az
     z = frame[i, 6] * ax + frame[i, 7] * ay + frame[i, 8] * az
@@ -183,7 +187,7 @@ def inertia(tree: Tree, room: Room, mass: Array) -> Any:
 
 @compiled_in_place
 def _answered(tree: Tree, i: int, screw: Array, whole: Array, mass: Array) -> Any:
-    """Fill mass at joint i and those above it: what these feel of a unit acceleration of it."""
+    """Add to mass at joint i and those above it what these feel of a unit acceleration of it."""
     own, j = tree.column[i], i
     a, b, c, d, e, f = _momentum(whole, i, screw[i, 0], screw[i, 1], screw[i, 2], screw[i, 3],
                                  screw[i, 4], screw[i, 5])
@@ -192,7 +196,9 @@ def _answered(tree: Tree, i: int, screw: Array, whole: Array, mass: Array) -> An
         if other >= 0:
             entry = (screw[j, 0] * a + screw[j, 1] * b + screw[j, 2] * c
                      + screw[j, 3] * d + screw[j, 4] * e + screw[j, 5] * f)
-            mass[own, other] = mass[other, own] = entry
+            mass[own, other] += entry
+            if j != i:
+                mass[other, own] += entry
         j = tree.parent[j]
 
 
@@ -243,10 +249,12 @@ def bias_torques(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, 
     """Fill row n of bias at the rates of state n, by recursive Newton-Euler."""
     screw, force = room.screw, room.force
     _moving(tree, figures, gravity, n, dq, room)
+    for j in range(bias.shape[1]):
+        bias[n, j] = 0.0
     for i in range(tree.kind.shape[0] - 1, -1, -1):
         above, own = tree.parent[i], tree.column[i]
         if own >= 0:
-            bias[n, own] = (
+            bias[n, own] += (
                 screw[i, 0] * force[i, 0] + screw[i, 1] * force[i, 1] + screw[i, 2] * force[i, 2]
                 + screw[i, 3] * force[i, 3] + screw[i, 4] * force[i, 4]
                 + screw[i, 5] * force[i, 5])

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, NamedTuple, TYPE_CHECKING
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
+from leo_sim.description.units import sliding
 from leo_sim.description.urdf import Body as Body
 
 if TYPE_CHECKING:
@@ -304,7 +305,7 @@ def at_joints(robot: Robot, where: tuple[str, ...], parameters: tuple[Parameter,
     """
     if not (where and robot.slides.issuperset(where)):
         return parameters
-    return tuple(p if p.role == 'phase' else replace(p, unit=_sliding(p.unit))
+    return tuple(p if p.role == 'phase' else replace(p, unit=sliding(p.unit))
                  for p in parameters)
 
 
@@ -315,12 +316,6 @@ def has_unit(robot: Robot, where: tuple[str, ...], parameter: Parameter, unit: s
     """
     (said,) = at_joints(robot, where, (replace(parameter, unit=unit),))
     return parameter.unit in (unit, said.unit)
-
-
-def _sliding(unit: str) -> str:
-    for turning, sliding in (('N m', 'N'), ('kg m2', 'kg'), ('rad', 'm'), ('turn', 'm')):
-        unit = unit.replace(turning, sliding)
-    return unit
 
 
 def with_roles(effect: Effect, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:

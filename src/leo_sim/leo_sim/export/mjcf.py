@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import with_bodies
 from leo_sim.export.figures import Figures, figures
@@ -23,9 +24,12 @@ def mjcf(model: Model) -> ElementTree.Element:
     `ctrl` the commands in the order of the actuators.
 
     Raises:
-        UserError: Inertial figures that no body has.
+        UserError: Inertial figures that no body has, or joints that mimic others.
     """
     robot, found = model.robot, figures(model)
+    if robot.copies:
+        raise UserError(f'{robot.name}: joint {robot.copies[0]!r} mimics another, which the MJCF '
+                        'written here does not hold; write a .urdf')
     laws = found.laws
     with_bodies(robot.urdf, laws.bodies)  # refuses what no body has
     root = tree(robot.joints, laws.bodies, robot.contacts, laws.gravity,

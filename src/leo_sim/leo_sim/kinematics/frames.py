@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.description.urdf import Body, Joint
+from leo_sim.description.joint import columns, Joint
+from leo_sim.description.urdf import Body
 from leo_sim.kinematics.components import add, Mat, mul, plus, product, scaled, turned, Vec, ZERO
 
 UNIT: Mat = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -32,15 +33,16 @@ class Kinematics:
         self._joints = joints
         self._root = next(j.parent for j in joints if j.parent not in {k.child for k in joints})
         self._parts = [turning_parts(joint) for joint in joints]
+        self._columns = columns(joints)
 
     def frames(self, q: Array) -> dict[str, Frame]:
         """The frame of every link at angles q (..., J)."""
         q = np.asarray(q, dtype=float)
-        angles = iter(q.tolist() if q.ndim == 1 else np.moveaxis(q, -1, 0))
+        angles = q.tolist() if q.ndim == 1 else np.moveaxis(q, -1, 0)
         frames = {self._root: Frame(UNIT, ZERO)}
-        for joint, parts in zip(self._joints, self._parts, strict=True):
+        for joint, parts, column in zip(self._joints, self._parts, self._columns, strict=True):
             parent = frames[joint.parent]
-            angle = 0.0 if joint.kind == 'fixed' else next(angles)
+            angle = 0.0 if column < 0 else joint.ratio * angles[column]
             inside = placed(joint, parts, angle)
             frames[joint.child] = Frame(product(parent.rotation, inside.rotation),
                                         parent.point(inside.origin))

@@ -220,7 +220,7 @@ class Laws:
         self._friction = friction if np.any(friction) else None
         offset = stacked([values.get(f'sensors.{j}.offset', 0.0) for j in self.joints])
         self._offset = offset if np.any(offset) else None
-        limits = np.array([j.limits for j in robot.joints if j.kind != 'fixed'])
+        limits = np.array([j.limits for j in robot.joints if j.independent])
         self.stops = (limits[:, 0], limits[:, 1]) if np.isfinite(limits).any() else None
 
     def _drives(self, uses: Sequence[Use]) -> None:

@@ -92,6 +92,9 @@ class Model:
             raise UserError(f'engine rk4 knows no ground, which {self.robot.name} stands on; '
                             'use pybullet, rigid or mujoco')
         self.engine = engine
+        if engine == 'mujoco' and self.robot.copies:
+            raise UserError(f'engine mujoco takes no joints that mimic others, as '
+                            f'{self.robot.copies[0]} of {self.robot.name}; use rigid')
         least = MUJOCO_STEP if engine == 'mujoco' else 0.0
         if scheme not in self.robot.schemes:
             raise UserError(f'{self.robot.name} has no scheme {scheme!r}'
@@ -215,7 +218,7 @@ class Model:
     def rigid(self) -> Any:
         """The tree's dynamics on arrays, compiled where there are several joints."""
         tree = self.robot.joints, self.laws.bodies, self.laws.gravity
-        if len(self.robot.joint_names) == 1:
+        if len(self.robot.joint_names) == 1 and not self.robot.copies:
             return Single(*tree)
         if self.robot.contacts:
             from leo_sim.dynamics.planar import Planar
@@ -234,7 +237,7 @@ class Model:
     def _dynamics(self) -> Any:
         if self.engine == 'mujoco':
             return mujoco('engine mujoco').World(self.robot, self.laws)
-        if self.engine != 'pybullet':
+        if self.engine != 'pybullet' or self.robot.copies:  # PyBullet has no joints that mimic
             return self.rigid
         from leo_sim.dynamics.pybullet import Bullet
         return Bullet(self.robot.urdf, self.robot.joints, self.laws.bodies, self.laws.gravity)

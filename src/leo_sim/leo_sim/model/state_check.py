@@ -30,7 +30,7 @@ def check_possible(robot: Robot, q: Array, dq: Array) -> None:
     """Raise UserError for a number that is not finite or an angle outside its stops."""
     if not (np.isfinite(q).all() and np.isfinite(dq).all()):
         raise UserError(f'a state of {robot.name} has numbers that are not finite')
-    moving = [joint for joint in robot.joints if joint.kind != 'fixed']
+    moving = [joint for joint in robot.joints if joint.independent]
     for joint, angle in zip(moving, q, strict=True):
         low, high = joint.limits
         if not low - SLACK <= angle <= high + SLACK:

@@ -20,6 +20,7 @@ _INIT_EXAMPLES = """\
   leo robot init arm.urdf -o arm --input position  # servos that take goals
   leo robot init arm.xml -o arm                    # an MJCF
   leo robot init arm.urdf -o arm --driver dynamixel
+  leo robot init arm.urdf -o arm --without gripper  # and all beyond that link
 """
 _STEP_EXAMPLES = '  leo robot step arm\n'
 _LIST_EXAMPLES = '  leo robot list\n'
@@ -44,6 +45,8 @@ def _init(argv: list[str]) -> int:
                         help='what the actuators take (default: torque)')
     parser.add_argument('--driver', choices=('dynamixel',),
                         help='write how its hardware is connected, to be filled in')
+    parser.add_argument('--without', action='append', default=[], metavar='LINK',
+                        help='take this link out, with its joint and everything beyond it')
     parser.add_json()
     options = parser.parse_args(argv)
     if options.driver and options.input == 'position':
@@ -51,13 +54,14 @@ def _init(argv: list[str]) -> int:
 
     from leo_sim.verbs.skeleton.folder import make_folder
 
-    made = make_folder(options.urdf, options.output, options.input, bool(options.driver))
+    made = make_folder(options.urdf, options.output, options.input, bool(options.driver),
+                       options.without)
     following = leo('compare', 'BAG', '--model', options.output)
     if options.json:
         print(json.dumps({
             'folder': str(options.output), **_facts(made.robot),
             'integration_step': made.robot.integration_step, 'left_to_fill_in': made.open,
-            'notes': made.notes, 'next': following}, indent=2))
+            'notes': made.notes, 'warnings': made.doubts, 'next': following}, indent=2))
     else:
         print('\n'.join([*_said(made, options.output), f'next: {following}']))
     return 0
@@ -105,16 +109,21 @@ def _facts(robot: Robot) -> dict[str, object]:
 
 
 def _said(made: Skeleton, folder: Path) -> list[str]:
-    robot, unit = made.robot, made.robot.input_unit
+    robot = made.robot
     limits = {joint.name: joint.limits for joint in robot.joints}
     start = robot.start_poses['nominal'].angles
     lines = [f'wrote {folder}/robot.urdf and {folder}/robot.yaml: {robot.name}, '
              f'{len(robot.joint_names)} joints']
     for a in robot.actuators:
         low, high = limits[a.joint]
-        lines.append(f'  {a.joint}: from {low:.4g} to {high:.4g}, starts at '
-                     f'{start[a.joint]:.4g}, takes up to {a.limit:g} {unit}')
+        unit = robot.constants[f'actuators.{a.joint}.limit'].unit
+        angle = 'm' if a.joint in robot.slides else 'rad'
+        lines.append(f'  {a.joint}: from {low:.4g} to {high:.4g} {angle}, starts at '
+                     f'{start[a.joint]:.4g} {angle}, takes up to {a.limit:g} {unit}')
+    lines += [f'  {j.name}: moves with {j.leader}, {j.ratio:g} times as far'
+              for j in robot.joints if j.leader]
     lines.append(f'integration step {robot.integration_step:g} s')
+    lines += [f'warning: {doubt}' for doubt in made.doubts]
     lines += [f'note: {note}' for note in made.notes]
     lines.append(f'left to fill in (FILL IN in {folder}/robot.yaml):')
     return [*lines, *(f'  - {sentence}' for sentence in made.open)]

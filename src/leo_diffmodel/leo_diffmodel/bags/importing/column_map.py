@@ -2,7 +2,8 @@
 """The column map of `leo import`: which columns are what, in which unit and sign.
 
     robot: servo_pendulum                  # optional, for the record and the next command
-    records: entries                       # JSON: where the list of rows is
+    records: entries                       # JSON: where the list of rows is; [a, b]: episodes
+    header: [time, angle]                  # names for columns that have none; else 0, 1, ...
     fields: {angle: 'Y[*][0]'}             # JSON, MATLAB: arrays; [*] = one episode each
     columns: {duty: load / 885}            # computed, may use those before
     time: {column: time, unit: ms}         # or {period: 0.001}
@@ -10,6 +11,7 @@
       pivot:
         position: {column: angle, unit: deg, sign: -1, offset: 3.14159}
         velocity: speed                    # short for {column: speed}; may be left out
+        effort: 'data[:, 2]'               # the third column of a matrix in a MATLAB file
     inputs:                                # left out for a passive log
       pivot:
         voltage: {expression: duty * supply}   # or effort; or position, the goal of a servo
@@ -36,6 +38,8 @@ from leo_msgs_py.errors import UserError
 from ..yaml_config import nearest
 from .expression import Column, evaluate
 from .log_format import LogFormat
+from .names import canonical_index
+from .unit_names import canonical
 
 QUANTITIES: dict[str, tuple[str, ...]] = {
     'position': ('rad', 'm'),
@@ -51,12 +55,19 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
 """What a column can be, and the units a bag has it in."""
 
 
+def _name(value: object) -> object:
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+Name = Annotated[str, BeforeValidator(_name)]
+
+
 class ColumnSpec(BaseModel):
     """One value over time: a column or an expression, brought to SI."""
 
     model_config = ConfigDict(extra='forbid', frozen=True)
 
-    column: str | None = None
+    column: Name | None = None
     expression: str | None = None
     unit: str | None = None
     sign: Literal[1, -1] = 1
@@ -98,6 +109,7 @@ class ColumnSpec(BaseModel):
         if self.expression is not None:
             return evaluate(self.expression, columns)
         name = str(self.column)
+        name = name if name in columns else canonical_index(name)
         if name not in columns:
             raise UserError(
                 f'{log} has no column {name!r} for {quantity}; it has {", ".join(columns)}'
@@ -110,7 +122,7 @@ class TimeSpec(BaseModel):
 
     model_config = ConfigDict(extra='forbid', frozen=True)
 
-    column: str | None = None
+    column: Name | None = None
     period: float | None = Field(default=None, gt=0.0)
     unit: str = 's'
 
@@ -122,7 +134,8 @@ class TimeSpec(BaseModel):
 
 
 def _short(value: object) -> object:
-    return {'column': value} if isinstance(value, str) else value
+    """Return a column in short; a number is the name of a column without one."""
+    return {'column': _name(value)} if isinstance(_name(value), str) else value
 
 
 Spec = Annotated[ColumnSpec, BeforeValidator(_short)]
@@ -181,6 +194,7 @@ def unit_factor(unit: str | None, quantity: str, where: str, targets: Sequence[s
     if unit == '%' and quantity in ('position', 'velocity'):
         raise UserError(f'{where}: per cent of a range is no {quantity}; give scale: rad for 1 %, '
                         'and no unit')
+    unit = canonical(unit)
     try:
         fitting = [t for t in targets if t != 'degC' and units.same_dimension(unit, t)]
     except UserError as error:

@@ -18,15 +18,15 @@ from ..types import APPLIED
 from ..yaml_config import nearest, read_config
 from .column_map import ColumnMap, ColumnSpec, QUANTITIES, unit_factor
 from .constants import known_constants
-from .expression import Column, evaluate, Table
-from .lerobot import is_lerobot
-from .tables import read_tables
+from .expression import Column, Table
+from .log_tables import episodes_of, tables_of
 
 Rows = NDArray[np.int64]
 
 
 def import_logs(
     logs: Iterable[str | Path], column_map: str | Path | ColumnMap, bag: str | Path,
+    join: bool = False,
 ) -> Path:
     """Write logs to one bag, an episode per run in them, and return its folder.
 
@@ -34,6 +34,8 @@ def import_logs(
         logs: CSV, JSON or MATLAB files, folders of LeRobot data sets.
         column_map: a YAML file, or the name of a shipped map.
         bag: the folder to make.
+        join: the logs are parts of one run, as q.csv and dq.csv; by default where their names
+            say so.
 
     Raises:
         UserError: wrong map or log, time going backwards, a constant that the robot does not
@@ -42,13 +44,15 @@ def import_logs(
     where = str(column_map) if not isinstance(column_map, ColumnMap) else 'column map'
     mapping = load_map(column_map)
     paths = [Path(log) for log in logs]
-    tables = [(log, table) for log in paths for table in _tables(log, mapping)]
+    tables, told = episodes_of(paths, mapping, join)
     runs = [_run(log, table, mapping) for log, table in tables]
     if not runs:
         raise UserError('no logs to import; name at least one file')
     said = [joint for joint, columns in mapping.joints.items() if columns.position.says_unit]
     metadata = {'imported_from': ', '.join(log.name for log in paths), 'column_map': where,
                 'angle_units_said': ', '.join(said)}
+    if told:
+        metadata['joined'] = told
     if mapping.inputs:
         metadata['inputs_from'] = ', '.join(_sources(mapping))
     if mapping.robot:
@@ -96,38 +100,7 @@ def read_runs(log: Path, mapping: ColumnMap) -> list[Run]:
     Raises:
         UserError: columns missing (listing those there are), units wrong, time going backwards.
     """
-    return [_run(log, table, mapping) for table in _tables(log, mapping)]
-
-
-def _tables(log: Path, mapping: ColumnMap) -> list[Table]:
-    """Return the tables of a log with the computed columns."""
-    if is_lerobot(log):
-        _say_their_unit(log, mapping)
-    return [_computed(log, table, mapping) for table in read_tables(log, mapping)]
-
-
-def _say_their_unit(log: Path, mapping: ColumnMap) -> None:
-    """Refuse angles of a LeRobot data set whose unit the map leaves open, as the data set does."""
-    specs = [spec for columns in mapping.joints.values()
-             for spec in (columns.position, columns.velocity)]
-    specs += [columns.get('position') for columns in mapping.inputs.values()]
-    for spec in specs:
-        if spec and not spec.says_unit:
-            raise UserError(
-                f'{log}: say the unit of {spec.column}: a LeRobot data set may hold degrees '
-                '(unit: deg), radians (unit: rad) or per cent of the calibrated range (scale: '
-                'radians for 1 %)'
-            )
-
-
-def _computed(log: Path, table: Table, mapping: ColumnMap) -> Table:
-    """Return a table with the computed columns added."""
-    for name, expression in mapping.columns.items():
-        try:
-            table = {**table, name: evaluate(expression, table)}
-        except UserError as error:
-            raise UserError(f'{log}, column {name}: {error}') from None
-    return table
+    return [_run(log, table, mapping) for table in tables_of(log, mapping)]
 
 
 def _run(log: Path, table: Table, mapping: ColumnMap) -> Run:

@@ -10,11 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.yaml_file import read_text, shown
+from leo_sim.common.yaml_file import shown
 
-from .csv_style import decimal_of, delimiter_of
+from .csv_head import are_units, constants, in_brackets, is_numbers, without_comments
+from .csv_style import decimal_of, delimiter_of, spaced
 from .expression import Column, Table
 from .log_format import LogFormat
+from .log_text import read_log_text
+from .names import each_once, numbered
 
 _WORDS = {'true': 1.0, 'false': 0.0, '': float('nan')}
 Row = tuple[int, list[str]]
@@ -22,28 +25,50 @@ Row = tuple[int, list[str]]
 
 
 def read_csv(log: Path, log_format: LogFormat) -> list[Table]:
-    """Return the one table of a CSV log.
+    """Return the one table of a CSV log; constants of its comments are columns of one value.
 
     Raises:
-        UserError: empty, lines that differ in length, what is no number, or a delimiter or
-            decimal sign that may be one as well as the other.
+        UserError: empty, lines that differ in length, what is no number, a name that two columns
+            have, or a delimiter or decimal sign that may be one as well as the other.
     """
-    rows = _rows(log, log_format)
-    header, first = log_format.header, 0
-    if header is None and rows:
-        header, first = [cell.strip().lstrip('#').strip() for cell in rows[0][1]], 1
-    if header is None or len(rows) <= first:
+    lines = read_log_text(log, log_format.encoding).splitlines()
+    header, rows = _headed(_rows(log, lines, log_format), log_format)
+    if not rows:
         raise UserError(f'{log} is empty')
-    numbers = _numbers(log, rows[first:], header, log_format)
+    each_once(header, str(log))
+    numbers = _numbers(log, rows, header, log_format)
     if numbers.shape[1] != len(header):
         raise UserError(f'{log} has {numbers.shape[1]} columns, its header {len(header)}')
-    return [dict(zip(header, numbers.T, strict=True))]
+    beside = {name: np.full(len(rows), c.value) for name, c in constants(lines).items()}
+    return [beside | dict(zip(header, numbers.T, strict=True))]
 
 
-def _rows(log: Path, log_format: LogFormat) -> list[Row]:
-    """Return the lines that are not blank."""
-    lines = read_text(log).removeprefix('\ufeff').splitlines()
-    delimiter = log_format.delimiter or delimiter_of(lines, log_format.header, str(log))
+def _headed(rows: Sequence[Row], log_format: LogFormat) -> tuple[list[str], Sequence[Row]]:
+    """Return the names of the columns and the rows of numbers; without names they are counted."""
+    if not rows:
+        return [], rows
+    cells = [cell.strip() for cell in rows[0][1]]
+    counted = numbered(len(cells))
+    without = is_numbers(' '.join(cells)) and cells != counted
+    if log_format.header is not None:
+        named = any(map(str.isalpha, ''.join(cells))) and not any(map(is_numbers, cells))
+        return log_format.header, rows[1:] if named else rows
+    if without:
+        return counted, rows
+    units = [cell.strip() for cell in rows[1][1]] if len(rows) > 1 else []
+    if are_units(units) and len(units) == len(cells):
+        names = [f'{name} {in_brackets(u)}' for name, u in zip(cells, units, strict=True)]
+        return [name.strip() for name in names], rows[2:]
+    return cells, rows[1:]
+
+
+def _rows(log: Path, lines: Sequence[str], log_format: LogFormat) -> list[Row]:
+    """Return the lines that are neither blank nor comments."""
+    lines = without_comments(lines, log_format.delimiter)
+    delimiter = log_format.delimiter
+    if delimiter is None and spaced(lines):
+        lines, delimiter = [','.join(line.split()) for line in lines], ','
+    delimiter = delimiter or delimiter_of(lines, log_format.header, str(log))
     reader = csv.reader(lines, delimiter=delimiter)
     try:
         return [(reader.line_num, row) for row in reader if any(map(str.strip, row)) or row[1:]]

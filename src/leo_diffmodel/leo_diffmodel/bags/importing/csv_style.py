@@ -29,7 +29,7 @@ def delimiter_of(lines: Sequence[str], header: Sequence[str] | None, log: str) -
         UserError: one sign does as well as another.
     """
     first = [line for line in lines if line.strip()][:LOOKED_AT]
-    counts = {sign: _columns(first, sign) for sign in DELIMITERS}
+    counts = {sign: width(first, sign) for sign in DELIMITERS}
     fitting = [sign for sign, count in counts.items() if count > 1]
     named = [sign for sign in fitting if header is not None and counts[sign] == len(header)]
     if len(named or fitting) > 1:
@@ -40,7 +40,15 @@ def delimiter_of(lines: Sequence[str], header: Sequence[str] | None, log: str) -
     return [*named, *fitting, *there, ','][0]
 
 
-def _columns(lines: Sequence[str], delimiter: str) -> int:
+def spaced(lines: Sequence[str]) -> bool:
+    """Say whether spaces alone part all lines into as many columns, two at least."""
+    first = [line for line in lines if line.strip()][:LOOKED_AT]
+    if any(width(first, sign) > 1 for sign in DELIMITERS):
+        return False
+    return len(counts := {len(line.split()) for line in first}) == 1 and counts.pop() > 1
+
+
+def width(lines: Sequence[str], delimiter: str) -> int:
     """Return how many columns each line has; 0 where they differ."""
     try:
         widths = {len(row) for row in csv.reader(lines, delimiter=delimiter)}

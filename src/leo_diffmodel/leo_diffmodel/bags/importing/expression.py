@@ -15,6 +15,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import shown
 
 from ..yaml_config import nearest
+from .names import canonical_index
 
 Column = NDArray[np.float64]
 Table = dict[str, Column]
@@ -102,6 +103,9 @@ class _Evaluator(ast.NodeVisitor):
 
     def visit_Attribute(self, node: ast.Attribute) -> Any:
         return self.visit_Name(ast.Name(ast.unparse(node)))  # a column named as action.elbow
+
+    def visit_Subscript(self, node: ast.Subscript) -> Any:
+        return self.visit_Name(ast.Name(canonical_index(ast.unparse(node))))  # data[:, 2]
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> Any:
         return self._operator(node.op)(1.0 * self.visit(node.operand))

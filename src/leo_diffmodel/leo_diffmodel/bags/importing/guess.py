@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo import LOG --guess`: a column map with what was guessed, and why, to be looked over.
 
-Names of columns say what they are, numbers say the unit; what neither says is left as '?', which
-an import refuses.
+Names of columns say what they are, numbers say the unit, and a robot both; what none of them says
+is left as '?', which an import refuses.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-import json
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,172 +15,145 @@ import numpy as np
 import yaml
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
 from leo_msgs_py.whole_file import write_whole
-from leo_sim.common.yaml_file import read_text, shown
+from leo_sim.common.yaml_file import shown
+from leo_sim.description.robot import Robot
 
-from .expression import Column, Table
-from .guess_roles import Role, role_of
-from .guess_units import is_per_cent, of_angles, of_time, Unit
+from .calibration import ARM, Calibration, calibration_beside
+from .expression import Table
+from .guess_columns import choose, Columns, Roles
+from .guess_each import Units
+from .guess_read import format_to_guess, read_to_guess
+from .guess_robot import known_robot, KnownRobot
+from .guess_roles import roles_of
+from .lerobot import is_lerobot, read_info
 from .log_format import LogFormat
-from .tables import format_of, read_tables
 
-DEEPEST = 5
 MOST_NAMED = 40
-MEASURED = ('position', 'velocity', 'effort')
-DRIVEN_BY = (
-    ('voltage', True), ('effort', True), ('voltage', False), ('position', True), ('effort', False),
-)
-"""Quantities that drive a joint and whether as a goal: of several the first is taken."""
-SI = {'velocity': 'rad/s', 'effort': 'N m', 'voltage': 'V'}
-ANGULAR = {'deg': 'deg/s'}
-Roles = Mapping[str, Role]
+INPUTS = {'voltage': 'voltage', 'effort': 'torque', 'position': 'position'}
+"""What `leo robot init --input` calls them."""
 
 
-def guess_map(log: Path, file: Path) -> Path:
-    """Write a column map for a log and return its path.
+def guess_map(
+    logs: Path | Sequence[Path], file: Path, robot: Robot | None = None, ref: str = '',
+    join: bool = False,
+) -> Path:
+    """Write a column map for a log, or for several that are parts of one run; return its path.
+
+    Args:
+        logs: the first is looked at, and the others with it where they are parts.
+        file: to write.
+        robot: that was logged, where it is known.
+        ref: its name or folder, for the map.
+        join: the logs are parts of one run; by default where their names say so.
 
     Raises:
-        UserError: the file is there already, the log does not read, or no column is a position.
+        UserError: the file is there already, a log does not read, no column is a position, or
+            none of the robot's.
     """
     if file.exists():
         raise UserError(f'{file} is there already; name another one (-o MAP.yaml)')
-    log_format = _log_format(log)
-    tables = read_tables(log, log_format)
-    whole = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+    paths = [logs] if isinstance(logs, Path) else list(logs)
+    log_format = format_to_guess(paths[0])
+    tables, notes = read_to_guess(paths, log_format, join)
     with np.errstate(all='ignore'):
-        lines = list(_lines(log, log_format, tables[0], whole))
+        known = known_robot(robot, ref or robot.name) if robot else None
+        lines = list(_lines(paths[0], log_format, tables, known, notes))
     return write_whole(file, '\n'.join([*lines, '']))
 
 
-def _log_format(log: Path) -> LogFormat:
-    """Return how to read a log: of JSON, where its rows are."""
-    if format_of(log, LogFormat()) != 'json':
-        return LogFormat()
-    try:
-        return LogFormat(records=_records(json.loads(read_text(log).removeprefix('\ufeff'))))
-    except (ValueError, RecursionError):
-        return LogFormat()  # and reading it says what is wrong
-
-
-def _records(content: Any, place: str = '', deep: int = 0) -> str | None:
-    """Return the place of the first list of rows, or of columns; None where there is none."""
-    if isinstance(content, list):
-        return place if content and all(isinstance(row, dict) for row in content) else None
-    if not isinstance(content, dict) or deep > DEEPEST:
-        return None
-    if any(isinstance(v, list) and v and isinstance(v[0], int | float) for v in content.values()):
-        return place
-    inside = (_records(v, f'{place}.{key}'.lstrip('.'), deep + 1) for key, v in content.items())
-    return next((found for found in inside if found is not None), None)
-
-
-def _lines(log: Path, log_format: LogFormat, first: Table, table: Table) -> Iterator[str]:
+def _lines(
+    log: Path, log_format: LogFormat, tables: Sequence[Table], robot: KnownRobot | None,
+    notes: Sequence[str],
+) -> Iterator[str]:
     """Yield the lines of the map, from the first episode and all of them in one table.
 
     Raises:
         UserError: no column is a position.
     """
-    roles = {name: role_of(name) for name in table if np.isfinite(table[name]).any()}
-    joints = _joints(roles)
-    if not joints:
-        raise UserError(f'{log}: no column is named as a position is; there are '
-                        f'{_named(table)}. Write the map by hand: leo import --help shows one')
-    time = _rising(first, roles)
-    driving = {joint: found for joint in joints if (found := _driving(roles, joint))}
-    used = {time, *(column for columns in joints.values() for column in columns.values()),
-            *(column for _, column in driving.values())}
+    table = {name: np.concatenate([each[name] for each in tables]) for name in tables[0]}
+    roles = roles_of(name for name in table if np.isfinite(table[name]).any())
+    chosen = choose(tables[0], roles, robot)
+    if not chosen.joints:
+        raise UserError(_no_position(log, table))
+    units = Units(tables[0], table, roles, chosen, robot, _calibration(log, roles),
+                  is_lerobot(log))
     yield f'# guessed from {shown(log.name)} by leo import --guess: look over every line;'
     yield "# a unit '?' is to be filled in, and joints get the names that your model has for them"
-    yield '# robot: NAME  # of the model'
+    yield from map(_note, (*notes, *chosen.notes))
+    yield f'robot: {_text(robot.ref)}' if robot else _robot_line(log)
     if log_format.records:
         yield _entry('records', log_format.records, 'the first list of rows')
-    yield _time(time, first, roles)
-    yield from _part('joints', {j: list(c.items()) for j, c in joints.items()}, roles, table)
-    yield from _part('inputs', {j: [found] for j, found in driving.items()}, roles, table)
-    yield f'# not used: {_named(name for name in table if name not in used) or "nothing"}'
+    yield _time(units)
+    yield from _part('joints', chosen.joints, units)
+    yield from _other_input(chosen.inputs, robot)
+    yield from _part('inputs', chosen.inputs, units)
+    unused = _named(name for name in table if name not in chosen.used)
+    yield f'# not used: {unused or "nothing"}'
 
 
-def _rising(table: Table, roles: Roles) -> str:
-    """Return the first column that is named as a time and never falls; '' without one."""
-    named = (name for name, role in roles.items() if role.quantity == 'time')
-    return next((name for name in named if (np.diff(table[name]) >= 0).all()), '')
+def _no_position(log: Path, table: Table) -> str:
+    """Return what is wrong where no column is a position."""
+    if any(name.isdecimal() or name.endswith(']') for name in table):
+        return (f'{log}: columns have numbers and no names: {_named(table)}. Write the map by '
+                "hand with header: [time, angle, ...], or with position: 2 or 'data[:, 2]'")
+    return (f'{log}: no column is named as a position is; there are {_named(table)}. Write the '
+            'map by hand: leo import --help shows one')
 
 
-def _time(column: str, table: Table, roles: Roles) -> str:
-    if not column:
+def _calibration(log: Path, roles: Roles) -> Calibration | None:
+    """Return the calibration beside a data set of an SO-100 or SO-101."""
+    if not is_lerobot(log) or not ARM.fullmatch(read_info(log).robot_type or ''):
+        return None
+    return calibration_beside(log, [r.joint for r in roles.values() if r.quantity == 'position'])
+
+
+def _robot_line(log: Path) -> str:
+    kind = read_info(log).robot_type if is_lerobot(log) else None
+    return f'# robot: NAME  # of the model{f"; info.json says {shown(kind)}" if kind else ""}'
+
+
+def _time(units: Units) -> str:
+    if not units.chosen.time:
         return 'time: {period: null}  # no column is named as a time and rises: fill in seconds'
-    told = roles[column].unit
-    unit = Unit(told, 'its name says so') if told else of_time(table[column])
-    return _entry('time', {'column': column, 'unit': unit.name}, unit.why)
+    unit = units.time
+    return _entry('time', {'column': units.chosen.time, 'unit': unit.name}, unit.why)
 
 
-def _joints(roles: Roles) -> dict[str, dict[str, str]]:
-    """Return the columns that were measured, by joint and quantity; joints have a position."""
-    found = {quantity: _of(roles, quantity, goal=False) for quantity in MEASURED}
-    return {
-        joint: {quantity: found[quantity][joint] for quantity in MEASURED
-                if joint in found[quantity]}
-        for joint in found['position']
-    }
-
-
-def _part(
-    name: str, joints: Mapping[str, Sequence[tuple[str, str]]], roles: Roles, table: Table,
-) -> Iterator[str]:
-    """Yield `joints:` or `inputs:` with (quantity, column) of each joint."""
+def _part(name: str, joints: Columns, units: Units) -> Iterator[str]:
+    """Yield `joints:` or `inputs:` with the columns of each joint."""
     if not joints:
         yield f'# no {name}: no column is named as a command is, so the log counts as passive'
         return
-    angle = _angle_unit(table, roles)
     yield f'{name}:'
     for joint, columns in joints.items():
         yield f'  {_text(joint)}:'
-        for quantity, column in columns:
-            unit = _unit(quantity, roles[column], table[column], angle)
-            low, high = np.nanmin(table[column]), np.nanmax(table[column])
-            value = {'column': column, 'unit': unit.name}
+        for quantity, column in columns.items():
+            unit, values = units.of(joint, quantity, column), units.table[column]
+            low, high = np.nanmin(values), np.nanmax(values)
+            value = {'column': column, **unit.entry}
             yield '    ' + _entry(quantity, value, f'{low:.4g} to {high:.4g}; {unit.why}')
 
 
-def _driving(roles: Roles, joint: str) -> tuple[str, str] | None:
-    """Return (interface, column) of what drives a joint."""
-    for quantity, goal in DRIVEN_BY:
-        column = _of(roles, quantity, goal).get(joint)
-        if column is not None:
-            return quantity, column
-    return None
+def _other_input(inputs: Columns, robot: KnownRobot | None) -> Iterator[str]:
+    """Yield a comment where the log has another input than the robot takes."""
+    found = sorted({quantity for columns in inputs.values() for quantity in list(columns)[:1]})
+    if robot and found and robot.takes not in found:
+        log = '/'.join(INPUTS[quantity] for quantity in found)
+        command = leo('robot', 'init', '--input', log)
+        yield _note(f'{robot.ref} takes {INPUTS[robot.takes]}, the log has {log}: make the robot '
+                    f'with {command}')
 
 
-def _of(roles: Roles, quantity: str, goal: bool) -> dict[str, str]:
-    """Return the first column of a quantity for each joint; a joint without a name is `joint`."""
-    found: dict[str, str] = {}
-    for name, role in roles.items():
-        if (role.quantity, role.is_goal) == (quantity, goal):
-            found.setdefault(role.joint or 'joint', name)
-    return found
-
-
-def _angle_unit(table: Table, roles: Roles) -> Unit:
-    """Return the unit that all angles without one in their name share."""
-    open_ones = (n for n, role in roles.items() if role.quantity == 'position' and not role.unit)
-    return of_angles([table[name] for name in open_ones])
-
-
-def _unit(quantity: str, role: Role, values: Column, angle: Unit) -> Unit:
-    if role.unit:
-        return Unit(role.unit, 'its name says so')
-    if quantity == 'velocity' and angle.name != 'rad':
-        return Unit(ANGULAR.get(angle.name, '?'), 'as the angles')
-    if quantity != 'position':
-        return Unit(SI[quantity], 'nothing says another')
-    if 'gripper' in role.joint and angle.name == 'deg' and is_per_cent(values):
-        return Unit('?', 'a gripper is often in per cent: then scale: rad for 1 %')
-    return angle
+def _note(text: str) -> str:
+    """Return a comment in one line."""
+    return f'# {" ".join(text.split())}'
 
 
 def _entry(key: str, value: Any, why: str = '') -> str:
     text = f'{key}: {_text(value)}'
-    return f'{text}  # {why}' if why else text
+    return f'{text}  {_note(why)}' if why else text
 
 
 def _text(value: Any) -> str:

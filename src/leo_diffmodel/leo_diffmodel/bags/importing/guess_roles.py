@@ -1,28 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a column of a log probably is, by the words of its name."""
+"""What a column of a log probably is, by the words of its name and the unit in it."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 import re
 from typing import NamedTuple
 
-WORDS = {
-    'time': {'t', 'time', 'timestamp', 'timestamps', 'stamp', 'clock', 'sec', 'secs', 'seconds'},
-    'velocity': {'vel', 'velocity', 'speed', 'dq', 'qd', 'qdot', 'dtheta', 'rate', 'omega'},
-    'effort': {'tau', 'torque', 'effort'},
-    'voltage': {'voltage', 'volt', 'volts'},
-    'position': {'pos', 'position', 'angle', 'q', 'theta', 'phi', 'state'},
-}
-"""Words of each quantity, the more telling ones first."""
-GOAL = {
-    'action', 'goal', 'target', 'command', 'commanded', 'cmd', 'desired', 'des', 'ref',
-    'reference', 'setpoint',
-}  # fmt: skip
-BESIDE = {'observation', 'measured', 'meas', 'present', 'actual', 'joint', 'state'}
-UNITS = {
+from .column_map import QUANTITIES
+from .guess_words import ANGLES, BESIDE, GOAL, SYMBOLS, WORDS, words_of
+from .unit_names import canonical, fits, is_unit
+
+ANYWHERE = {
     'deg': 'deg', 'degree': 'deg', 'degrees': 'deg', 'rad': 'rad', 'radians': 'rad', 'ms': 'ms',
     'us': 'us', 'ns': 'ns', 'rpm': 'rpm', 'nm': 'N m', 'mv': 'mV',
 }  # fmt: skip
+"""Words that are units wherever they stand in a name."""
+LAST = {
+    'rad_s': 'rad/s', 'deg_s': 'deg/s', 'm_s': 'm/s', 'mm_s': 'mm/s', 'rev_s': 'rev/s',
+    'rev_min': 'rpm', 'u_min': 'rpm', 'tr_min': 'rpm', 'rad_per_s': 'rad/s', 'deg_per_s': 'deg/s',
+    'm_per_s': 'm/s', 'rad_per_sec': 'rad/s', 'deg_per_sec': 'deg/s', 'rads': 'rad/s',
+    'radps': 'rad/s', 'degs': 'deg/s', 'dps': 'deg/s', 'mps': 'm/s', 'n_m': 'N m', 'mnm': 'mN m',
+    'rad_s_2': 'rad/s2', 'm_s_2': 'm/s2', 'ncm': 'N cm', 'mm': 'mm', 'cm': 'cm', 'ma': 'mA',
+    'sec': 's',
+}  # fmt: skip
+"""Words that are a unit where a name ends in them."""
+LETTERS = {'m': 'm', 's': 's', 'N': 'N', 'V': 'V', 'A': 'A'}
+"""Single letters that are a unit at the end, where what they would be the unit of has it."""
+BY_UNIT = ('velocity', 'effort', 'voltage', 'current', 'position')
+"""Quantities that a unit alone tells."""
 _IN_BRACKETS = re.compile(r'[\[(]\s*([^\])]*?)\s*[\])]\s*$')
 _WORD = re.compile(r'[^\W\d_]+|\d+')
 
@@ -34,7 +40,7 @@ class Role(NamedTuple):
         quantity: a key of `WORDS`; '' for what its name does not say.
         is_goal: whether it was asked for, and not measured.
         joint: the rest of its name; '' without one.
-        unit: that the name says, as written there; '' without one.
+        unit: that the name says, in one spelling; '' without one.
     """
 
     quantity: str
@@ -45,18 +51,73 @@ class Role(NamedTuple):
 
 def role_of(column: str) -> Role:
     """Return what the words of a column's name say; a goal of nothing is one of a position."""
-    unit = _IN_BRACKETS.search(column)
-    words = [word.lower() for word in _WORD.findall(_IN_BRACKETS.sub('', column))]
-    told = unit[1] if unit else next((UNITS[word] for word in words if word in UNITS), '')
+    name, unit, letters = _unit(column)
+    words = words_of(name)
     is_goal = bool(GOAL & set(words))
-    quantity = next((name for name, known in WORDS.items() if known & set(words)), '')
+    quantity = _quantity(words, unit, letters)
+    if letters and not _has(quantity, words, letters):
+        words, letters = words + [letters.lower()], ''
     if is_goal and not quantity:
         quantity = 'position'
-    return Role(quantity, is_goal, _joint(words), UNITS.get(told, told))
+    return Role(quantity, is_goal, _joint(words, unit or letters), unit or letters)
 
 
-def _joint(words: list[str]) -> str:
-    """Return the words that say no quantity, joined."""
-    spent = set().union(*WORDS.values(), GOAL, BESIDE, UNITS)
+def roles_of(columns: Iterable[str]) -> dict[str, Role]:
+    """Return the roles of a log's columns; what all begin with, as `run.`, is no joint."""
+    names = list(columns)
+    first = names[0].split('.')[0] + '.' if names else ''
+    common = first if len(names) > 1 and all(name.startswith(first) for name in names) else ''
+    return {name: role_of(name.removeprefix(common)) for name in names}
+
+
+def _unit(column: str) -> tuple[str, str, str]:
+    """Return (the name without its unit, the unit, or a last letter that may be one)."""
+    inside = _IN_BRACKETS.search(column)
+    if inside and (is_unit(inside[1]) or not _WORD.search(inside[1])):
+        return column[: inside.start()], canonical(inside[1]), ''
+    if inside:  # as (raw): words like the others
+        return column.translate(str.maketrans('[]()', '    ')), '', ''
+    words = _WORD.findall(column)
+    for count in (3, 2, 1):
+        told = LAST.get('_'.join(words[-count:]).lower(), '')
+        if told and len(words) > count:
+            return ' '.join(words[:-count]), told, ''
+    told = next((ANYWHERE[word.lower()] for word in words if word.lower() in ANYWHERE), '')
+    if told:
+        return ' '.join(word for word in words if word.lower() not in ANYWHERE), told, ''
+    letter = LETTERS.get(words[-1], '') if re.search(r'[^\W_]+[_ .][msNVA]$', column) else ''
+    return ' '.join(words[:-1]) if letter else column, '', letter
+
+
+def _quantity(words: Sequence[str], unit: str, letter: str) -> str:
+    """Return the quantity that the words say, else a formula's letter or the unit alone."""
+    said = next((name for name, known in WORDS.items() if known & set(words)), '')
+    if said == 'position' and unit and not fits_quantity(unit, said):
+        said = ''  # as of 'angle state [rad/s]'
+    told = unit or letter
+    if said or not told or not is_unit(told):
+        return said
+    symbol = next((SYMBOLS[word] for word in words if word in SYMBOLS), '')
+    if symbol and fits_quantity(told, symbol):
+        return symbol
+    return next((name for name in BY_UNIT if told not in ('%', '1') and fits_quantity(told, name)),
+                '')
+
+
+def _has(quantity: str, words: Sequence[str], letter: str) -> bool:
+    """Say whether a last letter is the unit of a quantity with these words."""
+    if not quantity or (letter == 'm' and ANGLES & set(words)):
+        return False
+    return fits_quantity(letter, quantity)
+
+
+def fits_quantity(unit: str, quantity: str) -> bool:
+    """Say whether a unit is one of a quantity."""
+    return fits(unit, QUANTITIES.get(quantity, ()))
+
+
+def _joint(words: Sequence[str], unit: str) -> str:
+    """Return the words that say no quantity, joined; a formula's letter beside a unit is none."""
+    spent = set().union(*WORDS.values(), GOAL, BESIDE, SYMBOLS if unit else ())
     rest = '_'.join(word for word in words if word not in spent)
     return f'joint{rest}' if rest.isdecimal() else rest

@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
+
+from leo_msgs_py import units
 
 from .expression import Column
 
@@ -17,27 +20,78 @@ DEGREES = 720.0
 FASTEST, SLOWEST = 20e3, 2.0
 """Rates at which robots are logged [Hz]."""
 SECONDS = {'s': 1.0, 'ms': 1e-3, 'us': 1e-6, 'ns': 1e-9}
+AGREES = 1.3
+"""Units of a speed are six times apart and more; filters and gaps take less than this factor."""
+TURNS = ('rad', 'deg', 'rev')
+SPANS = 50
+"""A log is compared in so many parts, which are longer than its noise."""
 
 
 class Unit(NamedTuple):
-    """A unit and why."""
+    """A unit and why, or what else a map says of a column: sign, scale and offset."""
 
     name: str
     why: str
+    said: Mapping[str, Any] = MappingProxyType({})
+
+    @property
+    def entry(self) -> dict[str, Any]:
+        """The keys of the map."""
+        return dict(self.said) or {'unit': self.name}
 
 
 def of_angles(columns: Sequence[Column]) -> Unit:
     """Return the unit of angles that belong together: one of each joint, and their goals."""
-    finite = [np.abs(c[np.isfinite(c)]).max(initial=0.0) for c in columns]
-    peak = max(finite, default=0.0)
+    peak = peak_of(columns)
     if peak <= RADIANS:
         return Unit('rad', f'none is beyond {peak:.3g}, so radians')
+    if is_clipped(columns):
+        return Unit('?', 'they end at exactly 100: per cent of the calibrated range; '
+                    'scale: rad for 1 %, and no unit')
     if peak > DEGREES:
         return Unit('?', f'up to {peak:.4g}: counts of an encoder? then scale: rad for one')
     if peak > PER_CENT:
         return Unit('deg', f'up to {peak:.3g}: beyond two turns in rad, and beyond per cent; '
                     'unit: rad for a joint that turns round')
     return Unit('?', f'up to {peak:.3g}: unit: deg, or of per cent of a range scale: rad for 1 %')
+
+
+def of_rates(t: Column, q: Column, dq: Column, names: Sequence[str]) -> Unit | None:
+    """Return the unit in which a speed is the change of its angle; None where none is.
+
+    Args:
+        t: times [s], shape (T,).
+        q: angles in SI, shape (T,).
+        dq: speeds in the unit that is looked for, shape (T,).
+        names: units that it may be.
+    """
+    ratio = change_over_speed(t, q, dq)
+    found = (n for n in names if ratio and 1 / AGREES < ratio / units.parse(n).factor < AGREES)
+    name = next(found, '')
+    return Unit(name, f'in {name} it is the change of the position') if name else None
+
+
+def of_turns(t: Column, q: Column, dq: Column) -> Unit | None:
+    """Return the unit of angles whose change a speed in SI is; None where none is."""
+    ratio = change_over_speed(t, q, dq)
+    found = (n for n in TURNS if ratio and 1 / AGREES < ratio * units.parse(n).factor < AGREES)
+    name = next(found, '')
+    return Unit(name, f'its change in {name} is the speed') if name else None
+
+
+def change_over_speed(t: Column, q: Column, dq: Column) -> float | None:
+    """Return how much faster positions change than the speed says; None where nothing moves."""
+    rows = np.isfinite(t) & np.isfinite(q) & np.isfinite(dq)
+    t, q, dq = t[rows], q[rows], dq[rows]
+    if len(t) < 2 * SPANS:
+        return None
+    way = np.concatenate([[0.0], np.cumsum(np.diff(t) * (dq[1:] + dq[:-1]) / 2)])
+    span = max(1, len(t) // SPANS)
+    moved, logged = np.abs(q[span:] - q[:-span]), np.abs(way[span:] - way[:-span])
+    moving = logged > 0.1 * logged.max(initial=0.0)
+    if not moving.any():
+        return None
+    return float(np.median(moved[moving] / logged[moving]))
 
 
 def of_time(column: Column) -> Unit:
@@ -53,3 +107,13 @@ def of_time(column: Column) -> Unit:
 def is_per_cent(column: Column) -> bool:
     """Say whether values may be per cent from an end of a range."""
     return bool(np.nanmin(column) >= -1.0 and np.nanmax(column) <= PER_CENT)
+
+
+def is_clipped(columns: Sequence[Column]) -> bool:
+    """Say whether values end at exactly 100, in two samples or more, as per cent do."""
+    return peak_of(columns) == 100.0 and sum(int((np.abs(c) == 100.0).sum()) for c in columns) > 1
+
+
+def peak_of(columns: Sequence[Column]) -> float:
+    """Return the number farthest from 0, 0 without any."""
+    return max((float(np.abs(c[np.isfinite(c)]).max(initial=0.0)) for c in columns), default=0.0)

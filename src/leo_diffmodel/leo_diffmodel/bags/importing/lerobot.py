@@ -13,7 +13,7 @@ Source: LeRobot's documentation of LeRobotDataset v3.0 (huggingface.co/docs/lero
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 import json
 from pathlib import Path
 from typing import Any
@@ -50,11 +50,19 @@ class Feature(BaseModel):
 
     def _named(self, width: int) -> list[str]:
         """Return the names of its numbers; none where there are not as many as numbers."""
-        names = self.names
-        if isinstance(names, dict):  # as {motors: [...]}
-            names = next((v for v in names.values() if isinstance(v, list)), [])
-        found = [str(name) for name in names or []]
-        return found if len(set(found)) == width else []
+        found = list(_texts(self.names))
+        return found if len(set(found)) == len(found) == width else []
+
+
+def _texts(names: Any) -> Iterator[str]:
+    """Yield the names in lists or objects of any depth: [a, b], {motors: [a, b]}, {a: 0, b: 1}."""
+    if isinstance(names, dict) and names and all(isinstance(v, int) for v in names.values()):
+        yield from sorted(names, key=lambda name: names[name])
+    elif isinstance(names, dict | list):
+        for inside in names.values() if isinstance(names, dict) else names:
+            yield from _texts(inside)
+    elif names is not None:
+        yield str(names)
 
 
 class Info(BaseModel):
@@ -63,6 +71,7 @@ class Info(BaseModel):
     codebase_version: str
     fps: float = Field(gt=0, allow_inf_nan=False)
     features: dict[str, Feature]
+    robot_type: str | None = None
 
 
 def is_lerobot(path: Path) -> bool:
@@ -99,6 +108,7 @@ def read_lerobot(folder: Path, _: LogFormat) -> list[Table]:
     if not files:
         raise UserError(f'{folder} has no data/chunk-*/*.parquet; fetch the data set whole')
     parts = [_frames(file, info.features) for file in files]
+    _each_in_one_file(files, parts)
     table = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     return list(_episodes(table, folder))
 
@@ -118,6 +128,18 @@ def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
         for column, values in zip(columns, _numbers(frames[name], len(columns), f'{file}, {name}'),
                                   strict=True)
     }
+
+
+def _each_in_one_file(files: Sequence[Path], parts: Sequence[Table]) -> None:
+    """Refuse two files with the same episode: its frames would be taken for repeated ones."""
+    seen: dict[float, Path] = {}
+    for file, part in zip(files, parts, strict=True):
+        for number in np.unique(part[EPISODE][np.isfinite(part[EPISODE])]):
+            if number in seen:
+                raise UserError(f'{seen[number]} and {file} both have episode {number:.0f}; '
+                                'number the episodes anew, or take out the file that is not of '
+                                'this set')
+            seen[number] = file
 
 
 def _stored(file: Path, names: list[str]) -> dict[str, list[Any]]:
@@ -152,4 +174,7 @@ def _episodes(table: Table, folder: Path) -> Iterator[Table]:
     for number in np.unique(numbers):
         rows = np.flatnonzero(numbers == number)
         rows = rows[np.argsort(order[rows], kind='stable')]
+        if FRAME in table and (np.diff(order[rows]) == 0).any():
+            raise UserError(f'{folder}: episode {number:.0f} has frames with the same {FRAME}; '
+                            'are they two episodes? Number them anew')
         yield {name: column[rows] for name, column in table.items()}

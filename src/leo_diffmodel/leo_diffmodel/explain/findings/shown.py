@@ -44,7 +44,7 @@ def shown_for(
 
 def _joints(candidate: Candidate, facts: Facts) -> list[str]:
     """The joints at which an effect acts: of a link the one that moves it; none of the ground."""
-    moved_by = {j.child: j.name for j in facts.robot.joints}
+    moved_by = {j.child: j.leader or j.name for j in facts.robot.joints}
     alone = candidate.where != 'all'
     places = [candidate.where] if alone else candidate.effect.places(facts.robot)
     return [moved_by.get(facts.body(place), place) for place in places]

@@ -39,14 +39,20 @@ class Facts:
 
     @property
     def one_hinge(self) -> bool:
-        """One joint on a fixed base: all inertia acts about one axis."""
-        return len(self.robot.joint_names) == 1 and self.robot.base == 'fixed'
+        """One joint on a fixed base, and no copy of it: all inertia acts about one axis."""
+        robot = self.robot
+        return len(robot.joint_names) == 1 and robot.base == 'fixed' and not robot.copies
 
     def at_base(self, joint: str) -> bool:
-        """Whether a joint is a hinge between the fixed base and the first link that moves."""
+        """Whether a joint is a hinge between the fixed base and the first link that moves.
+
+        One that others mimic is none: what moves with it turns about other axes.
+        """
         by_child = {j.child: j for j in self.robot.joints}
         found = next((j for j in self.robot.joints if j.name == joint), None)
         if self.robot.base != 'fixed' or found is None or found.kind == 'prismatic':
+            return False
+        if any(j.leader == joint for j in self.robot.joints):
             return False
         above = by_child.get(found.parent)
         while above is not None and above.kind == 'fixed':
@@ -161,7 +167,7 @@ def pair_note(candidates: Iterable[Candidate], facts: Facts) -> str | None:
 
 def _joint(where: str, facts: Facts) -> str:
     """The joint of a place: a link moves with the joint above it, a single joint is all."""
-    moved_by = {j.child: j.name for j in facts.robot.joints}
+    moved_by = {j.child: j.leader or j.name for j in facts.robot.joints}
     joint = moved_by.get(where, where)
     if joint == 'all' and len(facts.robot.joint_names) == 1:
         return facts.robot.joint_names[0]

@@ -99,7 +99,7 @@ def by_hand(trial: Trial) -> None:
     except NotPossible as why:
         raise LeftOut(str(why)) from why
     for joint in trial.robot.joints:
-        if joint.kind == 'fixed':
+        if not joint.independent:
             continue
         j = trial.info.joints.index(joint.name)
         before = trial.tick()[0].position[j]

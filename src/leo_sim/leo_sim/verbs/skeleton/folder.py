@@ -14,12 +14,14 @@ from leo_sim.description.urdf import Joint, Link
 from leo_sim.verbs.skeleton import robot_yaml
 from leo_sim.verbs.skeleton.actuators import actuators, Guess
 from leo_sim.verbs.skeleton.description import Description, read_description
+from leo_sim.verbs.skeleton.file_units import doubt
 from leo_sim.verbs.skeleton.implied_figures import (
     check_masses,
     EXACT,
     gravity_torque,
     integration_step,
 )
+from leo_sim.verbs.skeleton.without import without
 
 PERIOD = 0.01
 
@@ -32,14 +34,17 @@ class Skeleton:
         robot: As it loads.
         open: What is left to fill in, one sentence each.
         notes: What of the file was left out, one sentence each.
+        doubts: What of the file may be wrong, one sentence each.
     """
 
     robot: Robot
     open: tuple[str, ...]
     notes: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
 
 
-def make_folder(source: Path, folder: Path, kind: str, servos: bool = False) -> Skeleton:
+def make_folder(source: Path, folder: Path, kind: str, servos: bool = False,
+                left_out: Sequence[str] = ()) -> Skeleton:
     """Write robot.urdf and robot.yaml; nothing where something is wrong.
 
     Args:
@@ -47,14 +52,17 @@ def make_folder(source: Path, folder: Path, kind: str, servos: bool = False) -> 
         folder: Where; new, or empty.
         kind: What the actuators take, 'torque' (N m), 'voltage' (V) or 'position' (rad).
         servos: Whether they are Dynamixel servos: then their bus is there to be filled in.
+        left_out: Links that are taken out, with everything beyond them.
 
     Raises:
         UserError: No robot of ours, or the folder is in use.
     """
     _check_free(folder)
     description = read_description(source)
+    if left_out:
+        description = without(description, left_out, str(source))
     links, joints = urdf.parse(description.text, str(source))
-    if all(joint.kind == 'fixed' for joint in joints):
+    if not any(joint.independent for joint in joints):
         raise UserError(f'{source}: no joint moves; a robot has at least one that does')
     with tempfile.TemporaryDirectory() as temporary:
         draft = Path(temporary) / 'robot'
@@ -66,19 +74,36 @@ def make_folder(source: Path, folder: Path, kind: str, servos: bool = False) -> 
                         'dynamixel --by-hand tries them')
         _put(draft, folder)
     robot = load_robot(folder)
-    notes = (*description.notes, *_effects(folder, description))
-    return Skeleton(robot, (*left, *_unphysical(robot)), notes)
+    notes = (*description.notes, *_effects(folder, description, joints))
+    return Skeleton(robot, (*left, *_unphysical(robot)), notes, tuple(_doubts(robot)))
 
 
-def _effects(folder: Path, description: Description) -> list[str]:
+def _doubts(robot: Robot) -> list[str]:
+    """What the figures of the file let one ask."""
+    loads = dict(zip(robot.joint_names, gravity_torque(robot).tolist(), strict=True))
+    asked = doubt(robot.links, robot.joints, loads)
+    return [asked] if asked else []
+
+
+def _effects(folder: Path, description: Description, joints: Sequence[Joint]) -> list[str]:
     """What is an effect here, and how to add it."""
     found = {f'dry friction of {joint}': [f'coulomb_friction:{joint}', f'c={friction}']
-             for joint, friction in description.frictions.items()}
+             for joint, friction in _frictions(description, joints).items()}
     found |= {f'the spring of {joint}': [f'joint_spring:{joint}', f'k={stiffness:g}',
                                          f'rest={rest:g}']
               for joint, (stiffness, rest) in description.springs.items()}
     return [f'{what} left out of robot.urdf: it is an effect here; '
             f'{leo("add", folder, *words, "-o", "model.yaml")}' for what, words in found.items()]
+
+
+def _frictions(description: Description, joints: Sequence[Joint]) -> dict[str, str]:
+    """Dry friction by joint, as written; that of joints that mimic is felt at their leader."""
+    found = dict(description.frictions)
+    for joint in joints:
+        if joint.leader and joint.name in found:
+            own = abs(joint.ratio) * float(found.pop(joint.name))
+            found[joint.leader] = f'{float(found.get(joint.leader, 0.0)) + own:g}'
+    return found
 
 
 def _check_free(folder: Path) -> None:
@@ -93,7 +118,7 @@ def _drafted(draft: Path, source: Path, kind: str, description: Description,
     """Write the folder twice: to learn what gravity and the step need, and with that."""
     draft.mkdir()
     (draft / 'robot.urdf').write_text(description.text, encoding='utf-8')
-    moving = [joint for joint in joints if joint.kind != 'fixed']
+    moving = [joint for joint in joints if joint.independent]
     zero = dict.fromkeys((joint.name for joint in moving), 0.0)
     timing, reason = {'period': PERIOD, 'step': PERIOD, 'rate': 1 / PERIOD}, ''
     tail = robot_yaml.pose_lines(joints) + robot_yaml.tail(moving[0], _mass(links, moving[0]))
@@ -104,10 +129,11 @@ def _drafted(draft: Path, source: Path, kind: str, description: Description,
         (draft / 'robot.yaml').write_text(text, encoding='utf-8')
         return load_robot(draft)
 
-    robot = write(actuators(description, zero, kind))
+    slides = frozenset(j.name for j in moving if j.kind == 'prismatic')
+    robot = write(actuators(description, zero, kind, slides))
     check_masses(robot, str(source))
     loads = dict(zip(robot.joint_names, gravity_torque(robot).tolist(), strict=True))
-    motors = actuators(description, loads, kind)
+    motors = actuators(description, loads, kind, slides)
     robot = write(motors)
     timing['step'], error = integration_step(robot)
     reason = f'one control period is off by {100 * error:.1g} % of its change of speed'

@@ -23,7 +23,7 @@ FINER = 4
 
 def poses(joints: tuple[Joint, ...], count: int = STATES) -> np.ndarray:
     """Random angles rad (m) within the limits of the moving joints, (count, J)."""
-    ranges = np.array([pose_range(joint) for joint in joints if joint.kind != 'fixed'])
+    ranges = np.array([pose_range(joint) for joint in joints if joint.independent])
     rng = np.random.default_rng(0)
     return np.asarray(rng.uniform(ranges[:, 0], ranges[:, 1], (count, len(ranges))))
 

@@ -6,12 +6,16 @@ import math
 from pathlib import Path
 import re
 
+from leo_sim.description.constants import DAMPING
+from leo_sim.description.units import sliding
 from leo_sim.description.urdf import Joint
 from leo_sim.verbs.skeleton.actuators import Guess
 from leo_sim.verbs.skeleton.description import Description
 from leo_sim.verbs.skeleton.implied_figures import pose_range
 
 MARK = 'FILL IN'
+PINION = 0.015
+"""Radius that a servo is taken to drive a slide at, m."""
 HEAD = """\
 # Made by leo robot init from {source}. It loads as it is; the lines marked FILL IN hold guesses.
 name: {name}
@@ -32,11 +36,11 @@ TAIL = """
 #     mass: {{value: {mass:.4g}, unit: kg, uncertain: [{low:.4g}, {high:.4g}]}}
 # joints:
 #   {joint}:
-#     damping: {{value: 0.01, unit: N m s/rad, uncertain: [0, 0.1]}}
+#     damping: {{value: 0.01, unit: {damping}, uncertain: [0, 0.1]}}
 
-# One count of the encoder, rad (rate: rad/s), where it is coarser than the noise:
+# One count of the encoder, {angle} (rate: {angle}/s), where it is coarser than the noise:
 # sensors:
-#   {joint}: {{angle_resolution: 0.00153, rate_resolution: 0}}
+#   {joint}: {{angle_resolution: {count}, rate_resolution: 0}}
 
 # Only leo learn needs a task; leo_sim/description/robots/pendulum/robot.yaml shows one:
 # observation: [{{quantity: angle, joint: {joint}}}, {{quantity: rate, joint: {joint}}}]
@@ -76,7 +80,7 @@ def actuator_lines(actuators: Mapping[str, Mapping[str, Guess]]) -> str:
 
 def pose_lines(joints: tuple[Joint, ...]) -> str:
     """A nominal pose, at 0 or in the middle of the limits, and one drawn from the limits."""
-    ranges = {j.name: pose_range(j) for j in joints if j.kind != 'fixed'}
+    ranges = {j.name: pose_range(j) for j in joints if j.independent}
     middle = ', '.join(f'{quoted(n)}: {start(r):.6g}' for n, r in ranges.items())
     drawn = ', '.join(f'{quoted(n)}: [{low:.6g}, {high:.6g}]' for n, (low, high) in ranges.items())
     return ('\nstart_poses:\n'
@@ -88,12 +92,15 @@ def driver_lines(joints: Sequence[Joint], kind: str) -> str:
     """A bus of Dynamixel servos, one for every joint that moves."""
     constant = ', torque_constant: {value: 1.3, unit: N m/A}' if kind == 'torque' else ''
     lines = []
-    for number, joint in enumerate((j for j in joints if j.kind != 'fixed'), 1):
+    for number, joint in enumerate((j for j in joints if j.independent), 1):
         low, high = (f'{limit:.6g}' if math.isfinite(limit) else f'{"-" * (limit < 0)}.inf'
                      for limit in joint.limits)
+        gear = f', gear: {1 / PINION:.3g}' if joint.kind == 'prismatic' else ''
         lines.append(f'      {quoted(joint.name)}: {{id: {number}, model: XM430-W210, '
-                     f'direction: 1, zero: 2048, low: {low}, high: {high}{constant}}}\n')
-    return DRIVER.format(mark=MARK) + ''.join(lines)
+                     f'direction: 1, zero: 2048, low: {low}, high: {high}{gear}{constant}}}\n')
+    slides = any(joint.kind == 'prismatic' for joint in joints if joint.independent)
+    also = '      # gear of slides: rad of the servo per m\n' if slides else ''
+    return DRIVER.format(mark=MARK) + also + ''.join(lines)
 
 
 def start(limits: tuple[float, float]) -> float:
@@ -104,8 +111,11 @@ def start(limits: tuple[float, float]) -> float:
 
 def tail(joint: Joint, mass: float) -> str:
     """Examples of what is optional."""
+    slides = joint.kind == 'prismatic'
+    damping, angle = (sliding(u) if slides else u for u in (DAMPING, 'rad'))
     return TAIL.format(link=quoted(joint.child), joint=quoted(joint.name), mass=mass,
-                       low=0.8 * mass, high=1.2 * mass)
+                       low=0.8 * mass, high=1.2 * mass, damping=damping, angle=angle,
+                       count=1e-5 if slides else 0.00153)
 
 
 def quoted(text: str) -> str:

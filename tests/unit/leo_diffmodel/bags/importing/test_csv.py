@@ -46,3 +46,52 @@ def test_what_may_be_either_is_refused(tmp_path, text, said, message):
     with pytest.raises(UserError, match=message) as refusal:
         read_csv(log, LogFormat(**said))
     assert '\n' not in str(refusal.value) and len(str(refusal.value)) < 500
+
+
+@pytest.mark.parametrize('above', [
+    '# run 3 of 2026-11-25 12:30:15\n# mass = 0.5\n# Länge: 0,25 m\nt,q\n',
+    '# mass = 0.5, Länge = 0.25\n# t,q\n', '// mass: 0.5\n// Länge = 25e-2 m\n// t,q\n',
+    '% Länge=.25\n% mass=0.5\n\n% t , q\n',
+])  # fmt: skip
+def test_comments_above_the_header_and_their_constants(tmp_path, above):
+    log = tmp_path / 'log.csv'
+    log.write_text(f'{above}0,1.5\n# a pause\n0.25,-2\n0.5,1e-3\n')
+    (table,) = read_csv(log, LogFormat())
+    assert {*table} == {'mass', 'Länge', 't', 'q'}
+    assert table['mass'].tolist() == [0.5] * 3 and table['Länge'].tolist() == [0.25] * 3
+    np.testing.assert_array_equal(np.column_stack([table['t'], table['q']]), NUMBERS)
+
+
+@pytest.mark.parametrize('text', [
+    '0,1.5\n0.25,-2\n0.5,1e-3\n', '0 1.5\n0.25   -2\n0.5\t1e-3\n',
+    '# a run\n0;1,5\n0,25;-2,0\n0,5;1e-3\n',
+    '0,1\n0,1.5\n0.25,-2\n0.5,1e-3\n',
+])  # fmt: skip
+def test_without_a_header_columns_are_counted(tmp_path, text):
+    (tmp_path / 'log.txt').write_text(text)
+    (table,) = read_csv(tmp_path / 'log.txt', LogFormat())
+    assert list(table) == ['0', '1']
+    np.testing.assert_array_equal(np.column_stack([*table.values()]), NUMBERS)
+
+
+def test_lines_keep_their_numbers_below_comments(tmp_path):
+    (tmp_path / 'log.csv').write_text('# one\n# two\nt,q\n0,1\n# pause\n1,x\n')
+    with pytest.raises(UserError, match="line 6, q: 'x' is not a number"):
+        read_csv(tmp_path / 'log.csv', LogFormat())
+
+
+def test_a_column_named_twice_is_refused_until_the_map_names_all(tmp_path):
+    log = tmp_path / 'dup.csv'
+    log.write_text('t,q,tau,tau\n0,1,2,9\n1,1,2,9\n')
+    with pytest.raises(UserError, match="'tau' is the name of columns 3 and 4; rename them, or"):
+        read_csv(log, LogFormat())
+    (table,) = read_csv(log, LogFormat(header=['t', 'q', 'tau', 'tau2']))
+    assert table['tau'].tolist() == [2, 2] and table['tau2'].tolist() == [9, 9]
+
+
+@pytest.mark.parametrize('units', ['[s],[deg],-', 's,°,', '(s),(U/min),1'])
+def test_a_line_of_units_below_the_header_is_part_of_the_names(tmp_path, units):
+    (tmp_path / 'log.csv').write_text(f't,q,n\n{units}\n0,1,2\n1,3,4\n', encoding='utf-8')
+    (table,) = read_csv(tmp_path / 'log.csv', LogFormat())
+    second = units.split(',')[1].strip('()[]')
+    assert list(table) == ['t [s]', f'q [{second}]', 'n'] and table['n'].tolist() == [2, 4]

@@ -16,6 +16,7 @@ from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.importing.guess_roles import role_of
 from leo_diffmodel.bags.importing.guess_units import of_angles, of_time
 from leo_diffmodel.verbs.import_logs import main
+from leo_msgs_py import units
 from leo_msgs_py.errors import UserError
 
 
@@ -106,7 +107,7 @@ def test_what_may_be_degrees_or_per_cent_is_left_open_and_refused(tmp_path):
 
 @pytest.mark.parametrize(('text', 'message'), [
     ('a,b\n1,2\n', "no column is named as a position is; there are 'a', 'b'"), ('', 'is empty'),
-    ('q,q\n1,x\n', 'is not a number'),
+    ('q\n1\nx\n', 'is not a number'), ('q,q\n1,x\n', 'is the name of columns 1 and 2'),
 ])  # fmt: skip
 def test_what_cannot_be_guessed(tmp_path, text, message):
     (tmp_path / 'log.csv').write_text(text)
@@ -133,3 +134,57 @@ def test_the_verb_says_what_it_wrote_and_overwrites_nothing(tmp_path, monkeypatc
     with pytest.raises(UserError, match=r"begin with: leo import 'my log.csv' --guess"):
         main(['my log.csv', '-o', 'bag'])
     assert main(['my log.csv', '--map', 'my log_map.yaml', '-o', 'bag']) == 0
+
+
+@pytest.mark.parametrize(('column', 'quantity', 'is_goal', 'joint', 'unit'), [
+    ('Winkel [°]', 'position', False, '', 'deg'),
+    ('Drehzahl [U/min]', 'velocity', False, '', 'rpm'),
+    ('Zeit [s]', 'time', False, '', 's'), ('Spannung [V]', 'voltage', False, '', 'V'),
+    ('Sollwinkel [Grad]', 'position', True, '', 'deg'), ('Istwinkel', 'position', False, '', ''),
+    ('Motordrehzahl [1/min]', 'velocity', False, 'motor', 'rpm'),
+    ('Drehmoment (N·m)', 'effort', False, '', 'N m'), ('Strom [A]', 'current', False, '', 'A'),
+    ('Versorgungsspannung [V]', 'supply_voltage', False, '', 'V'),
+    ('vitesse', 'velocity', False, '', ''), ('couple', 'effort', False, '', ''),
+    ('angle (deg)', 'position', False, '', 'deg'), ('Temps (s)', 'time', False, '', 's'),
+    ('vitesse [tr/min]', 'velocity', False, '', 'rpm'),
+    ('Couple mesuré [N.m]', 'effort', False, '', 'N m'),
+    ('Consigne position (°)', 'position', True, '', 'deg'),
+    ('x_m', 'position', False, '', 'm'), ('x_m_s', 'velocity', False, '', 'm/s'),
+    ('F_N', 'effort', False, '', 'N'), ('slide_m', 'position', False, 'slide', 'm'),
+    ('tau_Nm', 'effort', False, '', 'N m'), ('elbow_rad_s', 'velocity', False, 'elbow', 'rad/s'),
+    ('shoulder_deg', 'position', False, 'shoulder', 'deg'),
+    ('wheel_rpm', 'velocity', False, 'wheel', 'rpm'), ('U [V]', 'voltage', False, '', 'V'),
+    ('tau_m', 'effort', False, 'm', ''), ('theta_m', 'position', False, 'm', ''),
+    ('q_s', 'position', False, 's', ''), ('angle (raw)', 'position', False, 'raw', ''),
+    ('actions.0', 'position', True, 'joint0', ''), ('state.0', 'position', False, 'joint0', ''),
+    ('jointPos1', 'position', False, 'joint1', ''),
+    ('theta1_dot', 'velocity', False, 'joint1', ''),
+    ('ddq1', 'acceleration', False, 'joint1', ''),
+])  # fmt: skip
+def test_words_and_units_in_three_languages_and_as_endings(column, quantity, is_goal, joint, unit):
+    assert role_of(column) == (quantity, is_goal, joint, unit)
+
+
+@pytest.mark.parametrize(('head', 'per_second'), [
+    ('t,q,dq', 'rad/s'), ('t,q,dq', 'deg/s'), ('t,q,dq', 'rpm'), ('t,x_m,vel', 'm/s'),
+])  # fmt: skip
+def test_a_speed_is_in_the_unit_in_which_it_is_the_change_of_its_position(
+    tmp_path, head, per_second,
+):
+    t = np.arange(300) / 100
+    speed = np.cos(t) / units.parse(per_second).factor
+    np.savetxt(tmp_path / 'log.csv', np.column_stack([t, np.sin(t), speed]), delimiter=',',
+               header=head, comments='')  # fmt: skip
+    assert guessed(tmp_path / 'log.csv')['joints']['joint']['velocity']['unit'] == per_second
+
+
+def test_constants_of_comments_and_the_encoding_are_told(tmp_path):
+    (tmp_path / 'log.csv').write_bytes('# Länge = 0,3 m\nt,q\n0,1\n0.1,2\n'.encode('cp1252'))
+    text = guess_map(tmp_path / 'log.csv', tmp_path / 'map.yaml').read_text()
+    assert 'its comments say Länge = 0.3 m' in text and 'read as cp1252' in text
+
+
+def test_columns_that_have_only_numbers(tmp_path):
+    (tmp_path / 'log.json').write_text(json.dumps({'rows': [[0.0, 1.0], [0.1, 2.0]]}))
+    with pytest.raises(UserError, match=r'columns have numbers and no names: .* header: \[time'):
+        guess_map(tmp_path / 'log.json', tmp_path / 'map.yaml')

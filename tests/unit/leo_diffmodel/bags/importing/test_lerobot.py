@@ -12,10 +12,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from tests.lerobot_data import write_lerobot
+import yaml
 
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.importing import import_logs
 from leo_diffmodel.bags.importing.column_map import ColumnMap
+from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.importing.lerobot import read_lerobot
 from leo_diffmodel.bags.importing.log_format import LogFormat
 from leo_diffmodel.bags.recording import read_bag
@@ -174,3 +176,45 @@ def test_damaged_parquet_is_a_bag_or_one_line(tmp_path_factory, place, new, cut)
     at = int(place * len(whole))
     file.write_bytes(whole[:at] + new + (b'' if cut else whole[at + len(new) :]))
     assert '\n' not in told(lambda: read_lerobot(data, LogFormat()))
+
+
+def numbered(file: Path, episode: int) -> None:
+    """Give all frames of a file one episode number."""
+    table = pq.read_table(file)
+    place = table.column_names.index('episode_index')
+    numbers = pa.array([episode] * len(table), pa.int64())
+    pq.write_table(table.set_column(place, 'episode_index', numbers), file)
+
+
+def test_two_files_with_the_same_episode_are_refused_with_both_names(tmp_path):
+    data = write_lerobot(tmp_path / 'data', [moves(60, 0), moves(60, 1)], files=2)
+    numbered(data / 'data/chunk-000/file-001.parquet', 0)
+    with pytest.raises(UserError, match=r'file-000.parquet and .*file-001.parquet both have epis'):
+        import_logs([data], MAP, tmp_path / 'bag')
+
+
+def test_an_episode_twice_in_one_file_is_refused(tmp_path):
+    data = write_lerobot(tmp_path / 'data', [moves(60, 0), moves(60, 1)])
+    numbered(data / 'data/chunk-000/file-000.parquet', 0)
+    with pytest.raises(UserError, match='episode 0 has frames with the same frame_index'):
+        import_logs([data], MAP, tmp_path / 'bag')
+
+
+@pytest.mark.parametrize('names', [
+    [['a', 'b']], {'motors': [['a', 'b']]}, {'arm': ['a'], 'hand': ['b']}, {'b': 1, 'a': 0},
+    [{'motors': ['a', 'b']}],
+])  # fmt: skip
+def test_names_nested_in_lists_and_features_called_actions_and_state(data, names):
+    info = json.loads((data / 'meta/info.json').read_text())
+    features = info['features']
+    features['actions'] = features.pop('action') | {'names': names}
+    features['state'] = features.pop('observation.state') | {'names': names}
+    change(data, features=features)
+    for file in sorted((data / 'data/chunk-000').iterdir()):
+        table = pq.read_table(file)
+        pq.write_table(table.rename_columns(['actions', 'state', *table.column_names[2:]]), file)
+    assert {'actions.a', 'actions.b', 'state.a', 'state.b'} <= set(
+        read_lerobot(data, LogFormat())[0])
+    said = yaml.safe_load(guess_map(data, data / 'map.yaml').read_text())
+    assert said['joints']['a']['position']['column'] == 'state.a'
+    assert said['inputs']['b']['position']['column'] == 'actions.b'

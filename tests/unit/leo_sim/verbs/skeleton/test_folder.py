@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.gripper import SLIDES
 from tests.places import DATA
 
 from leo_msgs_py import progress
@@ -125,7 +126,8 @@ def test_what_no_model_uses_is_left_out_and_said(tmp_path):
 
 
 @pytest.mark.parametrize(('changes', 'said'), [
-    ([('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="joint1"/>')], 'joint2.*mimic'),
+    ([('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="joint9"/>')],
+     "joint2.*mimics 'joint9', which is no joint"),
     ([('type="revolute"', 'type="floating"')], "joint1.*'floating'.*supported"),
     ([('type="revolute"', 'type="planar"')], "joint1.*'planar'.*supported"),
     ([('type="revolute"', 'type="fixed"')], 'no joint moves'),
@@ -197,3 +199,25 @@ def test_no_driver_sends_goals_yet(tmp_path):
     with pytest.raises(UserError, match='the dynamixel driver sends no goals yet'):
         robot_verb([*typed, '--driver', 'dynamixel'])
     assert not (tmp_path / 'arm').exists()
+
+
+def test_a_servo_turns_so_far_for_a_metre_of_a_slide(tmp_path):
+    (tmp_path / 'g.urdf').write_text(SLIDES)
+    made = make_folder(tmp_path / 'g.urdf', tmp_path / 'g', 'voltage', servos=True)
+    servos = made.robot.driver.dynamixel.servos
+    assert list(servos) == ['left'] and servos['left'].gear == pytest.approx(1 / 0.015, rel=0.01)
+    assert 'gear of slides: rad of the servo per m' in (tmp_path / 'g/robot.yaml').read_text()
+
+
+def test_dry_friction_of_a_joint_that_mimics_is_added_at_its_leader(tmp_path):
+    def rubbing(effort, friction):
+        return f'effort="{effort}" velocity="1"/><dynamics friction="{friction}"/>'
+
+    left, right = SLIDES.split('<joint name="right"')
+    plain = 'effort="10" velocity="1"/>'
+    text = (left.replace(plain, rubbing(10, 0.2)) + '<joint name="right"'
+            + right.replace(plain, rubbing(10, 0.3)).replace(
+                '<mimic joint="left"/>', '<mimic joint="left" multiplier="-2"/>'))
+    (tmp_path / 'g.urdf').write_text(text)
+    (note,) = make_folder(tmp_path / 'g.urdf', tmp_path / 'g', 'torque').notes
+    assert 'coulomb_friction:left c=0.8 ' in note

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Arrays, matrices, lists of rows and single numbers of a log as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+
+from .expression import Column, Table
+from .log_format import LogFormat
+from .names import each_once, numbered
+from .places import expand
+
+WIDEST = 1000
+"""A matrix of more columns than a robot has sensors is a picture or a table of something else."""
+
+
+def is_number(value: Any) -> bool:
+    """Say whether a value is one number."""
+    return isinstance(value, int | float | np.number)
+
+
+def number(value: Any) -> float:
+    """Return a number of a record, NaN for what is missing, null or none."""
+    try:
+        return float(value) if is_number(value) else math.nan
+    except OverflowError:
+        return math.nan
+
+
+def filled(numbers: Mapping[str, float], count: int) -> Table:
+    """Return numbers as columns, the same in every row."""
+    return {name: np.full(count, value, dtype=float) for name, value in numbers.items()}
+
+
+def column(log: Path, name: str, value: Any) -> Column:
+    """Return an array as one column.
+
+    Raises:
+        UserError: it is none of numbers.
+    """
+    try:
+        return np.asarray(value, dtype=float).ravel()
+    except (TypeError, ValueError, OverflowError):
+        raise UserError(f'{log}: {name} is not an array of numbers') from None
+
+
+def columns(log: Path, content: Mapping[str, Any], log_format: LogFormat) -> Table:
+    """Return the arrays of a log as columns: a matrix `data` gives `data[:, 0]`, `data[:, 1]`, ...
+
+    Numbers beside them are columns of one value; texts and lists of texts are left out.
+
+    Raises:
+        UserError: an array that is none of numbers.
+    """
+    found: Table = {}
+    for name, value in content.items():
+        if isinstance(value, list | np.ndarray) and _has_numbers(value):
+            found |= _split(name, column(log, name, value), np.shape(value))
+    if log_format.header and len(found) == len(log_format.header):
+        each_once(log_format.header, str(log))
+        found = dict(zip(log_format.header, found.values(), strict=True))
+    numbers = {name: number(value) for name, value in content.items() if is_number(value)}
+    longest = max(map(len, found.values()), default=0)
+    return (filled(numbers, longest) | found) if found else {}
+
+
+def _has_numbers(values: Any) -> bool:
+    """Say whether there is a number, at any depth of a list."""
+    if isinstance(values, np.ndarray) and values.dtype != object:
+        return values.dtype.kind in 'biuf'
+    return is_number(values) or (isinstance(values, list | np.ndarray)
+                                 and any(map(_has_numbers, values)))
+
+
+def _split(name: str, flat: Column, shape: tuple[int, ...]) -> Table:
+    """Return the columns of an array, along its longer side; of a vector it is itself."""
+    wide = [size for size in shape if size > 1]
+    if len(wide) < 2:
+        return {name: flat}
+    if len(wide) > 2 or min(wide) > WIDEST:
+        return {}
+    matrix = flat.reshape(wide)
+    if wide[0] >= wide[1]:
+        return {f'{name}[:, {k}]': matrix[:, k] for k in range(wide[1])}
+    return {f'{name}[{k}, :]': matrix[k] for k in range(wide[0])}
+
+
+def from_rows(log: Path, rows: Sequence[Any], place: str, log_format: LogFormat) -> Table:
+    """Return records, or rows that are lists, as a table; lists without a header are counted.
+
+    Raises:
+        UserError: they are neither, or lists that differ in length.
+    """
+    if rows and all(isinstance(row, dict) for row in rows):
+        names = [name for name, v in rows[0].items() if not isinstance(v, list | dict)]
+        return {name: np.array([number(row.get(name)) for row in rows]) for name in names}
+    if not rows or not all(isinstance(row, list) for row in rows):
+        raise UserError(f'{log}: no list of records at {place or "the top"!r}')
+    names = log_format.header or numbered(len(rows[0]))
+    each_once(names, str(log))
+    for k, row in enumerate(rows, start=1):
+        if len(row) != len(names):
+            raise UserError(f'{log}: row {k} at {place or "the top"!r} has {len(row)} values, '
+                            f'not {len(names)}')
+    return {name: np.array([number(row[k]) for row in rows]) for k, name in enumerate(names)}
+
+
+def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
+    """Return one table per match of `[*]`, with the columns that `fields` names.
+
+    Raises:
+        UserError: nothing is at a place, or episodes or columns differ in number or length.
+    """
+    found = {
+        name: list(chain.from_iterable(expand(content, place, log) for place in _listed(places)))
+        for name, places in log_format.fields.items()
+    }
+    counts = {name: len(v) for name, v in found.items() if len(v) != 1 or not is_number(v[0])}
+    if len(set(counts.values())) != 1:
+        raise UserError(f'{log}: fields differ in their number of episodes: {counts}')
+    episodes = range(next(iter(counts.values())))
+    return [_episode(log, {n: v[k] if n in counts else v[0] for n, v in found.items()})
+            for k in episodes]
+
+
+def _listed(places: str | Sequence[str]) -> Iterator[str]:
+    yield from [places] if isinstance(places, str) else places
+
+
+def _episode(log: Path, content: Mapping[str, Any]) -> Table:
+    """Return the columns of one episode; a single number is the same in all rows."""
+    numbers = {name: number(value) for name, value in content.items() if is_number(value)}
+    arrays = {n: column(log, n, v) for n, v in content.items() if n not in numbers}
+    if not arrays:
+        raise UserError(f'{log}: fields lead to single numbers, not to columns')
+    table = same_length(log, arrays)
+    return filled(numbers, len(next(iter(table.values())))) | table
+
+
+def same_length(log: Path, table: Table) -> Table:
+    """Return a table whose columns are of one length.
+
+    Raises:
+        UserError: they are not.
+    """
+    lengths = {name: len(values) for name, values in table.items()}
+    if len(set(lengths.values())) > 1:
+        raise UserError(f'{log}: columns differ in length: {lengths}')
+    return table

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The calibration of SO-100 and SO-101 arms beside a LeRobot data set: angles of its numbers.
+
+    {"shoulder_pan": {"id": 1, "drive_mode": 0, "homing_offset": -1365,
+                      "range_min": 746, "range_max": 3477}, ...}
+
+LeRobot logs degrees from the middle of the calibrated range, or per cent of it: -100 to 100, of
+the gripper 0 to 100 in either case. Numbers in per cent end at exactly 100.
+
+Source: huggingface/lerobot, src/lerobot/motors/motors_bus.py (_normalize), commit 049856c7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+import json
+import math
+from pathlib import Path
+import re
+
+from pydantic import BaseModel, ValidationError
+
+from leo_msgs_py.errors import UserError
+
+from .log_text import read_log_text
+
+COUNT = 2 * math.pi / 4095
+"""Angle of one count as LeRobot has it [rad]: the resolution 4096 less one."""
+GRIPPER = 'gripper'
+ARM = re.compile(r'so(_?arm)?(10[01])?(_follower)?')
+"""What `robot_type` of these arms is."""
+
+
+_PLAIN = {'sign': 1, 'scale': 1.0, 'offset': 0.0}
+"""What a map need not say."""
+
+
+class Motor(BaseModel):
+    """One motor's calibration [counts]; a drive_mode of 1 turns the sign of per cent."""
+
+    drive_mode: int = 0
+    range_min: float
+    range_max: float
+
+    @property
+    def degrees(self) -> float:
+        """Half of the calibrated range [deg]."""
+        return math.degrees(COUNT) * (self.range_max - self.range_min) / 2
+
+    def per_cent(self, from_end: bool, end: float = 0.0) -> dict[str, float]:
+        """Return sign, scale and offset [rad] that make angles of per cent.
+
+        Args:
+            from_end: 0 to 100 from an end, else -100 to 100 from the middle of the range.
+            end: angle of that end [rad].
+        """
+        reach = COUNT * (self.range_max - self.range_min)
+        turned = -1 if self.drive_mode else 1
+        zero = end + (reach if self.drive_mode else 0.0) if from_end else 0.0
+        said = {'sign': turned, 'scale': _short(reach / (100 if from_end else 200)),
+                'offset': _short(zero)}
+        return {key: value for key, value in said.items() if value != _PLAIN[key]}
+
+
+class Calibration(dict[str, Motor]):
+    """Motors by name, and the file that says so."""
+
+    file: Path
+
+    def of(self, joint: str) -> Motor | None:
+        """Return the motor of a joint; a column may have a word before its name."""
+        return next((m for name, m in self.items() if f'_{joint}'.endswith(f'_{name}')), None)
+
+
+def calibration_beside(folder: Path, joints: Iterable[str]) -> Calibration | None:
+    """Return the calibration of these joints in the folder of a data set or beside it.
+
+    Raises:
+        UserError: there are several that differ.
+    """
+    wanted, found = list(joints), []
+    for file in sorted(set(_files(folder))):
+        calibration = _read(file)
+        if calibration and wanted and all(map(calibration.of, wanted)):
+            found.append(calibration)
+    if any(each != found[0] for each in found):
+        raise UserError(f'{folder}: {found[0].file} and {found[-1].file} are calibrations of '
+                        'these joints and differ; leave the one that was recorded with')
+    return found[0] if found else None
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    for place in (folder, folder / 'meta', folder.resolve().parent):
+        yield from place.glob('*.json')
+        yield from place.glob('calibration/**/*.json')
+
+
+def _read(file: Path) -> Calibration | None:
+    """Return what a file says, None where it is no calibration."""
+    try:
+        content = json.loads(read_log_text(file))
+        if not isinstance(content, Mapping) or not content:
+            return None
+        found = Calibration({name: Motor.model_validate(each) for name, each in content.items()})
+    except (ValueError, RecursionError, UserError, ValidationError):
+        return None
+    found.file = file
+    return found if all(m.range_min < m.range_max for m in found.values()) else None
+
+
+def _short(value: float) -> float:
+    """Return a number to six digits, less than a thousandth of a count."""
+    return float(f'{value:.6g}')

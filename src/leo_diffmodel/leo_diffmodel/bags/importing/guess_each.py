@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The unit of each column of a map: by its name, a calibration, the robot, or the numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from leo_msgs_py import units
+
+from .calibration import Calibration, GRIPPER
+from .expression import Column, Table
+from .guess_calibrated import Calibrated
+from .guess_columns import Chosen, Roles
+from .guess_robot import KnownRobot
+from .guess_stops import of_joint, of_per_cent
+from .guess_units import (
+    is_clipped,
+    is_per_cent,
+    of_angles,
+    of_rates,
+    of_time,
+    of_turns,
+    peak_of,
+    PER_CENT,
+    RADIANS,
+    Unit,
+)
+from .unit_names import fits
+
+SI = {'velocity': 'rad/s', 'effort': 'N m', 'voltage': 'V', 'supply_voltage': 'V', 'current': 'A'}
+OF_SLIDES = {'position': 'm', 'velocity': 'm/s', 'effort': 'N'}
+OF_TURNS = {'position': 'rad', 'velocity': 'rad/s', 'effort': 'N m'}
+ALIKE = 20.0
+"""Degrees are 57 times radians; a goal is farther from its position by less than this factor."""
+RATES = ('rad/s', 'deg/s', 'rpm')
+SLIDING_RATES = ('m/s', 'mm/s')
+ANGULAR = {'deg': 'deg/s', 'm': 'm/s', 'mm': 'mm/s', 'cm': 'cm/s'}
+
+
+@dataclass(frozen=True)
+class Units:
+    """What the units of one log are guessed from.
+
+    Attributes:
+        first: the first episode, in which speeds are compared with positions.
+        table: all episodes.
+        roles: of the columns that have numbers.
+        chosen: the columns of the map.
+        robot: where it is known.
+        calibration: of a LeRobot data set, where it lies beside it.
+        is_lerobot: whether angles may be per cent.
+    """
+
+    first: Table
+    table: Table
+    roles: Roles
+    chosen: Chosen
+    robot: KnownRobot | None = None
+    calibration: Calibration | None = None
+    is_lerobot: bool = False
+
+    @property
+    def time(self) -> Unit:
+        """The unit of the time."""
+        told = self.roles[self.chosen.time].unit
+        return Unit(told, 'its name says so') if told else of_time(self.first[self.chosen.time])
+
+    @cached_property
+    def _t(self) -> Column | None:
+        """The times of the first episode [s]; None where they or their unit are not known."""
+        if not self.chosen.time or self.time.name == '?':
+            return None
+        return self.first[self.chosen.time] * units.parse(self.time.name).factor
+
+    def of(self, joint: str, quantity: str, column: str) -> Unit:
+        """Return the unit of a column as one quantity of a joint."""
+        told = self.roles[column].unit
+        if told and self._may_be(told, joint, quantity):
+            return Unit(told, 'its name says so')
+        if quantity == 'position':
+            return self._position(joint, column)
+        if quantity == 'velocity':
+            return self._velocity(joint, column)
+        if self.robot and joint in self.robot.slides and quantity in OF_SLIDES:
+            return Unit(OF_SLIDES[quantity], f'{joint} of {self.robot.ref} slides')
+        return Unit(SI[quantity], 'nothing says another')
+
+    def _may_be(self, told: str, joint: str, quantity: str) -> bool:
+        """Say whether a unit in a name is one of the joint's; per cent of a range is none."""
+        if told == '%' and quantity == 'position':
+            return False
+        if self.robot and quantity in OF_SLIDES:
+            kinds = OF_SLIDES if joint in self.robot.slides else OF_TURNS
+            return fits(told, (kinds[quantity],))
+        return True
+
+    def _position(self, joint: str, column: str) -> Unit:
+        name = self.roles[column].joint
+        calibrated = self._calibrated
+        if calibrated and (found := calibrated.of(name, self._end(joint))):
+            return found
+        if self.roles[column].unit == '%':
+            return Unit('?', 'its name says per cent: scale: rad for 1 %, and no unit')
+        measured = self.chosen.joints.get(joint, {}).get('position', column)
+        if measured != column and self._are_alike(measured, column):
+            return self.of(joint, 'position', measured)
+        return (self._by_speed(joint, column) or self._of_robot(joint, column)
+                or self._by_numbers(name, self.table[column]))
+
+    def _are_alike(self, measured: str, goal: str) -> bool:
+        """Say whether a goal may be in the unit of the position, whose name may say it."""
+        one, other = (peak_of([self.table[name]]) for name in (measured, goal))
+        return one < ALIKE * other and other < ALIKE * one
+
+    def _by_speed(self, joint: str, column: str) -> Unit | None:
+        """Return the unit in which its change is the speed, where that has a unit in its name."""
+        speed = self.chosen.joints.get(joint, {}).get('velocity', '')
+        told = self.roles[speed].unit if speed else ''
+        if not told or not fits(told, ('rad/s',)) or self._t is None:
+            return None
+        dq = self.first[speed] * units.parse(told).factor
+        return of_turns(self._t, self.first[column], dq)
+
+    def _of_robot(self, joint: str, column: str) -> Unit | None:
+        """Return what the robot says of a position; None where it leaves it open."""
+        if not self.robot:
+            return None
+        if is_clipped(self._bodies):
+            return of_per_cent(self.robot, joint)
+        values = self.table[column]
+        if self.is_lerobot and peak_of([values]) <= PER_CENT:
+            return None  # degrees as well as per cent
+        return of_joint(self.robot, joint, values)
+
+    def _end(self, joint: str) -> float:
+        """Return the lower stop of a joint [rad], 0 where it is not known."""
+        low = self.robot.limits.get(joint, (0.0, 0.0))[0] if self.robot else 0.0
+        return low if np.isfinite(low) else 0.0
+
+    def _by_numbers(self, name: str, values: Column) -> Unit:
+        """Return the unit that the numbers of all angles say."""
+        other = self._shared.name == 'deg' or peak_of([values]) > RADIANS
+        if GRIPPER in name and other and is_per_cent(values):
+            return Unit('?', 'a gripper is often in per cent: then scale: rad for 1 %')
+        return self._shared
+
+    @cached_property
+    def _shared(self) -> Unit:
+        """The unit that all angles without one in their name share; a gripper may have another."""
+        return of_angles(self._bodies or [self.table[name] for name in self._open])
+
+    @property
+    def _open(self) -> list[str]:
+        """Positions and goals whose unit their names leave open."""
+        return [name for name, role in self.roles.items()
+                if role.quantity == 'position' and not role.unit]
+
+    @cached_property
+    def _calibrated(self) -> Calibrated | None:
+        if self.calibration is None:
+            return None
+        return Calibrated(self.calibration, [(self.roles[name], self.table[name])
+                                             for name in self._open])
+
+    @property
+    def _bodies(self) -> list[Column]:
+        """The same but for the gripper, which is in per cent in any case."""
+        return [self.table[name] for name in self._open if GRIPPER not in self.roles[name].joint]
+
+    def _velocity(self, joint: str, column: str) -> Unit:
+        """Return the unit in which the speed is the change of the position, else its angles'."""
+        position = self.chosen.joints.get(joint, {}).get('position', '')
+        angle = self.of(joint, 'position', position) if position else self._shared
+        sliding = fits(angle.name, ('m',)) if angle.name not in ('', '?') else False
+        found = self._by_change(position, angle, column, SLIDING_RATES if sliding else RATES)
+        if found:
+            return found
+        if angle.name == '?' or angle.said:
+            return Unit('?', 'as the angles')
+        return Unit(ANGULAR.get(angle.name, 'm/s' if sliding else 'rad/s'), 'as the angles')
+
+    def _by_change(
+        self, position: str, angle: Unit, column: str, names: Sequence[str],
+    ) -> Unit | None:
+        if self._t is None or not position or angle.name == '?':
+            return None
+        scale = angle.said.get('scale') or units.parse(angle.name).factor
+        return of_rates(self._t, self.first[position] * scale, self.first[column], names)

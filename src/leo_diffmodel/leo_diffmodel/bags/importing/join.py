@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Several files that are parts of one run, as q.csv, dq.csv and tau.csv: one table of them all.
+
+Columns get the name of their file in front: `dq.elbow`; what names of files have in common is
+left out. Files with times are brought to those of the first that has some, by linear interpolation
+where they differ; files without go row by row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+import re
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leo_msgs_py.errors import UserError
+
+from .expression import Column, Table
+from .guess_columns import MEASURED, rising
+from .guess_roles import role_of
+
+SAME = 1e-9
+"""Times that differ by less are the same [of a file's unit]."""
+
+
+class Joined(NamedTuple):
+    """The table of each episode, and how they were joined."""
+
+    tables: list[Table]
+    told: str
+
+
+class Part(NamedTuple):
+    """One file: its short name, its table, and its time; '' and None without one."""
+
+    log: Path
+    name: str
+    table: Table
+    time: str
+
+    @property
+    def t(self) -> Column | None:
+        """Its times."""
+        return self.table[self.time] if self.time else None
+
+    @property
+    def rows(self) -> int:
+        """How many there are."""
+        return len(next(iter(self.table.values())))
+
+    def columns(self) -> Table:
+        """Return its columns but the time, with its name in front; a nameless one has it alone."""
+        found = {name: c for name, c in self.table.items() if name != self.time}
+        if list(found) == ['0'] or list(found) == [self.name]:
+            return dict(zip([self.name], found.values(), strict=True))
+        return {f'{self.name}.{name}': c for name, c in found.items()}
+
+
+def are_parts(logs: Sequence[Path], tables: Sequence[Table]) -> bool:
+    """Say whether files are parts of one run: their names tell different quantities, q, dq, tau.
+
+    A file with several quantities is a whole log, whatever its name.
+    """
+    told = [role_of(name).quantity for name in short_names(logs)]
+    differ = len(logs) > 1 and all(told) and len(set(told)) == len(told)
+    return differ and all(len(_quantities(table)) < 2 for table in tables)
+
+
+def _quantities(table: Table) -> set[str]:
+    return {role_of(name).quantity for name in table} & {*MEASURED, 'voltage'}
+
+
+def joined(logs: Sequence[tuple[Path, Sequence[Table]]], time: str | None = None) -> Joined:
+    """Join the tables of files, episode by episode.
+
+    Args:
+        logs: each with its tables.
+        time: the column of the map; by default what is named as a time and rises.
+
+    Raises:
+        UserError: they have not as many episodes or rows, or do not overlap in time.
+    """
+    counts = {log.name: len(tables) for log, tables in logs}
+    if len(set(counts.values())) > 1:
+        raise UserError(f'parts of one run differ in their number of episodes: {counts}')
+    names = short_names([log for log, _ in logs])
+    found = [
+        _one([Part(log, name, tables[k], _time(tables[k], time))
+              for (log, tables), name in zip(logs, names, strict=True)])
+        for k in range(len(logs[0][1]))
+    ]
+    return Joined([table for table, _ in found], found[0][1])
+
+
+def short_names(logs: Sequence[Path]) -> list[str]:
+    """Return the names of files without the words that all have: q_run3, dq_run3: q, dq."""
+    stems = [re.split(r'[_\-. ]+', log.stem) for log in logs]
+    if len(stems) > 1:
+        for end in (0, -1):
+            while all(len(words) > 1 for words in stems) and len({w[end] for w in stems}) == 1:
+                stems = [words[1:] if end == 0 else words[:-1] for words in stems]
+    return ['_'.join(words) for words in stems]
+
+
+def _time(table: Table, said: str | None) -> str:
+    """Return the column of the time; '' without one."""
+    if said is not None and said in table:
+        return said
+    return rising(table, {name: role_of(name) for name in table})
+
+
+def _one(parts: Sequence[Part]) -> tuple[Table, str]:
+    """Return the joined table of one episode and how it was joined."""
+    listed = ', '.join(part.log.name for part in parts)
+    clock = next((part for part in parts if part.t is not None), None)
+    if clock is None or clock.t is None:
+        _as_many_rows(parts)
+        table = {name: c for part in parts for name, c in part.columns().items()}
+        return table, f'joined {listed} row by row, as none has a time'
+    _as_many_rows([clock, *(part for part in parts if part.t is None)])
+    rows = _overlap(clock.t, [part.t for part in parts if part.t is not None], listed)
+    table = {clock.time: clock.t[rows]}
+    for part in parts:
+        table |= {name: _at(clock.t, part.t, c)[rows] for name, c in part.columns().items()}
+    return table, _told(listed, clock, parts, len(rows))
+
+
+def _as_many_rows(parts: Sequence[Part]) -> None:
+    """Refuse parts to be joined row by row that differ in their rows."""
+    if len({part.rows for part in parts}) > 1:
+        counts = ', '.join(f'{part.log.name} has {part.rows}' for part in parts)
+        raise UserError(f'parts without a time go row by row, and these differ: {counts} rows; '
+                        'give each a column of times, or as many rows')
+
+
+def _overlap(clock: Column, times: Sequence[Column], listed: str) -> NDArray[np.int64]:
+    """Return the rows of the clock that all parts reach."""
+    low, high = max(map(np.nanmin, times)), min(map(np.nanmax, times))
+    rows = np.flatnonzero((clock >= low - SAME) & (clock <= high + SAME))
+    if len(rows) < 2:
+        raise UserError(f'{listed}: their times do not overlap, the last begins at {low:.6g} and '
+                        f'the first ends at {high:.6g}; they are no parts of one run')
+    return rows
+
+
+def _at(clock: Column, t: Column | None, values: Column) -> Column:
+    """Return the values of a part at the times of the clock."""
+    if t is None or _same(t, clock):
+        return values
+    known = np.isfinite(t)
+    return np.interp(clock, t[known], values[known])
+
+
+def _same(t: Column, clock: Column) -> bool:
+    return t.shape == clock.shape and bool(np.allclose(t, clock, rtol=0.0, atol=SAME))
+
+
+def _told(listed: str, clock: Part, parts: Sequence[Part], rows: int) -> str:
+    """Return how parts were joined, in one line."""
+    assert clock.t is not None
+    moved = [p.log.name for p in parts if p.t is not None and not _same(p.t, clock.t)]
+    plain = [p.log.name for p in parts if p.t is None]
+    told = [f'joined {listed} by the times of {clock.log.name}']
+    told += [f'{", ".join(moved)} interpolated'] if moved else []
+    told += [f'{", ".join(plain)} row by row'] if plain else []
+    told += [f'{clock.rows - rows} rows left out that not all have'] if rows < clock.rows else []
+    return '; '.join(told)

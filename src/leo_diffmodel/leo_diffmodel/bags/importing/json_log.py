@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""JSON logs as tables: lists of records, rows that are lists, or one array for each column."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import json
+from pathlib import Path
+from typing import Any
+
+from leo_msgs_py.errors import UserError
+from leo_sim.common.yaml_file import shown
+
+from .arrays_log import columns, filled, from_fields, from_rows, is_number, number, same_length
+from .expression import Table
+from .log_format import LogFormat
+from .log_text import read_log_text
+from .places import follow, into, steps
+
+DEEPEST = 5
+Named = list[tuple[str, Any]]
+
+
+def read_json(log: Path, log_format: LogFormat) -> list[Table]:
+    """Return one table for each place where rows are.
+
+    Raises:
+        UserError: it is not JSON, has a name twice, or nothing is where the map says.
+    """
+    content = json_content(log, log_format)
+    if log_format.fields:
+        return from_fields(log, content, log_format)
+    places = log_format.records or ''
+    return [_table(log, content, place, log_format)
+            for place in ([places] if isinstance(places, str) else places)]
+
+
+def json_content(log: Path, log_format: LogFormat) -> Any:
+    """Return what a JSON file says.
+
+    Raises:
+        UserError: it is not JSON, or an object in it has one name twice.
+    """
+    try:
+        return json.loads(read_log_text(log, log_format.encoding), object_pairs_hook=_each_once)
+    except RecursionError:
+        raise UserError(f'{log} is nested too deeply for a log') from None
+    except _Twice as twice:
+        raise UserError(f'{log}: {shown(twice.args[0])} stands twice in one object; rename one'
+                        ) from None
+    except ValueError as error:
+        raise UserError(f'{log} is not JSON: {error}') from None
+
+
+class _Twice(ValueError):
+    """A name that an object has twice."""
+
+
+def _each_once(pairs: Named) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        raise _Twice(next(name for name in names if names.count(name) > 1))
+    return found
+
+
+def _table(log: Path, content: Any, place: str, log_format: LogFormat) -> Table:
+    rows = follow(content, place, log)
+    if isinstance(rows, dict):
+        return same_length(log, columns(log, rows, log_format))
+    if not isinstance(rows, list):
+        raise UserError(f'{log}: no list of records at {place or "the top"!r}')
+    beside = _beside(content, place)
+    return filled(beside, len(rows)) | from_rows(log, rows, place, log_format)
+
+
+def _beside(content: Any, place: str) -> dict[str, float]:
+    """Return the numbers that a log has beside its records, at each level on the way there."""
+    found: dict[str, float] = {}
+    for step in steps(place):
+        if isinstance(content, dict):
+            found |= {name: number(v) for name, v in content.items() if is_number(v)}
+        content = into(content, step)
+    return found
+
+
+def places_of_rows(content: Any, place: str = '', deep: int = 0) -> str | list[str] | None:
+    """Return where the first list of rows, or of columns, is; None where there is none.
+
+    Rows that are lists, under several names side by side, are episodes: all their places.
+    """
+    if isinstance(content, list):
+        return place if content and all(isinstance(row, dict) for row in content) else (
+            place if _are_rows(content) else None)
+    if not isinstance(content, dict) or deep > DEEPEST:
+        return None
+    if any(isinstance(v, list) and v and is_number(v[0]) for v in content.values()):
+        return place
+    inside = {key: f'{place}.{key}'.lstrip('.') for key in content}
+    episodes = [inside[key] for key, value in content.items() if _are_rows(value)]
+    if len(episodes) > 1:
+        return episodes
+    found = (places_of_rows(v, inside[key], deep + 1) for key, v in content.items())
+    return next((each for each in found if each is not None), None)
+
+
+def _are_rows(value: Any) -> bool:
+    """Say whether a value is a list of lists of numbers, all of one length."""
+    return (isinstance(value, list) and len(value) > 1
+            and all(isinstance(row, list) and row and is_number(row[0]) for row in value)
+            and _same_width(value))
+
+
+def _same_width(rows: Sequence[Sequence[Any]]) -> bool:
+    return len({len(row) for row in rows}) == 1

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Put the channels of a recording right as a topic map says: units, zeros, late ones, time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+
+from .states import Floats
+from .topic_map import JointMap, TopicMap
+from .zoh import average
+
+if TYPE_CHECKING:
+    from .recording import Episode, Recording
+
+
+def mended(recording: Recording, mapping: TopicMap) -> Recording:
+    """A recording that was read without this map, as it would have been read with it.
+
+    Topics, names and what an input is are not looked at.
+
+    Raises:
+        UserError: nothing is left.
+    """
+    joints = [mapping.joint(name) for name in recording.joints]
+    motors = [mapping.joint(name) for name in recording.actuators]
+    episodes = [_in_our_units(e, joints, motors, recording.input, mapping.scale)
+                for e in recording.episodes]  # fmt: skip
+    return on_time(replace(recording, episodes=tuple(episodes)), mapping)
+
+
+def on_time(recording: Recording, mapping: TopicMap) -> Recording:
+    """A recording with each channel when it was measured, or acted, and time as it went by.
+
+    What is late is taken from the samples about it, on straight lines; states at the ends for
+    which there are none are left out.
+
+    Raises:
+        UserError: nothing is left.
+    """
+    joints = [mapping.joint(name) for name in recording.joints]
+    motors = [mapping.joint(name) for name in recording.actuators]
+    late = any(j.speed_late or j.speed == 'none' for j in joints)
+    if not (late or mapping.time_scale != 1 or any(m.input_late for m in motors)):
+        return recording
+    found = [_on_time(e, joints, motors, mapping.time_scale) for e in recording.episodes]
+    episodes = tuple(e for e in found if len(e.t) > 1)
+    if not episodes:
+        raise UserError(f'{recording.path}: no episode is longer than its channels are late')
+    absent = all(j.speed == 'none' for j in joints)
+    return replace(
+        recording, episodes=episodes, rates='absent' if absent else recording.rates,
+        command_period=recording.command_period * mapping.time_scale,
+    )  # fmt: skip
+
+
+def with_inputs_late(e: Episode, seconds: Sequence[float]) -> Episode:
+    """The episode with each input acting so much later (A,); earlier where negative."""
+    stamps = np.round(e.t * 1e9).astype(np.int64)
+    inputs, enabled = e.inputs.astype(float), e.enabled.copy()
+    for a, late in enumerate(seconds):
+        if late:
+            both = np.stack([e.inputs[:, a], e.enabled[:, a].astype(float)], axis=1)
+            inputs[:, a], on = _held_later(stamps, both, late).T
+            enabled[:, a] = on > 0.5
+    return replace(e, inputs=inputs, enabled=enabled)
+
+
+def _held_later(stamps: np.ndarray, values: Floats, seconds: float) -> Floats:
+    later = stamps + round(seconds * 1e9)
+    early = np.r_[min(int(stamps[0]), int(later[0])) - 1, later]
+    return average(stamps, early, np.vstack([values[:1], values]))
+
+
+def _in_our_units(
+    e: Episode, joints: Sequence[JointMap], motors: Sequence[JointMap], kind: str, scale: float
+) -> Episode:
+    def of(maps: Sequence[JointMap], name: str) -> Floats:
+        return np.array([float(getattr(m, name)) for m in maps])
+
+    sign, zero = of(joints, 'sign'), of(joints, 'speed_zero')
+    goal_zero = of(motors, 'offset') if kind == 'position' else 0.0
+    factors = np.array([(m.input_sign or m.sign) * m.input_scale * scale for m in motors])
+    return replace(
+        e, q=sign * of(joints, 'scale') * e.q + of(joints, 'offset'),
+        dq=sign * of(joints, 'speed_scale') * (e.dq - zero),
+        inputs=e.inputs * factors + goal_zero,
+        effort=None if e.effort is None else sign * e.effort,
+    )  # fmt: skip
+
+
+def _on_time(
+    e: Episode, joints: Sequence[JointMap], motors: Sequence[JointMap], time_scale: float
+) -> Episode:
+    e = with_inputs_late(e, [m.input_late for m in motors])
+    dq, last = e.dq.copy(), e.t[-1]
+    known = np.ones(len(e.t), dtype=bool)
+    for j, joint in enumerate(joints):
+        if joint.speed == 'none':
+            dq[:, j] = np.gradient(e.q[:, j], e.t * time_scale) if len(e.t) > 1 else 0.0
+        elif joint.speed_late:
+            at = e.t + joint.speed_late
+            dq[:, j] = np.interp(at, e.t, e.dq[:, j])
+            known &= (at >= e.t[0]) & (at <= last)
+    rows = {name: getattr(e, name)[known] for name in ('q', 'inputs', 'enabled')}
+    effort = None if e.effort is None else e.effort[known]
+    return replace(e, t=e.t[known] * time_scale, dq=dq[known], effort=effort, **rows)

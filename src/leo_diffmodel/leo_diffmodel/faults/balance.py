@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The balance of torques at one joint: what share of its weight and of its motor moves it.
+
+What the motion takes is what gravity, motor and losses give. Each is known from the log and the
+model up to a factor, and the factors are fitted, so that a model whose friction is not known
+still tells whether gravity pulls the way it should and whether the motor does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from leo_diffmodel.outside.flow import Flow
+from leo_sim.model import Model
+
+Array = np.ndarray
+MOVING, FEWEST = 0.5, 30
+"""Share of an instant in which the joint moves, and how many such instants are needed."""
+BLOCK = 1.0
+"""Errors so far apart [s] are taken for independent."""
+ROUNDS, HUBER = 12, 1.5
+"""Of reweighting; standard deviations from which on an instant counts less."""
+LATEST, GRID = 0.4, 0.02
+"""s: how far inputs may be from their stamps, and the steps in which that is tried first."""
+GIVEN = ('weight', 'across', 'motor', 'late')
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A factor, its standard deviation, and how far it is off at worst.
+
+    The worst is what it would change by if all that is left over were of its kind.
+    """
+
+    value: float
+    sd: float
+    worst: float
+
+    @property
+    def half(self) -> float:
+        """Half of the interval in which it is, whatever the model lacks."""
+        return 1.96 * self.sd + self.worst
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Factors of one joint.
+
+    Attributes:
+        figures: by name: `weight`, of gravity, and `across` it (as if the joint were a quarter of
+            a turn on); `motor`; `late`, how much later the motor acts [s]. Some are missing where
+            they do not show: a wheel has no weight.
+        gained: what is left over with the best delay, as a share of what is left with the best
+            of those that a good log has.
+        rest: share of the torques that is left over (rms, instants that stand out weigh less).
+    """
+
+    figures: Mapping[str, Figure]
+    rest: float
+    gained: float = 1.0
+
+
+def balance(
+    flow: Flow, model: Model, j: int, usual: tuple[float, float] = (0.0, 0.0)
+) -> Balance | None:
+    """Fit the factors of joint j; None where it hardly moves.
+
+    Args:
+        flow: of one recording.
+        model: its model.
+        j: the joint.
+        usual: delays of the inputs that a good log has, least and most [s].
+    """
+    fitted = flow.moving[:, j] > MOVING
+    if fitted.sum() < FEWEST:
+        return None
+    motor, target = flow.motor[:, j], _target(flow, j)
+    rest = _columns(flow, model, j)
+
+    def loss(late: float) -> float:
+        return _loss(flow, fitted, target, rest, motor, late)
+
+    losses = {late: loss(late) for late in _delays(motor)}
+    late = min(losses, key=losses.__getitem__)
+    found = _fitted(flow, fitted, target, rest | _motor(flow, motor, late))
+    if 'late' not in found.figures:
+        return found
+    nearer = _seconds(found, late).value
+    if abs(nearer - late) <= GRID and abs(nearer) <= LATEST:
+        losses[nearer], late = loss(nearer), nearer
+        found = _fitted(flow, fitted, target, rest | _motor(flow, motor, late))
+    good = min(size for at, size in losses.items() if usual[0] <= at <= usual[1])
+    return replace(found, figures={**found.figures, 'late': _seconds(found, late)},
+                   gained=losses[late] / good)  # fmt: skip
+
+
+def _seconds(found: Balance, shift: float) -> Figure:
+    """The delay from the shift that was tried and what the slope of the motor adds to it."""
+    slope, gain = found.figures['late'], max(abs(found.figures['motor'].value), 1e-9)
+    return Figure(shift + slope.value / gain, slope.sd / gain, slope.worst / gain)
+
+
+def _target(flow: Flow, j: int) -> Array:
+    """What motion and the losses of the model take [N m, N], shape (N,)."""
+    return flow.load[:, j] + flow.motor[:, j] + flow.missing[:, j]
+
+
+def _columns(flow: Flow, model: Model, j: int) -> dict[str, Array]:
+    """Weight, and all that takes energy or is constant."""
+    dq, sign, load = (x[:, j] for x in (flow.dq, flow.sign, flow.load))
+    turned = flow.q.copy()
+    turned[:, j] += 0.5 * np.pi
+    hinge = model.robot.joints[[x.name for x in model.robot.joints].index(
+        model.robot.joint_names[j])].kind != 'prismatic'  # fmt: skip
+    across = model.rigid.load(turned)[:, j] if hinge else np.zeros_like(load)
+    return {
+        'weight': load, 'across': across, 'viscous': -dq, 'dry': -sign, 'drag': -dq * np.abs(dq),
+        'by load': -sign * np.abs(load), 'by motor': -sign * np.abs(flow.motor[:, j]),
+        'constant': np.ones_like(load),
+    }  # fmt: skip
+
+
+def _delays(motor: Array) -> Array:
+    count = round(LATEST / GRID) if np.abs(motor).max() > 1e-12 else 0
+    return GRID * np.arange(-count, count + 1)
+
+
+def _motor(flow: Flow, motor: Array, late: float) -> dict[str, Array]:
+    """The motor `late` s ago, and what it would change by if it were later still."""
+    moved, slope = np.empty_like(motor), np.empty_like(motor)
+    for number in np.unique(flow.episode):
+        mine = flow.episode == number
+        t = flow.time[mine]
+        moved[mine] = np.interp(t - late, t, motor[mine])
+        slope[mine] = np.gradient(moved[mine], t) if len(t) > 1 else 0.0
+    return {'motor': moved, 'late': -slope}
+
+
+def _loss(
+    flow: Flow, fitted: Array, target: Array, rest: dict[str, Array], motor: Array, late: float
+) -> float:
+    columns = _usable(rest | {'motor': _motor(flow, motor, late)['motor']}, fitted)
+    a = np.stack([*columns.values()], axis=1)
+    left = target[fitted] - a @ np.linalg.lstsq(a, target[fitted], rcond=1e-9)[0]
+    return float(np.abs(left).sum())
+
+
+def _usable(columns: dict[str, Array], fitted: Array) -> dict[str, Array]:
+    """Those that are not zero, where the joint moves."""
+    return {k: v[fitted] for k, v in columns.items() if np.abs(v[fitted]).max() > 1e-12}
+
+
+def _fitted(flow: Flow, fitted: Array, target: Array, columns: dict[str, Array]) -> Balance:
+    used, y = _usable(columns, fitted), target[fitted]
+    size = np.array([np.sqrt((v**2).mean()) for v in used.values()])
+    a = np.stack([*used.values()], axis=1) / size
+    amounts, weight = _robust(a, y)
+    left = y - a @ amounts
+    inverse = np.linalg.pinv(a.T @ (weight[:, None] * a))
+    sd = _spread(a, weight * left, inverse, flow, fitted) / size
+    rms = float(np.sqrt((weight * left**2).sum() / weight.sum()))
+    worst = rms * np.sqrt(np.maximum(inverse.diagonal(), 0) * weight.sum()) / size
+    figures = {name: Figure(float(v), float(s), float(w)) for name, v, s, w in
+               zip(used, amounts / size, sd, worst, strict=True) if name in GIVEN}  # fmt: skip
+    return Balance(figures, rms / max(float(np.sqrt((y**2).mean())), 1e-300))
+
+
+def _robust(a: Array, y: Array) -> tuple[Array, Array]:
+    weight = np.ones(len(y))
+    floor = 1e-9 * float(np.abs(y).max()) + 1e-300
+    for _ in range(ROUNDS):
+        amounts = np.linalg.pinv(a.T @ (weight[:, None] * a)) @ (a.T @ (weight * y))
+        left = np.abs(y - a @ amounts)
+        scale = 1.4826 * float(np.median(left)) + floor
+        weight = np.minimum(1.0, HUBER * scale / np.maximum(left, 1e-300))
+    return amounts, weight
+
+
+def _spread(a: Array, left: Array, inverse: Array, flow: Flow, fitted: Array) -> Array:
+    """Standard deviations from blocks of 1 s."""
+    times = (flow.time[fitted] / BLOCK).astype(int)
+    _, block = np.unique(np.stack([flow.episode[fitted], times]), axis=1, return_inverse=True)
+    block = block.ravel()
+    sums = np.stack([np.bincount(block, s) for s in (left[:, None] * a).T], axis=1)
+    blocks, count = sums.shape
+    covariance = inverse @ (sums.T @ sums) @ inverse * blocks / max(blocks - count, 1)
+    return np.sqrt(np.maximum(covariance.diagonal(), 0))

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a fault of a log is, and what was found of one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Episode
+
+Array = np.ndarray
+Patch = Mapping[str, Any]
+"""Keys of one joint in a topic map, or of the map itself, that undo a fault."""
+
+
+class Fault:
+    """Something that can be wrong with a log: one class per file of `catalogue`.
+
+    Attributes:
+        name: stable, for programs.
+        channel: angle, speed, input or time.
+        unit: of its value; '' for a factor.
+        neutral: the value that changes nothing.
+        law: what is logged, of what happened.
+        harmless: sizes that a good log may have, lowest and highest; outside it is an error.
+        looks_like, confused_with, costs: a sentence each; the last says what it does to an
+            answer if it is not seen.
+    """
+
+    name: ClassVar[str]
+    channel: ClassVar[str]
+    unit: ClassVar[str] = ''
+    neutral: ClassVar[float] = 0.0
+    law: ClassVar[str]
+    harmless: ClassVar[tuple[float, float]]
+    looks_like: ClassVar[str]
+    confused_with: ClassVar[str]
+    costs: ClassVar[str]
+    whole_log: ClassVar[bool] = False
+    """Whether it is one for all joints."""
+
+    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+        """The episode as a log with this fault has it.
+
+        Args:
+            e: as it was.
+            j: the joint.
+            a: its actuator, where it has one.
+            value: size of the fault.
+        """
+        raise NotImplementedError
+
+    def patch(self, value: float) -> Patch:
+        """What undoes it in a topic map; empty where no map can."""
+        return {}
+
+    def todo(self, value: float) -> str:
+        """What to do where no map undoes it."""
+        return ''
+
+
+@dataclass(frozen=True)
+class Found:
+    """A fault that was found.
+
+    Attributes:
+        fault: of the catalogue.
+        joint: its joint; '' where it is of the whole log.
+        value: estimate, in the fault's unit.
+        sd: standard deviation of the estimate.
+        what: a sentence without a full stop.
+        error: whether the interval excludes every harmless reading.
+        evidence: kinematics, balance or sensor.
+        worst: by how much the estimate could be off if all that the model leaves over were of
+            one kind; 0 where no model was asked.
+        where: stretches [s since the first state]; empty for all of it.
+        otherwise: other readings of the same contradiction, in words.
+        bag: path of the log.
+    """
+
+    fault: Fault
+    joint: str
+    value: float
+    sd: float
+    what: str
+    error: bool
+    evidence: str
+    worst: float = 0.0
+    where: tuple[tuple[float, float], ...] = ()
+    otherwise: tuple[str, ...] = ()
+    bag: str = field(default='', compare=False)
+
+    @property
+    def ci95(self) -> tuple[float, float]:
+        """Of the value."""
+        return self.value - 1.96 * self.sd, self.value + 1.96 * self.sd
+
+    @property
+    def patch(self) -> Patch:
+        """What mends it in a topic map."""
+        return self.fault.patch(self.value)
+
+    @property
+    def line(self) -> str:
+        """The line of a topic map that mends it, '' where none does."""
+        inside = ', '.join(f'{k}: {_figure(v)}' for k, v in self.patch.items())
+        if not inside:
+            return ''
+        return f'joints: {{{self.joint}: {{{inside}}}}}' if self.joint else inside
+
+    def to_json(self) -> dict:
+        """An entry of `log_faults`."""
+        channel = f'{self.fault.channel} of {self.joint}' if self.joint else self.fault.channel
+        return {
+            'name': self.fault.name, 'channel': channel, 'value': self.value,
+            'unit': self.fault.unit, 'ci95': list(self.ci95), 'sure': self.error,
+            'mend': self.line or self.fault.todo(self.value), 'what': self.what,
+            'evidence': self.evidence, 'otherwise': list(self.otherwise),
+            'where': [list(w) for w in self.where], 'bag': self.bag,
+        }  # fmt: skip
+
+
+def _figure(value: Any) -> str:
+    return f'{value:.6g}' if isinstance(value, float) else str(value)

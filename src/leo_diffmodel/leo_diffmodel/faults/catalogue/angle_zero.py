@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The angle counts from another zero than the model's."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from leo_diffmodel.bags.recording import Episode
+from leo_diffmodel.faults.base import Fault, Patch
+
+
+class AngleZero(Fault):
+    """The angle counts from another zero than the model's: upright instead of hanging."""
+
+    name = 'angle_zero'
+    channel = 'angle'
+    unit = 'rad'
+    law = 'q_log = q + z'
+    harmless = (-0.5, 0.5)
+    """rad: a zero so far off is calibrated badly, and explain tries `encoder_offset`."""
+    looks_like = 'Gravity pulls to another angle than the model says.'
+    confused_with = 'encoder_offset (the same, small), a tilted base, a payload beside the axis.'
+    costs = 'Gravity has the wrong sign or direction, and no effect mends that.'
+
+    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+        """Add it to the angle."""
+        q = e.q.copy()
+        q[:, j] += value
+        return replace(e, q=q)
+
+    def patch(self, value: float) -> Patch:
+        """Take it off again."""
+        return {'offset': -value}

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A sensor keeps its value while the joint moves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Episode
+from leo_diffmodel.faults.base import Fault
+
+
+class Frozen(Fault):
+    """A sensor keeps its value while the joint moves: samples of a lost bus are repeated."""
+
+    name = 'frozen'
+    channel = 'angle'
+    unit = 's'
+    law = 'q(t) = q(t0) for a while'
+    harmless = (0.0, 0.0)
+    looks_like = 'A flat stretch of one channel while the other goes on, and a jump after it.'
+    confused_with = 'A joint that stands: then the other channel says so, too.'
+    costs = 'Stiction or a blow where there was none.'
+
+    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+        """Keep the angle of the fastest instant for so long."""
+        fastest = int(np.argmax(np.abs(e.dq[:, j])))
+        stuck = (e.t >= e.t[fastest]) & (e.t < e.t[fastest] + value)
+        q = e.q.copy()
+        q[stuck, j] = q[fastest, j]
+        return replace(e, q=q)
+
+    def todo(self, value: float) -> str:
+        """What to do."""
+        return 'mend encoder or bus, or leave these stretches out: leo bag cut'

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The logged input is a multiple of what acted: counts, per cent, amperes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from leo_diffmodel.bags.recording import Episode
+from leo_diffmodel.faults.base import Fault, Patch
+from leo_diffmodel.faults.catalogue.speed_scale import scaled
+
+
+class InputScale(Fault):
+    """The logged input is a multiple of what acted: counts, per cent, amperes."""
+
+    name = 'input_scale'
+    channel = 'input'
+    neutral = 1.0
+    law = 'u_log = k u'
+    harmless = (1 / 3, 3.0)
+    """A motor may be three times weaker or stronger than its data sheet (gear, supply)."""
+    looks_like = 'The motor seems many times too weak or too strong, evenly.'
+    confused_with = 'torque_scale, voltage_scale (the same, small).'
+    costs = 'The motor comes out with a gain that no motor has.'
+
+    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+        """Multiply the input."""
+        return replace(e, inputs=scaled(e.inputs, a, value))
+
+    def patch(self, value: float) -> Patch:
+        """Divide it again."""
+        return {'input_scale': 1 / value}

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The speed goes through a first-order filter."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Episode
+from leo_diffmodel.faults.base import Array, Fault
+
+
+class SpeedFilter(Fault):
+    """The speed goes through a first-order filter of time constant tau."""
+
+    name = 'speed_filter'
+    channel = 'speed'
+    unit = 's'
+    law = 'tau dw/dt = dq/dt - w'
+    harmless = (-0.02, 0.5)
+    """s: drivers do so; explain tries `velocity_lag`."""
+    looks_like = 'The speed comes late, and its peaks are lower and rounder than the slope.'
+    confused_with = 'speed_late, which leaves the peaks as high as they are.'
+    costs = 'Nothing where velocity_lag is found beside; else damping comes out wrong.'
+
+    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+        """Filter the speed."""
+        return replace(e, dq=filtered(e.t, e.dq, j, value))
+
+    def todo(self, value: float) -> str:
+        """What to do."""
+        return 'nothing: leo explain tries velocity_lag; better is to log the raw speed'
+
+
+def filtered(t: Array, values: Array, j: int, tau: float) -> Array:
+    """One column behind a first-order filter, exact for straight lines between samples."""
+    out = values.copy()
+    y = float(values[0, j])
+    for k, h in enumerate(np.diff(t)):
+        x0, slope = float(values[k, j]), float(values[k + 1, j] - values[k, j]) / h
+        steady = x0 - slope * tau
+        y = steady + slope * h + (y - steady) * np.exp(-h / tau)
+        out[k + 1, j] = y
+    return out

@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One smooth motion that the angle and the speed of a joint must both agree with.
+
+The logged speed is w(t) = scale p'(t) + zero and the logged angle q(t) = p(t + late) +
+filter p'(t + late), of a motion p that is a cubic spline: a speed that comes late, or through a
+first-order filter, is one that the angle is ahead of. Noise of both channels is estimated and
+both are fitted (errors in variables): noise of the speed does not make its scale look small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from leo_diffmodel.faults.spline import Knots, Rows, solved
+
+Array = np.ndarray
+NAMES = ('scale', 'late', 'filter', 'zero')
+KNOTS = 1.5
+"""Periods between two knots: fewer blur the motion, more follow the noise."""
+REACH = 0.6
+"""Latest that a channel may be against the other [s]."""
+HUBER = 2.0
+"""Standard deviations from which on a sample counts less."""
+MOST_STEPS, NEAR = 25, 0.02
+"""Gauss-Newton steps at most, and the share of a standard deviation that ends them."""
+FARTHEST = 3.0
+"""Periods that `late` may change by in a step."""
+BLOCK = 1.0
+"""Errors so far apart [s] are taken for independent."""
+TUNINGS, PROBES = 2, 4
+"""Rounds of noise estimates; random vectors for their degrees of freedom (Hutchinson)."""
+FLOOR = 1e-7
+"""Of the range of a channel: the least noise it is given."""
+
+
+class Channels(NamedTuple):
+    """Times (T,) [s], angles [rad] and speeds [rad/s] of one joint in one stretch."""
+
+    t: Array
+    q: Array
+    dq: Array
+
+
+@dataclass(frozen=True)
+class Law:
+    """How the logged speed relates to the logged angle.
+
+    Attributes:
+        theta: scale, late [s], filter [s], zero [rad/s].
+        covariance: of these, from blocks of 1 s; 0 of what was not fitted.
+        loss: Huber loss of both channels [nats].
+        weight: of each sample of both channels.
+    """
+
+    theta: Array
+    covariance: Array
+    loss: float
+    weight: Array
+
+    def of(self, name: str) -> tuple[float, float]:
+        """A parameter with its standard deviation."""
+        i = NAMES.index(name)
+        return float(self.theta[i]), float(np.sqrt(self.covariance[i, i]))
+
+
+class Motion:
+    """Both channels of one joint, and the splines on which they must meet."""
+
+    def __init__(self, parts: Sequence[Channels]) -> None:
+        self.parts = [p._replace(q=p.q - p.q.mean()) for p in parts]
+        self.period = float(np.median(np.concatenate([np.diff(p.t) for p in parts])))
+        self.q, self.dq = (np.concatenate([getattr(p, n) for p in self.parts])
+                           for n in ('q', 'dq'))  # fmt: skip
+        self.knots, self.count = _knots(self.parts, KNOTS * self.period)
+        self.block = _blocks(self.parts)
+        self.sigma = np.array([_noise(self.parts, n) for n in ('q', 'dq')])
+
+    def tuned(self, start: Array) -> Law:
+        """All four parameters, and the noise of both channels with them."""
+        for _ in range(TUNINGS):
+            law = self.fit(NAMES, start)
+            self.sigma, start = self._noises(law), law.theta
+        return self.fit(NAMES, start)
+
+    def fit(self, free: Sequence[str], start: Array) -> Law:
+        """The robust least-squares fit of the `free` parameters, the others as in `start`."""
+        theta, index = np.array(start, float), [NAMES.index(name) for name in free]
+        weight = np.ones(2 * len(self.q))
+        for _ in range(MOST_STEPS):
+            rest, slope = self._linearised(theta, weight, index)
+            size = 1.4826 * float(np.median(np.abs(rest)))
+            weight = np.minimum(1.0, HUBER * size / np.maximum(np.abs(rest), 1e-300))
+            inverse = np.linalg.pinv(slope.T @ (weight[:, None] * slope))
+            step = inverse @ (slope.T @ (weight * rest))
+            most = FARTHEST * self.period
+            held = min([1.0, *(most / abs(s) for i, s in zip(index, step, strict=True)
+                               if i in (1, 2) and abs(s) > most)])  # fmt: skip
+            theta[index] += held * step
+            theta[1:3] = np.clip(theta[1:3], -REACH, REACH)
+            if (np.abs(step) < NEAR * size * np.sqrt(inverse.diagonal())).all():
+                break
+        return self._law(theta, weight, index)
+
+    def _law(self, theta: Array, weight: Array, index: Sequence[int]) -> Law:
+        rest, slope = self._linearised(theta, weight, index)
+        inverse = np.linalg.pinv(slope.T @ (weight[:, None] * slope))
+        scores = (weight * rest)[:, None] * slope
+        sums = np.stack([np.bincount(self.block, s) for s in scores.T], axis=1)
+        covariance = np.zeros((len(NAMES), len(NAMES)))
+        covariance[np.ix_(index, index)] = self._covariance(inverse, sums, weight * rest**2)
+        far = np.abs(rest)
+        loss = np.where(far < HUBER, 0.5 * far**2, HUBER * (far - 0.5 * HUBER))
+        return Law(theta, covariance, float(loss.sum()), weight)
+
+    def _covariance(self, inverse: Array, sums: Array, squares: Array) -> Array:
+        """The larger of what blocks and what single samples say, and what a grid blurs.
+
+        Args:
+            inverse: of the normal matrix, shape (P, P).
+            sums: of the scores in each block, shape (B, P).
+            squares: weighted residuals, shape (2N,).
+        """
+        blocks, count = sums.shape
+        apart = inverse @ (sums.T @ sums) @ inverse * blocks / max(blocks - count, 1)
+        alone = inverse * float(squares.sum()) / max(2 * len(self.q) - self.count, 1)
+        ratio = np.sqrt(np.maximum(alone.diagonal() / np.maximum(apart.diagonal(), 1e-300), 1.0))
+        return apart * np.outer(ratio, ratio)
+
+    def _rows(self, theta: Array) -> tuple[Rows, Rows, Rows, Rows]:
+        """Rows of angle and speed, and of p' and p'' where the angle sees them."""
+        late = theta[1]
+        p, dp, ddp = (Rows.stacked([k.rows(part.t + late, d)
+                                    for k, part in zip(self.knots, self.parts, strict=True)])
+                      for d in range(3))  # fmt: skip
+        speed = Rows.stacked([k.rows(part.t, 1)
+                              for k, part in zip(self.knots, self.parts, strict=True)])  # fmt: skip
+        return p + theta[2] * dp, speed, dp, dp + theta[2] * ddp
+
+    def _whitened(self, theta: Array) -> tuple[Rows, Array]:
+        """Rows of both channels and what they should give, in standard deviations."""
+        angle, speed, _, _ = self._rows(theta)
+        sq, sw = self.sigma
+        rows = Rows.stacked([(1 / sq) * angle, (theta[0] / sw) * speed])
+        return rows, np.r_[self.q / sq, (self.dq - theta[3]) / sw]
+
+    def _linearised(
+        self, theta: Array, weight: Array, index: Sequence[int]
+    ) -> tuple[Array, Array]:
+        """What the best spline leaves over (2N,), and its change with the parameters (2N, P)."""
+        (rows, y), root = self._whitened(theta), np.sqrt(weight)
+        weighted = root * rows
+        spline = solved(weighted, self.count, (root * y)[:, None])[:, 0]
+        _, speed, rate, change = self._rows(theta)
+        sq, sw = self.sigma
+        none, one = np.zeros(len(self.q)), np.ones(len(self.q))
+        columns = np.stack([
+            np.r_[none, (speed @ spline) / sw], np.r_[(change @ spline) / sq, none],
+            np.r_[(rate @ spline) / sq, none], np.r_[none, one / sw],
+        ], axis=1)[:, list(index)]  # fmt: skip
+        seen = solved(weighted, self.count, root[:, None] * columns)
+        return y - rows @ spline, columns - np.stack([rows @ s for s in seen.T], axis=1)
+
+    def _noises(self, law: Law) -> Array:
+        """Noise of both channels from what is left over and its degrees of freedom."""
+        (rows, y), root = self._whitened(law.theta), np.sqrt(law.weight)
+        probes = np.random.default_rng(0).choice([-1.0, 1.0], (len(y), PROBES))
+        weighted = root * rows
+        found = solved(weighted, self.count, np.column_stack([root * y, probes]))
+        rest = root * (y - rows @ found[:, 0])
+        spent = np.mean([p * (weighted @ f) for p, f in zip(probes.T, found.T[1:], strict=True)],
+                        axis=0)  # fmt: skip
+        left = np.maximum((law.weight - spent).reshape(2, -1).sum(axis=1), 0.02 * len(self.q))
+        sizes = np.sqrt((rest**2).reshape(2, -1).sum(axis=1) / left)
+        least = FLOOR * np.array([np.ptp(self.q), np.ptp(self.dq)]) + 1e-12
+        return np.maximum(self.sigma * sizes, least)
+
+
+def coarse(parts: Sequence[Channels], period: float) -> Array:
+    """Where to start: scale and lateness of the speed by cross-correlation, filter and zero 0."""
+    reach = int(REACH / period)
+    crossed, power = np.zeros(2 * reach + 1), 0.0
+    for part in parts:
+        grid = np.arange(part.t[0], part.t[-1], period)
+        slope = np.gradient(np.interp(grid, part.t, part.q), period)
+        speed = np.interp(grid, part.t, part.dq)
+        slope, speed = (np.pad(x - x.mean(), reach) for x in (slope, speed))
+        crossed += np.array([speed[reach + k : len(speed) - reach + k] @ slope[reach:-reach]
+                             for k in range(-reach, reach + 1)])  # fmt: skip
+        power += float(slope @ slope)
+    best = int(np.argmax(np.abs(crossed)))
+    return np.array([crossed[best] / max(power, 1e-300), (best - reach) * period, 0.0, 0.0])
+
+
+def _knots(parts: Sequence[Channels], step: float) -> tuple[list[Knots], int]:
+    """Knots of each stretch, which go on beyond it, and how many coefficients there are."""
+    out, offset = [], 0
+    for part in parts:
+        count = int(np.ceil((part.t[-1] - part.t[0] + 2 * REACH) / step)) + 4
+        out.append(Knots(float(part.t[0]) - REACH, step, count, offset))
+        offset += count
+    return out, offset
+
+
+def _blocks(parts: Sequence[Channels]) -> Array:
+    """Number of the block of each sample of both channels."""
+    numbers, first = [], 0
+    for part in parts:
+        numbers.append(first + ((part.t - part.t[0]) / BLOCK).astype(int))
+        first = int(numbers[-1][-1]) + 1
+    return np.concatenate([*numbers, *numbers])
+
+
+def _noise(parts: Sequence[Channels], name: str) -> float:
+    """A first guess of a channel's noise: third differences, and the steps of its sensor."""
+    values = [getattr(part, name) for part in parts]
+    rough = np.abs(np.concatenate([np.diff(v, 3) for v in values]))
+    step = np.abs(np.concatenate([np.diff(v) for v in values]))
+    grain = float(np.quantile(step[step > 0], 0.02)) / np.sqrt(12) if step.any() else 0.0
+    span = max(float(np.ptp(v)) for v in values)
+    usual = 1.4826 * float(np.median(rough)) / np.sqrt(20)
+    return max(usual, grain, FLOOR * span + 1e-12)

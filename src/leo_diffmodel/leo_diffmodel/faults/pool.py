@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The same fault in several logs is one: its estimates are pooled, and it is told once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import groupby
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.faults.base import Found
+from leo_diffmodel.faults.mending import mended
+
+
+def pooled(faults: Sequence[Found]) -> list[Found]:
+    """One entry for each fault and joint, by all logs in which it is an error (or any)."""
+    def which(f: Found) -> tuple[str, str]:
+        return f.fault.name, f.joint
+
+    groups = [list(g) for _, g in groupby(sorted(faults, key=which), which)]
+    return sorted(map(_one, groups), key=lambda f: not f.error)
+
+
+def all_mended(recordings: Sequence[Recording], faults: Sequence[Found]) -> list[Recording]:
+    """Each recording without the errors that a topic map can undo.
+
+    A wrong unit or sign that the log itself shows is mended in the logs that show it, with the
+    value of all of them; what only torques show is mended in every log, told by it or not.
+    """
+    errors = pooled([f for f in faults if f.error])
+    out = []
+    for r in recordings:
+        own = {(f.fault.name, f.joint) for f in faults if f.bag == str(r.path) and f.error}
+        here = [f for f in errors
+                if f.evidence == 'balance' or (f.fault.name, f.joint) in own]  # fmt: skip
+        out.append(mended(r, here))
+    return out
+
+
+def _one(group: Sequence[Found]) -> Found:
+    """The mean of a fault's estimates, weighted by how sure they are."""
+    sure = [f for f in group if f.error] or [*group]
+    spread = np.array([max(np.hypot(f.sd, f.worst), 1e-12) for f in sure])
+    weight = spread**-2 / (spread**-2).sum()
+    value = float(weight @ [f.value for f in sure])
+    first = sure[int(np.argmin(spread))]
+    bags = len({f.bag for f in sure})
+    more = f' (and in {bags - 1} other logs)' if bags > 1 else ''
+    return replace(first, value=value, sd=float((spread**-2).sum() ** -0.5) if bags > 1
+                   else first.sd, what=first.what + more)  # fmt: skip

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Angle and speed contradict each other: which of the two is wrong, or is it the clock?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.faults.base import Found
+from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.dynamics import balances
+from leo_diffmodel.faults.mending import mended
+from leo_diffmodel.faults.units import ANGLES, SPEEDS, unit_of
+from leo_sim.description.robot import Robot
+from leo_sim.model import Model
+
+TOLD_APART = 0.2
+"""Natural logarithm: by so much nearer to 1 the factor of gravity must be under one reading than
+under another. A clock that is off by an eighth changes it by that."""
+CLEAR = 0.5
+"""Relative: a factor must be known so well to tell anything."""
+LEAST, WRONG_WAY = 0.02, 2.0
+"""The smallest factor that is told from none; what a joint that goes against its motor is off by."""
+STRETCHES = (0.5, 2.0)
+"""Rates of clocks that are mistaken for each other differ by less."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way to resolve a contradiction: the fault that it would be, and how far it is off.
+
+    Attributes:
+        found: the fault.
+        off: distance of the torques' factor from 1 (natural logarithm).
+        half: what `off` is known to; infinite where nothing shows.
+    """
+
+    found: Found
+    off: float
+    half: float
+
+
+def who_is_right(recording: Recording, model: Model, found: Sequence[Found]) -> list[Found]:
+    """The faults with each contradiction of scales resolved by the balance of torques."""
+    kinds = ('speed_scale', 'speed_sign')
+    out = [f for f in found if f.fault.name not in kinds]
+    for joint in dict.fromkeys(f.joint for f in found if f.fault.name in kinds):
+        mine = {f.fault.name: f for f in found if f.joint == joint}
+        rest = [f for f in found if f.error and f.joint == joint and f.fault.name not in kinds]
+        out += _resolved(recording, model, joint, mine, rest)
+    clocks = [f for f in out if f.fault.name == 'time_stretch']
+    return [f for f in out if f not in clocks[1:]]
+
+
+def _resolved(
+    recording: Recording, model: Model, joint: str, mine: dict[str, Found], rest: Sequence[Found]
+) -> list[Found]:
+    out = []
+    if 'speed_scale' in mine:
+        signed = [mine['speed_sign']] if 'speed_sign' in mine else []
+        out.append(_chosen(recording, model, [*rest, *signed],
+                           _scales(mine['speed_scale'], model.robot)))  # fmt: skip
+    if 'speed_sign' in mine:
+        sign = mine['speed_sign']
+        other = replace(sign, fault=FAULTS['angle_sign'], what=(
+            f'the logged angle of {joint} has the other sign than its speed and its torques'))
+        out.append(_chosen(recording, model, [*rest, *out], [sign, other]))
+    return out
+
+
+def _scales(found: Found, robot: Robot) -> list[Found]:
+    """Speed, angle or clock: what each would have to be off by."""
+    k, joint = found.value, found.joint
+    inverse = replace(
+        found, fault=FAULTS['angle_scale'], value=1 / k, sd=found.sd / k**2,
+        what=f'the logged angle of {joint} is {1 / k:.4g} ± {1.96 * found.sd / k**2:.2g} times '
+        'what its speed adds up to',
+    )  # fmt: skip
+    out = [_with_unit(found, SPEEDS), _with_unit(inverse, ANGLES)]
+    if STRETCHES[0] < k < STRETCHES[1]:
+        what = (f'a second of the log lasts {1 / k:.4g} ± {1.96 * found.sd / k**2:.2g} s: its '
+                f'speeds are {k:.4g} times the change of its angles')  # fmt: skip
+        out.append(replace(found, fault=FAULTS['time_stretch'], joint='', what=what))
+    named = [f for f in out if ' that is ' in f.what]
+    return [*named, *(f for f in out if f not in named)]
+
+
+def _with_unit(found: Found, units: dict[float, str]) -> Found:
+    unit = unit_of(found.value, found.sd, units)
+    return replace(found, what=f'{found.what}; that is {unit}') if unit else found
+
+
+def _chosen(
+    recording: Recording, model: Model, rest: Sequence[Found], readings: Sequence[Found]
+) -> Found:
+    """The reading under which the torques balance, with the others that are left.
+
+    The first one stands where no other balances clearly better.
+    """
+    seen = [_seen(recording, model, rest, r) for r in readings]
+    clear = [s for s in seen if s.half < CLEAR]
+    best = min(clear, key=lambda s: s.off, default=seen[0])
+    first = best if seen[0].off - best.off > TOLD_APART else seen[0]
+    left = [s for s in seen if s is not first
+            and (first.half >= CLEAR or s.off - first.off < TOLD_APART + first.half)]  # fmt: skip
+    return replace(first.found, otherwise=tuple(s.found.what for s in left))
+
+
+def _seen(
+    recording: Recording, model: Model, rest: Sequence[Found], reading: Found
+) -> Reading:
+    """How far gravity, or the motor where there is none, is from what it should be then."""
+    found = balances(mended(recording, [*rest, reading]), model)
+    mine = found.get(reading.joint) or next(iter(found.values()), None)
+    signed = reading.fault.name.endswith('sign')
+    names = ('motor',) if signed else ('weight', 'motor')
+    figure = next((mine.figures[n] for n in names if n in mine.figures), None) if mine else None
+    if figure is None:
+        return Reading(reading, 0.0, np.inf)
+    size = max(figure.value, LEAST)
+    half = (1.96 * figure.sd + 0.5 * figure.worst) / max(abs(figure.value), LEAST)
+    if signed:
+        return Reading(reading, 0.0 if figure.value > 0 else WRONG_WAY, half)
+    return Reading(reading, abs(float(np.log(size))), half)

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Faults of single sensors: stuck, at their end, repeated, coarse, or no measurement at all."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from itertools import groupby
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.faults.base import Found
+from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.outside.frozen import frozen, resolution
+
+SAME = 0.98
+"""Share of the moving samples that must be the goal for an angle to be taken for one."""
+MOVES = 3.0
+"""Steps of the sensor that a joint must go from sample to sample to count as moving."""
+FEWEST = 60
+"""Samples in which it must move."""
+COARSE = 0.02
+"""Of the range moved through: a coarser step of the angle is told."""
+FEW_VALUES = 200
+"""An angle with more different values is not told to be coarse."""
+
+
+def sensor_faults(recording: Recording, known: Collection[str]) -> list[Found]:
+    """What is wrong with single channels.
+
+    Args:
+        recording: the log, mended as far as its kinematics told.
+        known: joints whose speed is known to be wrong, in which nothing stuck is looked for.
+    """
+    out = [*_frozen(recording, known)]
+    for j, joint in enumerate(recording.joints):
+        out += [*_goal(recording, j, joint), *_repeated(recording, j, joint),
+                *_coarse(recording, j, joint)]  # fmt: skip
+    return out
+
+
+def _frozen(recording: Recording, known: Collection[str]) -> Iterator[Found]:
+    found = [f for f in frozen(recording) if f.joint not in known]
+    for (joint, sensor, at_end), group in groupby(found, lambda f: (f.joint, f.sensor, f.at_end)):
+        spans = tuple((f.begin, f.end) for f in group)
+        longest = max(b - a for a, b in spans)
+        how = 'stays at its largest value' if at_end else 'stands still'
+        what = f'the {sensor} of {joint} {how} while the joint moves, {len(spans)} times'
+        name = 'clipped' if at_end and sensor == 'speed' else 'frozen'
+        value = _top(recording, joint) if name == 'clipped' else longest
+        yield Found(FAULTS[name], joint, value, 0.0, what, True, 'sensor', where=spans)
+
+
+def _top(recording: Recording, joint: str) -> float:
+    j = recording.joints.index(joint)
+    return max(float(np.abs(e.dq[:, j]).max()) for e in recording.episodes)
+
+
+def _goal(recording: Recording, j: int, joint: str) -> Iterator[Found]:
+    """Whether the angle is the goal of its row, or of the row before."""
+    if recording.input != 'position' or joint not in recording.actuators:
+        return
+    a = recording.actuators.index(joint)
+    same = total = 0
+    for e in recording.episodes:
+        goal, q = e.inputs[:, a], e.q[:, j]
+        moved = np.abs(np.diff(goal)) > 0
+        near = np.minimum(np.abs(q[1:] - goal[1:]), np.abs(q[1:] - goal[:-1])) < 1e-6
+        same, total = same + int((near & moved).sum()), total + int(moved.sum())
+    if total >= FEWEST and same > SAME * total:
+        what = f'the angle of {joint} is its goal to the last digit, and no measurement'
+        yield Found(FAULTS['goal_as_angle'], joint, same / total, 0.0, what, True, 'sensor')
+
+
+def _repeated(recording: Recording, j: int, joint: str) -> Iterator[Found]:
+    """Share of the samples of the moving joint that repeat angle and speed of the one before."""
+    if recording.rates != 'measured':
+        return
+    again = total = 0
+    for e in recording.episodes:
+        fast = np.abs(e.dq[:-1, j]) * np.diff(e.t) > MOVES * resolution(e.q[:, j])
+        same = (np.diff(e.q[:, j]) == 0) & (np.diff(e.dq[:, j]) == 0)
+        again, total = again + int((same & fast).sum()), total + int(fast.sum())
+    if total < FEWEST:
+        return
+    share, sd = again / total, float(np.sqrt(max(again, 1)) / total)
+    if share - 1.96 * sd > FAULTS['repeated'].harmless[1]:
+        what = (f'{100 * share:.0f} ± {196 * sd:.0f} % of the samples of {joint} repeat the one '
+                'before while it moves')  # fmt: skip
+        yield Found(FAULTS['repeated'], joint, share, sd, what, False, 'sensor')
+
+
+def _coarse(recording: Recording, j: int, joint: str) -> Iterator[Found]:
+    q = np.concatenate([e.q[:, j] for e in recording.episodes])
+    values, span = np.unique(q), float(np.ptp(q))
+    if not span or len(values) > FEW_VALUES or len(values) < 2:
+        return
+    step = float(np.diff(values).min())
+    if step > min(COARSE * span, FAULTS['quantised'].harmless[1]) and len(q) > FEW_VALUES:
+        what = (f'the angle of {joint} has {len(values)} different values, {step:.2g} rad apart')
+        yield Found(FAULTS['quantised'], joint, step, 0.0, what, False, 'sensor')

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Cubic splines on even knots: their rows at any instants, and banded least squares for them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+Array = np.ndarray
+ORDER = 4
+"""Basis functions that are not zero at an instant."""
+RIDGE = 1e-9
+"""Of the mean diagonal: holds coefficients that no sample touches."""
+PIECES = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) / 6.0
+"""Coefficients in u, u from 0 to 1 between two knots, of the four basis functions."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of a linear map of spline coefficients, each with four neighbouring entries.
+
+    Attributes:
+        first: index of the first coefficient of each row, shape (N,).
+        values: shape (N, 4).
+    """
+
+    first: Array
+    values: Array
+    __array_ufunc__ = None
+
+    def __add__(self, other: Rows) -> Rows:
+        return Rows(self.first, self.values + other.values)
+
+    def __rmul__(self, factor: float | Array) -> Rows:
+        return Rows(self.first, np.reshape(factor, (-1, 1)) * self.values)
+
+    def __matmul__(self, coefficients: Array) -> Array:
+        picked = coefficients[self.first[:, None] + np.arange(ORDER)]
+        return np.asarray((self.values * picked).sum(axis=1))
+
+    @staticmethod
+    def stacked(parts: Sequence[Rows]) -> Rows:
+        """All rows below each other."""
+        return Rows(np.concatenate([p.first for p in parts]),
+                    np.concatenate([p.values for p in parts]))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Knots:
+    """Even knots of one stretch.
+
+    Attributes:
+        begin: time of the first knot [s].
+        step: between two knots [s].
+        count: of coefficients.
+        offset: of the stretch's first coefficient among those of all stretches.
+    """
+
+    begin: float
+    step: float
+    count: int
+    offset: int
+
+    def rows(self, t: Array, derivative: int = 0) -> Rows:
+        """Values, or derivatives, of the basis functions at t (N,)."""
+        place = np.clip((t - self.begin) / self.step, 0, self.count - ORDER + 1 - 1e-9)
+        first = place.astype(int)
+        u = place - first
+        powers, factor = _powers(u, derivative)
+        return Rows(self.offset + first, powers @ (PIECES * factor).T / self.step**derivative)
+
+
+def _powers(u: Array, derivative: int) -> tuple[Array, Array]:
+    """The derivative of 1, u, u^2, u^3 as powers (N, 4) and their factors (4,)."""
+    degree = np.arange(ORDER)
+    factor = np.ones(ORDER)
+    for k in range(derivative):
+        factor = factor * np.maximum(degree - k, 0)
+    return u[:, None] ** np.maximum(degree - derivative, 0), factor
+
+
+def solved(rows: Rows, count: int, targets: Array) -> Array:
+    """Least-squares coefficients (count, K) of targets (N, K)."""
+    bands = np.zeros((ORDER, count))
+    for a in range(ORDER):
+        for b in range(a, ORDER):
+            product = rows.values[:, a] * rows.values[:, b]
+            bands[b - a] += np.bincount(rows.first + a, product, count)
+    bands[0] += RIDGE * bands[0].mean() + 1e-300
+    right = np.stack([
+        sum(np.bincount(rows.first + a, rows.values[:, a] * y, count) for a in range(ORDER))
+        for y in targets.T
+    ], axis=1)  # fmt: skip
+    return np.asarray(solveh_banded(bands, right, lower=True))

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Matrices and rows that are lists: columns by their number, or by the names the map gives."""
+
+import json
+
+import numpy as np
+import pytest
+import scipy.io
+
+from leo_diffmodel.bags.importing import import_logs
+from leo_diffmodel.bags.importing.column_map import ColumnMap
+from leo_diffmodel.bags.importing.log_format import LogFormat
+from leo_diffmodel.bags.importing.tables import read_tables
+from leo_diffmodel.bags.recording import read_bag
+from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
+
+T = np.arange(5) / 100
+ROWS = np.column_stack([T, 6 * T, 0.1 + T, 0.2 - T])
+FRC = {'sysid': True, 'test': 'Arm', 'units': 'Radians', 'slow-forward': ROWS.tolist(),
+       'slow-backward': (-ROWS[:4] + [[2 * t, 0, 0, 0] for t in T[:4]]).tolist()}  # fmt: skip
+
+
+def imported(tmp_path, log, mapping, robot='pendulum'):
+    bag = import_logs([log], ColumnMap.model_validate(mapping), tmp_path / 'bag')
+    return read_bag(bag, load_robot(robot)).episodes
+
+
+@pytest.mark.parametrize(('matrix', 'column'), [(ROWS, 'data[:, {}]'), (ROWS.T, 'data[{},:]')])
+def test_one_matrix_of_a_matlab_file(tmp_path, matrix, column):
+    scipy.io.savemat(tmp_path / 'log.mat', {'data': matrix, 'mass': 0.5, 'note': 'a text'})
+    time, volts, angle, speed = map(column.format, range(4))
+    (episode,) = imported(tmp_path, tmp_path / 'log.mat', {
+        'time': time, 'joints': {'pivot': {'position': angle, 'velocity': speed}},
+        'inputs': {'pivot': {'voltage': {'expression': f'0.5 * {volts}'}}},
+    })  # fmt: skip
+    np.testing.assert_allclose(episode.q[:, 0], ROWS[:, 2])
+    np.testing.assert_allclose(episode.dq[:, 0], ROWS[:, 3])
+    np.testing.assert_allclose(episode.inputs[:, 0], 0.5 * ROWS[:, 1])
+
+
+def test_numbers_beside_a_matrix_and_structs_are_columns(tmp_path):
+    scipy.io.savemat(tmp_path / 'log.mat', {'run': {'t': T, 'q': ROWS[:, 2]}, 'mass': 0.5})
+    (table,) = read_tables(tmp_path / 'log.mat', LogFormat())
+    assert {*table} == {'run.t', 'run.q', 'mass'} and table['mass'].tolist() == [0.5] * 5
+
+
+def test_a_column_that_a_matrix_has_not(tmp_path):
+    scipy.io.savemat(tmp_path / 'log.mat', {'data': ROWS})
+    mapping = {'time': 'data[:, 0]', 'joints': {'pivot': {'position': 'data[:, 9]'}}}
+    with pytest.raises(UserError, match=r"no column 'data\[:, 9\]' for position; it has data\[:,"):
+        imported(tmp_path, tmp_path / 'log.mat', mapping)
+
+
+@pytest.mark.parametrize('names', [
+    {'time': 0, 'joints': {'pivot': {'position': 2, 'velocity': {'column': 3}}}},
+    {'header': ['t', 'u', 'q', 'dq'], 'time': 't',
+     'joints': {'pivot': {'position': 'q', 'velocity': 'dq'}}},
+])  # fmt: skip
+def test_json_rows_that_are_lists_of_several_runs(tmp_path, names):
+    (tmp_path / 'frc.json').write_text(json.dumps(FRC))
+    first, second = imported(tmp_path, tmp_path / 'frc.json', names | {
+        'records': ['slow-forward', 'slow-backward']})  # fmt: skip
+    np.testing.assert_allclose(first.q[:, 0], ROWS[:, 2])
+    np.testing.assert_allclose(second.q[:, 0], -ROWS[:4, 2])
+
+
+@pytest.mark.parametrize(('content', 'message'), [
+    ('{"t": [0, 1], "q": [1, 2], "q": [3, 4]}', "'q' stands twice in one object"),
+    ('[[0, 1], [1]]', "row 2 at 'the top' has 1 values, not 2"),
+    ('[[0, 1], {"t": 1}]', "no list of records at 'the top'"),
+])  # fmt: skip
+def test_json_that_is_not_clear(tmp_path, content, message):
+    (tmp_path / 'log.json').write_text(content)
+    with pytest.raises(UserError, match=message):
+        read_tables(tmp_path / 'log.json', LogFormat())
+
+
+def test_texts_beside_arrays_are_left_out(tmp_path):
+    content = {'robot': 'arm', 'joints': ['a', 'b'], 'kp': 3, 't': [0, 1], 'q': [1, 2]}
+    (tmp_path / 'log.json').write_text(json.dumps(content))
+    (table,) = read_tables(tmp_path / 'log.json', LogFormat())
+    assert {name: values.tolist() for name, values in table.items()} == {
+        'kp': [3, 3], 't': [0, 1], 'q': [1, 2]}
