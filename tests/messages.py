@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CDR bytes of messages that others send: commands, dynamic joint states, text."""
+"""CDR bytes of messages that others send: commands, states, trajectories; bags of them."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 
+from mcap.writer import Writer
 import numpy as np
+from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
+from leo_diffmodel.bags.types import CONTROLLER_STATE
 from leo_msgs_py import cdr
 
 
@@ -22,10 +26,69 @@ def command(*values: float) -> bytes:
 def dynamic(stamp_ns: int, joints: Mapping[str, Mapping[str, float]]) -> bytes:
     """A control_msgs/DynamicJointState of joints and their interfaces."""
     kinds = cdr.typestore().types
-    stamp = kinds['builtin_interfaces/msg/Time'](*divmod(stamp_ns, 10**9))
     values = [
         kinds['control_msgs/msg/InterfaceValue'](list(v), np.array(list(v.values()), float))
         for v in joints.values()
     ]
-    header = kinds['std_msgs/msg/Header'](stamp, '')
+    header = _header(stamp_ns)
     return message('control_msgs/msg/DynamicJointState', header, list(joints), values)
+
+
+def state(
+    stamp_ns: int, names: Sequence[str], q: Sequence[float], dq: Sequence[float] = (),
+    effort: Sequence[float] = (), frame: str = '',
+) -> bytes:
+    """A sensor_msgs/JointState of a frame."""
+    columns = (np.array(values, float) for values in (q, dq, effort))
+    return message('sensor_msgs/msg/JointState', _header(stamp_ns, frame), list(names), *columns)
+
+
+def trajectory(
+    stamp_ns: int, names: Sequence[str], points: Mapping[int, Sequence[float]],
+) -> bytes:
+    """A trajectory_msgs/JointTrajectory of goals by their time from its start [ns]."""
+    made = [_point(goal, after) for after, goal in points.items()]
+    header = _header(stamp_ns)
+    return message('trajectory_msgs/msg/JointTrajectory', header, list(names), made)
+
+
+def controller_state(
+    stamp_ns: int, names: Sequence[str], goal: Sequence[float], fields: Sequence[str],
+) -> bytes:
+    """A control_msgs/JointTrajectoryControllerState; `fields` are those of its version."""
+    name, store = CONTROLLER_STATE, get_typestore(Stores.ROS2_JAZZY)
+    points = ''.join(f'trajectory_msgs/JointTrajectoryPoint {field}\n' for field in fields)
+    begin = 'std_msgs/Header header\nstring[] joint_names\n'
+    text = f'{begin}{points}string[] multi_dof_joint_names\n'
+    store.register(get_types_from_msg(text, name))
+    rest = [_point(np.zeros(len(names)), 0) for _ in fields[1:]]
+    made = store.types[name](_header(stamp_ns), list(names), _point(goal, 0), *rest, [])
+    return bytes(store.serialize_cdr(made, name))
+
+
+def _header(stamp_ns: int, frame: str = '') -> object:
+    kinds = cdr.typestore().types
+    return kinds['std_msgs/msg/Header'](
+        kinds['builtin_interfaces/msg/Time'](*divmod(stamp_ns, 10**9)), frame)
+
+
+def _point(goal: Sequence[float], after_ns: int) -> object:
+    kinds, none = cdr.typestore().types, np.array([])
+    after = kinds['builtin_interfaces/msg/Duration'](*divmod(after_ns, 10**9))
+    return kinds['trajectory_msgs/msg/JointTrajectoryPoint'](
+        np.array(goal, float), none, none, none, after)
+
+
+def write_bag(folder: Path, messages: Iterable[tuple[str, str, int, bytes]]) -> Path:
+    """A bag of (topic, type, log time [ns], CDR bytes); of a type that rosbags lacks, too."""
+    with (folder.with_suffix('.mcap')).open('wb') as file:
+        writer = Writer(file)
+        writer.start('ros2')
+        channels: dict[str, int] = {}
+        for topic, kind, log_ns, data in messages:
+            if topic not in channels:
+                schema = writer.register_schema(kind, 'ros2msg', b'')
+                channels[topic] = writer.register_channel(topic, 'cdr', schema)
+            writer.add_message(channels[topic], log_ns, data, log_ns)
+        writer.finish()
+    return folder.with_suffix('.mcap')

@@ -48,7 +48,7 @@ class Recording:
         sha256: of the bytes of its .mcap or .db3 files.
         joints: joint names, in the robot's order.
         actuators: joints of the actuators, in actuator order.
-        input: `voltage`, `torque` or `none` (a passive log).
+        input: `voltage`, `torque`, `position` or `none` (a passive log).
         command_period: [s], one control period.
         episodes: at least one, each of at least two samples.
         metadata: the `leo` record: robot, start pose, held base, noise, seed; empty for foreign

@@ -76,6 +76,12 @@ def input_channels(robot: Robot, kind: str) -> list[Channel]:
             for a, m in zip(robot.actuators, most, strict=True)]  # fmt: skip
 
 
+def lengths(robot: Robot) -> dict[str, str]:
+    """Unit of each joint's position, in the robot's order: rad, of a slide m."""
+    kinds = {joint.name: joint.kind for joint in robot.joints}
+    return {name: 'm' if kinds[name] == 'prismatic' else 'rad' for name in robot.joint_names}
+
+
 def impossible(
     values: Floats, channels: Sequence[Channel],
 ) -> tuple[NDArray[np.bool_], list[str]]:
@@ -94,9 +100,8 @@ def _channels(
     robot: Robot, seconds: float,
 ) -> tuple[list[Channel], list[Channel], list[Channel]]:
     """Positions, velocities and efforts of a robot's joints, of so long a recording [s]."""
-    joints = [joint for joint in robot.joints if joint.name in robot.joint_names]
     motors = {a.joint: a for a in robot.actuators}
-    length = {j.name: 'm' if j.kind == 'prismatic' else 'rad' for j in joints}
+    length = lengths(robot)
     force = {'m': 'N', 'rad': 'N m'}
     names = robot.joint_names
     speed = {n: _free_speed(motors[n]) if n in motors else FAST for n in names}

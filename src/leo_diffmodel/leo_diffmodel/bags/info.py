@@ -3,16 +3,19 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from leo_msgs_py.cdr import joints_text
 from leo_msgs_py.errors import UserError
 
 from .contents import BagContents, load, TopicLog
 from .finish import finish_bag
+from .publishers import FEWEST
 from .split import split
 from .states import deserialize, read_states, StateLog
 from .topic_map import DEFAULT_NAMES, TopicMap
@@ -56,6 +59,7 @@ class BagInfo:
         episodes: unbroken stretches of joint states.
         breaks: how often each kind of break came (new episode, gap, jump, stamps jump back).
         metadata: the `leo` record.
+        told: what was done about several publishers of joint states, or why none were read.
     """
 
     path: Path
@@ -70,6 +74,7 @@ class BagInfo:
     breaks: Mapping[str, int]
     metadata: Mapping[str, str]
     damaged: int = 0
+    told: tuple[str, ...] = ()
 
 
 def bag_info(path: Path) -> BagInfo:
@@ -82,7 +87,7 @@ def bag_info(path: Path) -> BagInfo:
     contents = load(path)
     logged = [m.log_ns for topic in contents.topics.values() for m in topic.messages]
     states = _states(contents)
-    joints, stamps = states if states else ((), None)
+    joints, stamps = ((), None) if isinstance(states, str) else states
     segments = split(stamps, contents.topics.get(DEFAULT_NAMES['episode'])) if stamps else None
     return BagInfo(
         path=path,
@@ -97,6 +102,7 @@ def bag_info(path: Path) -> BagInfo:
         breaks={k: n for k, n in segments.breaks.items() if n} if segments else {},
         metadata=contents.metadata.get('leo', {}),
         damaged=contents.damaged,
+        told=_told(states),
     )
 
 
@@ -114,21 +120,38 @@ def _topic(topic: TopicLog) -> TopicInfo:
     return TopicInfo(topic.name, topic.type, len(times), rate)
 
 
-def _states(contents: BagContents) -> tuple[tuple[str, ...], StateLog] | None:
-    """Return joints and states of the joint state topic, None where there are fewer than two."""
+def _states(contents: BagContents) -> tuple[tuple[str, ...], StateLog] | str:
+    """Return joints and states of the joint state topic; why not where none has two states."""
     topics = [topic for topic in contents.of_type(JOINT_STATE) if len(topic.messages) > 1]
     topics.sort(key=lambda topic: topic.name != DEFAULT_NAMES['joint_states'])
+    why = ''
     for topic in topics:
-        joints = next((tuple(m.name) for _, m in deserialize(topic, JOINT_STATE)), ())
-        if not joints:
-            continue
+        joints = _joints(topic)
         try:
-            states = read_states(topic, joints, TopicMap())
-        except UserError:
+            states = read_states(topic, joints, TopicMap()) if joints else None
+        except UserError as error:
+            why = why or str(error)
             continue
-        if len(states.q) > 1:
+        if states is not None and len(states.q) > 1:
             return joints, states
-    return None
+    return why
+
+
+def _told(states: tuple[tuple[str, ...], StateLog] | str) -> tuple[str, ...]:
+    if isinstance(states, str):
+        return (states,) if states else ()
+    return states[1].told
+
+
+def _joints(topic: TopicLog) -> tuple[str, ...]:
+    """Names of the joints of all publishers on a topic, in the order in which they come."""
+    texts = [joints_text(m.data) for m in topic.messages]
+    often = Counter(texts)  # in the order in which they come
+    kinds = [topic.messages[texts.index(text)] for text, number in often.items()
+             if number >= FEWEST or len(often) == 1]  # fmt: skip
+    first = TopicLog(topic.name, topic.type, topic.qos, kinds)
+    names = (name for _, m in deserialize(first, JOINT_STATE) for name in m.name)
+    return tuple(dict.fromkeys(names))
 
 
 def _rate(states: StateLog | None) -> float:

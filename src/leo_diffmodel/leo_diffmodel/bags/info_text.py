@@ -33,6 +33,8 @@ def show(info: BagInfo, console: Console) -> None:
             f'{len(info.episodes)} episode(s){_breaks(info)}', highlight=False,
         )
         console.print(_episodes(info.episodes))
+    for text in info.told:
+        console.print(text, highlight=False)
 
 
 _STATES = {

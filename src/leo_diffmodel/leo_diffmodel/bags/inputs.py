@@ -15,9 +15,12 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import field_of
 
 from .contents import BagContents, TopicLog
+from .goal_turns import on_the_angles_turn
+from .goals import read_goals
 from .impossible import impossible, input_channels
+from .passive import joint_names, refuse_driven
 from .states import deserialize, Floats, stamp_of, Stamps, StateLog
-from .topic_map import COMMANDS, find_topic, INTERFACES, TopicMap
+from .topic_map import COMMANDS, find_topic, INTERFACES, Role, TopicMap
 from .types import APPLIED, FLOAT64_ARRAY
 
 if TYPE_CHECKING:
@@ -25,6 +28,8 @@ if TYPE_CHECKING:
 
 Row = tuple[list[float], list[float]]
 """Values and enabled of one message, in actuator order."""
+Reader = Callable[['BagContents', 'StateLog', 'Robot', 'TopicMap'], 'InputLog | None']
+"""Reads one kind of input; None where the bag has none of it."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +42,7 @@ class InputLog:
         log_ns, stamp_ns: shape (N,).
         values, enabled: shape (N, A) in actuator order; enabled 1 or 0.
         dropped: messages left out for a NaN or a wrong length.
-        told: which values no robot has, one line each; their messages are left out.
+        told: which values no robot has, and are left out; which goals were wrapped; a line each.
     """
 
     kind: str
@@ -57,33 +62,24 @@ def read_inputs(
 
     Raises:
         UserError: the topic map asks for inputs that are not there, or the robot was driven by
-            goals that its model cannot take.
+            goals that its model cannot take, or by what looks like a command and is not read.
     """
-    readers = {
+    readers: dict[str, Reader] = {
         'applied': _applied, 'dynamic_joint_states': _dynamic, 'commands': _commanded,
-        'effort': _effort,
+        'controller_state': partial(_asked, role='controller_state'),
+        'trajectory': partial(_asked, role='trajectory'), 'effort': _effort,
     }
     wanted = topic_map.input
     for name, reader in readers.items():
         if wanted in ('auto', name):
             found = reader(contents, states, robot, topic_map)
             if found is not None:
-                return found
+                return _on_the_angles_turn(found, states, robot)
     if wanted in readers:
         raise UserError(f'{contents.path} has no input on {wanted}, which the topic map asks for')
     if wanted == 'auto':
-        _refuse_goals(contents, robot)
+        refuse_driven(contents, robot, topic_map)
     return None
-
-
-def _refuse_goals(contents: BagContents, robot: Robot) -> None:
-    """Refuse position goals for a robot that takes volts or torques: it was not passive."""
-    topic = contents.topics.get(APPLIED['position'].name)
-    if topic is not None and topic.messages and robot.input != 'position':
-        raise UserError(
-            f'{contents.path} was driven by position goals ({topic.name}), and {robot.name} takes '
-            f'{robot.input}; give a model of the servos themselves, with input: position'
-        )
 
 
 def _applied(
@@ -183,6 +179,40 @@ def _commanded(
     ), robot)
 
 
+def _asked(
+    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap, role: Role,
+) -> InputLog | None:
+    """Read the goals of servos from trajectories or from what their controllers follow."""
+    if robot.input != 'position' or not robot.actuators:
+        return None
+    zero, one = (_ours(np.full((1, len(robot.actuators)), x), robot, topic_map) for x in (0, 1))
+    columns = [robot.joint_names.index(a.joint) for a in robot.actuators]
+    measured = (states.q[:, columns] - zero) / (one - zero)
+    names = joint_names(robot, topic_map)
+    goals = read_goals(contents, role, states, names, measured, topic_map)
+    if goals is None:
+        return None
+    values = _ours(goals.values, robot, topic_map)
+    ones = np.ones_like(values)
+    return _usable(InputLog(
+        'position', goals.source, goals.log, goals.stamp, values, ones, 0), robot)
+
+
+def _on_the_angles_turn(inputs: InputLog, states: StateLog, robot: Robot) -> InputLog:
+    """Bring goals that were wrapped apart from the angles to the turn these are in."""
+    if inputs.kind != 'position':
+        return inputs
+    kinds = {joint.name: joint.kind for joint in robot.joints}
+    joints = [a.joint for a in robot.actuators]
+    start = states.log_ns[0]
+    angles = np.column_stack([
+        np.interp(inputs.log_ns - start, states.log_ns - start,
+                  states.q[:, robot.joint_names.index(joint)]) for joint in joints])
+    angles[:, [kinds[joint] == 'prismatic' for joint in joints]] = np.nan
+    values, told = on_the_angles_turn(inputs.values, inputs.enabled > 0, angles, joints)
+    return replace(inputs, values=values, told=(*inputs.told, *told)) if told else inputs
+
+
 def _effort(
     contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap,
 ) -> InputLog | None:
@@ -192,6 +222,11 @@ def _effort(
     values = states.effort[:, columns]
     if not np.isfinite(values).any():
         return None
+    if none := [a.joint for k, a in enumerate(robot.actuators) if np.isnan(values[:, k]).all()]:
+        raise UserError(
+            f'{contents.path} has efforts of some motors and none of {", ".join(none)}; give a '
+            'model without that motor, or say in a topic map input: effort if 0 N m is right'
+        )
     ones = np.ones_like(values)
     return _usable(InputLog(
         'torque', 'effort', states.log_ns, states.stamp_ns, values, ones, 0,

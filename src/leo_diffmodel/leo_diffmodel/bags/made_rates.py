@@ -25,8 +25,14 @@ FEWEST = 20
 def without_made_rates(states: StateLog) -> tuple[StateLog, str]:
     """Leave out velocities that are differences of the positions; also return which ones ('')."""
     with np.errstate(all='ignore'):  # whatever numbers a bag holds
-        found = '' if states.dq is None else made_from(states.stamp_ns, states.q, states.dq)
+        found = '' if states.dq is None else _made(states, states.dq)
     return (replace(states, dq=None), found) if found else (states, '')
+
+
+def _made(states: StateLog, dq: Floats) -> str:
+    """As `made_from`, of the joints whose rate is there."""
+    there = np.isfinite(dq).all(axis=0)
+    return made_from(states.stamp_ns, states.q[:, there], dq[:, there])
 
 
 def made_from(stamp_ns: Stamps, q: Floats, dq: Floats) -> str:

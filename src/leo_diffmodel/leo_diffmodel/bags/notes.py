@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 from .contents import BagContents, TopicLog
 from .finish import is_recording
 from .inputs import InputLog
+from .passive import named, unread_commands
 from .split import Segments
 from .states import deserialize, StateLog
 from .topic_map import DEFAULT_NAMES, INTERFACES, TopicMap
-from .types import APPLIED, DYNAMIC_JOINT_STATE, JOINT_STATE
+from .types import APPLIED, CONTROLLER_STATE, DYNAMIC_JOINT_STATE, JOINT_STATE
+from .unmeasured import DIFFERENTIATED, NO_INPUT
 
 if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
@@ -33,11 +35,12 @@ def reading_notes(
         turns: wraps by whole turns that were undone.
         used: states that are in an episode.
         made: which differences of the positions the velocities were; '' for none.
-        impossible: which values no robot has.
+        impossible: which values no robot has, or nobody measured.
     """
     unused = len(states.q) - used
     broken = sum(topic.broken for topic in contents.topics.values())
     lost = contents.metadata.get('leo', {}).get('lost')
+    said = any(DIFFERENTIATED in text for text in impossible)
     gaps, jumps = segments.breaks.get('gap', 0), segments.breaks.get('jump', 0)
     told = [
         (not contents.finished, _unfinished(contents)),
@@ -45,10 +48,10 @@ def reading_notes(
         (lost, f'{lost} messages were lost while it was recorded, as the disk was full'),
         (broken, f'{broken} messages could not be decoded; left out'),
         (states.dropped, f'{states.dropped} samples with NaN left out'),
-        *((True, text) for text in impossible),
+        *((True, text) for text in (*states.told, *impossible)),
         (not states.stamped, 'joint states carry no stamps; log times taken instead'),
         (made, f'the velocities are {made} differences of the positions; differentiated anew'),
-        (states.dq is None and not made, 'no velocities; differentiated from the positions'),
+        (states.dq is None and not made and not said, f'no velocities; {DIFFERENTIATED}'),
         (turns, f'{turns} wraps by whole turns undone'),
         (gaps, f'{gaps} gaps; split there'),
         (jumps, f'{jumps} jumps no model can make; split there'),
@@ -60,9 +63,12 @@ def reading_notes(
 
 def input_notes(
     contents: BagContents, robot: Robot, topic_map: TopicMap, inputs: InputLog | None,
+    unmeasured: Sequence[str] = (),
 ) -> list[str]:
     """Return which joints of the map and inputs were unusable, and which were passed over."""
     notes = []
+    if inputs is None and robot.actuators and any(NO_INPUT in text for text in unmeasured):
+        notes.append('no input is left, so the bag counts as passive, its motors free')
     strange = sorted(set(topic_map.joints) - set(robot.joint_names))
     if strange:
         notes.append(f'the topic map names {", ".join(strange)}, which {robot.name} lacks; it has '
@@ -73,6 +79,7 @@ def input_notes(
         notes += inputs.told
     if topic_map.input == 'auto':
         notes += _passed_over(contents, robot, topic_map, inputs)
+        notes += _unread(contents, robot, topic_map, inputs)
     return [f'{contents.path}: {note}' for note in notes]
 
 
@@ -91,6 +98,19 @@ def _passed_over(
         f'taken from: {source}'
         for topic in telling if topic.name != source
     ]
+
+
+def _unread(
+    contents: BagContents, robot: Robot, topic_map: TopicMap, inputs: InputLog | None,
+) -> list[str]:
+    """Return which topics look like commands, where no topic says what was applied."""
+    if inputs is None or inputs.source in [topic.name for topic in _telling(contents, topic_map)]:
+        return []
+    source = contents.topics.get(inputs.source.split(', ')[0])
+    if source is not None and source.type == CONTROLLER_STATE:
+        return []  # which says what became of them
+    unread = unread_commands(contents, robot, topic_map, inputs.source)
+    return [f'{named(unread)}; inputs taken from: {inputs.source}'] if unread else []
 
 
 def _telling(contents: BagContents, topic_map: TopicMap) -> list[TopicLog]:

@@ -16,16 +16,18 @@ from leo_msgs_py.mcap_file import sha256
 from .contents import BagContents, load
 from .episode import Episode as Episode
 from .episode import Recording as Recording
-from .impossible import without_impossible
+from .impossible import lengths, without_impossible
 from .inputs import InputLog, read_inputs
 from .made_rates import without_made_rates
 from .mend import on_time
 from .notes import input_notes, reading_notes
 from .period import command_period, median_step
 from .runs import Held, split_runs
+from .spikes import without_spikes
 from .split import Segments, split, unwrapped, velocity
 from .states import Floats, read_states, Stamps, StateLog
 from .topic_map import find_topic, list_topics, read_topic_map, TopicMap
+from .unmeasured import without_unmeasured
 from .zoh import average
 
 if TYPE_CHECKING:
@@ -70,7 +72,10 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
     try:
         states, told = without_impossible(
             read_states(topic, robot.joint_names, mapping), robot)
+        motors = () if mapping.input == 'effort' else [a.joint for a in robot.actuators]
+        states, said = without_unmeasured(states, lengths(robot), motors)
         states, made = without_made_rates(states)
+        states, spikes = without_spikes(states, lengths(robot))
         states, turns = unwrapped(states)
     except UserError as error:
         raise UserError(f'{path}: {error}') from error
@@ -90,8 +95,8 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
         command_period=command_period(contents, robot, mapping, states, inputs),
         episodes=episodes, metadata=_metadata(contents, mapping),
         warnings=(
-            *reading_notes(contents, states, segments, turns, used, made, told),
-            *input_notes(contents, robot, mapping, inputs),
+            *reading_notes(contents, states, segments, turns, used, made, [*told, *said, *spikes]),
+            *input_notes(contents, robot, mapping, inputs, said),
         ),
         rates='made' if made else 'measured' if states.dq is not None else 'absent',
     ), mapping)
@@ -143,11 +148,19 @@ def _episode(
     return Episode(
         t=(t - states.stamp_ns[0]) * 1e-9,
         q=q,
-        dq=velocity(t, q) if states.dq is None else states.dq[part],
+        dq=_rates(t, q, states.dq if states.dq is None else states.dq[part]),
         inputs=inputs,
         enabled=enabled,
         effort=None if states.effort is None else states.effort[part],
     )
+
+
+def _rates(t: Stamps, q: Floats, dq: Floats | None) -> Floats:
+    """Measured rates (T, J); those that nobody measured (NaN) differentiated from the angles."""
+    if dq is None:
+        return velocity(t, q)
+    missing = np.isnan(dq)
+    return np.where(missing, velocity(t, q), dq) if missing.any() else dq
 
 
 def _passive(count: int, actuators: int) -> tuple[Floats, NDArray[np.bool_]]:

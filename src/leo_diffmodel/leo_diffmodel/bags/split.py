@@ -91,12 +91,12 @@ def velocity(stamp_ns: Stamps, q: Floats) -> Floats:
 def _mismatch(states: StateLog) -> tuple[Floats, Floats, Floats]:
     """Return position change less velocity x dt, its tolerance, and velocity change x dt."""
     dt = np.abs(np.diff(states.stamp_ns))[:, None] * 1e-9
-    if states.dq is None:
-        residual = _roughness(np.diff(states.q, axis=0))
-        impulse = np.zeros_like(residual)
-    else:
-        residual = np.diff(states.q, axis=0) - dt * (states.dq[1:] + states.dq[:-1]) / 2.0
-        impulse = dt * np.abs(np.diff(states.dq, axis=0))
+    rough = _roughness(np.diff(states.q, axis=0))
+    dq = np.full_like(states.q, np.nan) if states.dq is None else states.dq
+    unknown = np.isnan(dq[1:] + dq[:-1])
+    moved = np.diff(states.q, axis=0) - dt * (dq[1:] + dq[:-1]) / 2.0
+    residual = np.where(unknown, rough, moved)
+    impulse = np.where(unknown, 0.0, dt * np.abs(np.diff(dq, axis=0)))
     sigma = 1.4826 * np.median(np.abs(residual - np.median(residual, axis=0)), axis=0)
     return residual, np.maximum(JUMP_FLOOR, _JUMP_SIGMAS * sigma) + impulse, impulse
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,11 +15,15 @@ from leo_msgs_py.cdr import decode
 from leo_msgs_py.errors import UserError
 
 from .contents import Logged, TopicLog
+from .publishers import together
+from .rows import Publisher, Row
 from .topic_map import JointMap, TopicMap
 from .types import JOINT_STATE
 
 Floats = NDArray[np.float64]
 Stamps = NDArray[np.int64]
+Order = tuple[tuple[int, ...], list[int]]
+"""Columns of ours that a message fills, and where in the message they are."""
 
 
 class OtherJoints(UserError):
@@ -35,8 +39,10 @@ class StateLog:
         published_ns: when published by the publisher's clock, shape (T,).
         stamp_ns: when measured, shape (T,); repeats of a state are gone.
         q, dq, effort: shape (T, J); dq or effort is None where the bag has none.
+            A column of NaN is a joint whose rate or effort nobody measures.
         dropped: samples left out for a NaN.
         stamped: whether the headers had stamps (else stamp_ns is log_ns).
+        told: what was done about several publishers, one line each.
     """
 
     log_ns: Stamps
@@ -47,6 +53,7 @@ class StateLog:
     effort: Floats | None
     dropped: int
     stamped: bool
+    told: tuple[str, ...] = ()
 
 
 def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> StateLog:
@@ -57,18 +64,19 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
     """
     rows = list(_rows(topic, joints, topic_map))
     if not rows:
-        raise UserError(f'no readable messages on {topic.name}; was the robot running?')
-    logged = [row[0] for row in rows]
-    log = np.array([message.log_ns for message in logged], dtype=np.int64)
-    published = np.array([message.published_ns for message in logged], dtype=np.int64)
-    stamp = np.array([row[1] for row in rows], dtype=np.int64)
-    columns = [_column([row[k] for row in rows], len(joints)) for k in (2, 3, 4)]
+        of = '' if topic_map.frame_id is None else f' of frame_id {topic_map.frame_id!r}'
+        raise UserError(f'no readable messages{of} on {topic.name}; was the robot running?')
+    found = together(rows, joints, topic.name)
+    if found is None:
+        raise _other_joints(topic, joints, topic_map, rows)
+    (log, published, stamp, columns), told = found
     if columns[0] is None:
         raise UserError(f'the messages on {topic.name} have no positions')
     q, dq, effort = _ours(columns, [topic_map.joint(name) for name in joints])
     stamped = bool(stamp.any())
     stamp = stamp if stamped else log
-    return _clean(topic, log, published, stamp, q, dq, effort, stamped)
+    found_states = _clean(topic, log, published, stamp, q, dq, effort, stamped)
+    return replace(found_states, told=told)
 
 
 def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[Logged, Any]]:
@@ -94,29 +102,31 @@ def stamp_of(message: Any) -> int:
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
-def _rows(
-    topic: TopicLog, joints: Sequence[str], topic_map: TopicMap,
-) -> Iterator[tuple[Any, ...]]:
-    """Yield (logged, stamp, position, velocity, effort) of messages that have all joints."""
+def _rows(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> Iterator[Row]:
+    """Yield the messages, those that have none of the joints without fields."""
     wanted = [topic_map.joint(name).name for name in joints]
-    orders: dict[tuple[str, ...], list[int] | None] = {}
+    orders: dict[tuple[str, ...], Order] = {}
     for logged, message in deserialize(topic, JOINT_STATE):
-        names = tuple(message.name)
+        names, frame = tuple(message.name), message.header.frame_id
+        if topic_map.frame_id not in (None, frame):
+            continue
         if names not in orders:
-            complete = set(wanted) <= set(names)
-            orders[names] = [names.index(str(name)) for name in wanted] if complete else None
-        order = orders[names]
-        if order is not None:
-            fields = (message.position, message.velocity, message.effort)
-            picked = [f[order] if len(f) == len(names) else None for f in fields]
-            yield logged, stamp_of(message), *picked
-    if orders and not any(orders.values()):
-        there = sorted({name for names in orders for name in names})
-        raise OtherJoints(
-            f'joints {", ".join(str(w) for w in wanted if w not in there)} are not on '
-            f'{topic.name}; there are {", ".join(there) or "none"}. Rename in a topic map '
-            '(joints: {ours: {name: theirs}})'
-        )
+            ours = tuple(k for k, name in enumerate(wanted) if name in names)
+            orders[names] = ours, [names.index(str(wanted[k])) for k in ours]
+        ours, order = orders[names]
+        fields = (message.position, message.velocity, message.effort)
+        picked = (_picked(f, ours, order, len(wanted)) if ours and len(f) == len(names) else None
+                  for f in fields)
+        yield Row(Publisher(frame, names), ours, logged, stamp_of(message), *picked)
+
+
+def _picked(field: Floats, ours: tuple[int, ...], order: list[int], width: int) -> Floats:
+    """One field in our order, NaN for joints that the message lacks."""
+    if len(ours) == width:
+        return field[order]
+    whole = np.full(width, np.nan)
+    whole[list(ours)] = field[order]
+    return whole
 
 
 def _ours(
@@ -135,17 +145,16 @@ def _ours(
     )
 
 
-def _column(values: list[Floats | None], width: int) -> Floats | None:
-    """Stack one field; samples without it become NaN, None where no sample has it."""
-    if all(value is None for value in values):
-        return None
-    missing = np.full(width, np.nan)
-    return np.array([missing if value is None else value for value in values], dtype=float)
-
-
-def _never_filled(q: Floats, dq: Floats) -> bool:
-    """Say whether velocities are NaN throughout, or zero although the joints move."""
-    return bool(np.isnan(dq).all() or (not dq.any() and len(np.unique(q, axis=0)) > 2))
+def _other_joints(
+    topic: TopicLog, joints: Sequence[str], topic_map: TopicMap, rows: Sequence[Row],
+) -> OtherJoints:
+    there = sorted({name for row in rows for name in row.publisher.names})
+    wanted = [str(topic_map.joint(name).name) for name in joints]
+    return OtherJoints(
+        f'joints {", ".join(w for w in wanted if w not in there)} are not on '
+        f'{topic.name}; there are {", ".join(there) or "none"}. Rename in a topic map '
+        '(joints: {ours: {name: theirs}})'
+    )
 
 
 def _clean(
@@ -153,12 +162,13 @@ def _clean(
     dq: Floats | None, effort: Floats | None, stamped: bool,
 ) -> StateLog:
     """Drop repeats of a state (stamp and values) and samples with NaN."""
-    dq = None if dq is None or _never_filled(q, dq) else dq
+    dq = None if dq is None or np.isnan(dq).all() else dq
     moved = (q[1:] != q[:-1]).any(axis=1)
     fresh = np.concatenate([[True], (np.diff(stamp) != 0) | moved])
     whole = np.isfinite(q).all(axis=1)
     if dq is not None:
-        whole &= np.isfinite(dq).all(axis=1)
+        some = ~np.isnan(dq).all(axis=0)  # of a joint whose rate nobody measures no sample has one
+        whole &= np.isfinite(dq[:, some]).all(axis=1)
     keep = fresh & whole
     if not keep.any():
         raise UserError(f'every sample on {topic.name} has a NaN; nothing usable is left')

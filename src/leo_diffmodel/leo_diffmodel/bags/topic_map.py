@@ -12,10 +12,12 @@ A topic map, every key optional:
       # speed_late: 0.02       s; a speed that is measured so much later than its angle
       # speed: none            differentiate the angle instead
       # input_scale: 0.5       beside `scale` below, of this joint; input_late: 0.1 [s]
-    input: commands          # or auto, applied, dynamic_joint_states, effort, none
+    input: commands          # or auto, applied, dynamic_joint_states, controller_state,
+                             # trajectory, effort, none
     interface: voltage       # its name on the dynamic joint states
     command_order: [pivot]   # joints of the command topic
     scale: 0.0156            # V, N m or rad for 1 of theirs: supply / 885 of a PWM in counts
+    frame_id: left           # of the joint states, where several publish the same joints
     hold: previous           # a stamp means the period before it
     held: true               # the base was held; by default what the bag's recorder noted
     time_scale: 0.8          # s for 1 s of its stamps
@@ -32,7 +34,16 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from leo_msgs_py.errors import UserError
 
 from .contents import BagContents, TopicLog
-from .types import DYNAMIC_JOINT_STATE, EPISODE, FLOAT64_ARRAY, JOINT_STATE, STATES, UINT32
+from .types import (
+    CONTROLLER_STATE,
+    DYNAMIC_JOINT_STATE,
+    EPISODE,
+    FLOAT64_ARRAY,
+    JOINT_STATE,
+    STATES,
+    TRAJECTORY,
+    UINT32,
+)
 from .yaml_config import read_config
 
 MOST_LATE = 10.0
@@ -46,7 +57,10 @@ def _no_zero(value: float) -> float:
     return value
 
 
-Role = Literal['joint_states', 'applied', 'dynamic_joint_states', 'commands', 'episode']
+Role = Literal[
+    'joint_states', 'applied', 'dynamic_joint_states', 'commands', 'controller_state',
+    'trajectory', 'episode',
+]
 DEFAULT_NAMES = {
     'joint_states': STATES.name,
     'dynamic_joint_states': '/dynamic_joint_states',
@@ -60,6 +74,8 @@ TYPES = {
     'applied': JOINT_STATE,
     'dynamic_joint_states': DYNAMIC_JOINT_STATE,
     'commands': FLOAT64_ARRAY,
+    'controller_state': CONTROLLER_STATE,
+    'trajectory': TRAJECTORY,
     'episode': UINT32,
 }
 
@@ -98,10 +114,12 @@ class TopicMap(BaseModel):
     topics: dict[Role, str] = {}
     joints: dict[str, JointMap] = {}
     input: Literal[
-        'auto', 'applied', 'dynamic_joint_states', 'commands', 'effort', 'none'
+        'auto', 'applied', 'dynamic_joint_states', 'commands', 'controller_state', 'trajectory',
+        'effort', 'none',
     ] = 'auto'
     interface: str | None = None
     command_order: list[str] | None = None
+    frame_id: str | None = None
     scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
     hold: Literal['next', 'previous'] = 'next'
     held: bool | None = None

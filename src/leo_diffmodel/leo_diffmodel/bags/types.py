@@ -20,6 +20,8 @@ from .qos_text import Qos, to_yaml
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DYNAMIC_JOINT_STATE = 'control_msgs/msg/DynamicJointState'
 FLOAT64_ARRAY = 'std_msgs/msg/Float64MultiArray'
+TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
+CONTROLLER_STATE = 'control_msgs/msg/JointTrajectoryControllerState'
 UINT32 = 'std_msgs/msg/UInt32'
 
 

@@ -137,37 +137,42 @@ def explain(
         UserError: a step that cannot be scored, or constants that recordings say of themselves
             and the robot does not have.
     """
-    began, everything, heard = time.monotonic(), [*recordings, *hold_out], Told.of(progress)
+    began, everything = time.monotonic(), [*recordings, *hold_out]
     settings = settings or settings_for(model.robot)
     model = with_known(model, everything)
     origin = provenance(everything, model)
-
     foreign = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
     log = Logged.of(recordings, hold_out, model, mend, not foreign)
-
-    def told(answer: Explanation) -> Explanation:
-        return _stamped(answer, log, settings, origin, began)
-
+    helper.prepare(search, not foreign)
     if log.in_the_way and not keep:
         sentence, record = log.answer
-        return told(Explanation('unknown', sentence, model, next_run=record))
-    helper.prepare(search, not foreign)
-    # what a user's own law does cannot be told from a hand
-    cut = Cut.of(log.recordings, log.hold_out, settings, model, as_given=keep or foreign)
+        answer = Explanation('unknown', sentence, model, next_run=record)
+    else:
+        # what a user's own law does cannot be told from a hand
+        cut = Cut.of(log.recordings, log.hold_out, settings, model, as_given=keep or foreign)
+        until = began + settings.numerics.fitted * within
+        answer = _explained(cut, model, settings, extra, Told.of(progress), step, until)
+    return _stamped(answer, log, settings, origin, began)
+
+
+def _explained(
+    cut: Cut, model: Model, settings: Settings, extra: Sequence[Effect], heard: Told,
+    step: float | None, until: float,
+) -> Explanation:
+    """The answer by what a log that is right, and what moved by itself, says of the robot."""
     if cut.share > settings.gates.outside:
         sentence, record = cut.answer
-        return told(Explanation('unknown', sentence, model, next_run=record))
+        return Explanation('unknown', sentence, model, next_run=record)
     recordings, hold_out = cut.thinned
     posed, reason = _posed(recordings, hold_out, model, settings)
     if reason or posed is None:
-        return told(_untestable(model, reason, extra))
+        return _untestable(model, reason, extra)
     step, everything = errors.step_seconds(recordings, step), [*recordings, *hold_out]
     facts = Facts.of(model.robot, recordings)
-    until = began + settings.numerics.fitted * within
     found = search(everything, model, posed, extra, heard, until, facts.alike)
     findings = collect(everything, model, found, facts, step, own_constants(model, hold_out),
                        heard)  # fmt: skip
-    return told(replace(_answer(findings, cut.notes), used=tuple(everything)))
+    return replace(_answer(findings, cut.notes), used=tuple(everything))
 
 
 def _stamped(

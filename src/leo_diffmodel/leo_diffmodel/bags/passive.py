@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a bag in which no input was found is one of a robot whose motors were off.
+
+Goals, and topics that look like commands, say that they were not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from leo_msgs_py.cdr import typestore
+from leo_msgs_py.errors import UserError
+
+from .contents import BagContents, TopicLog
+from .goal_topics import goal_topics
+from .goals import names_joints
+from .states import deserialize
+from .topic_map import Role, TopicMap
+from .types import APPLIED, FLOAT64_ARRAY, JOINT_STATE, TRAJECTORY
+
+if TYPE_CHECKING:
+    from leo_sim.description.robot import Robot
+
+WORDS = ('command', 'cmd', 'goal', 'reference', 'desired', 'target', 'setpoint')
+"""What a topic is called that says what is asked of a robot."""
+_HINTS = {
+    JOINT_STATE: 'topics: {{applied: {0}}}',
+    FLOAT64_ARRAY: 'topics: {{commands: {0}}} and command_order: [joints]',
+    TRAJECTORY: 'topics: {{trajectory: {0}}}',
+}
+"""How a topic map says of a type what it is."""
+_OTHERS = (
+    'std_msgs/msg/Float64', 'std_msgs/msg/Float32', 'std_msgs/msg/Float32MultiArray',
+    'std_msgs/msg/Int16MultiArray', 'std_msgs/msg/Int32MultiArray',
+    'control_msgs/msg/DynamicInterfaceGroupValues', 'control_msgs/msg/JointJog',
+    'control_msgs/msg/MultiDOFCommand',
+)
+"""Types of commands that are not read."""
+
+
+def refuse_driven(contents: BagContents, robot: Robot, topic_map: TopicMap) -> None:
+    """Refuse a bag without an input whose robot was driven after all.
+
+    Raises:
+        UserError: it was, by goals that its model cannot take or by what looks like a command.
+    """
+    if not robot.actuators:
+        return
+    if robot.input != 'position' and (topic := _goals(contents, robot, topic_map)):
+        raise UserError(
+            f'{contents.path} was driven by position goals ({topic.name}), and {robot.name} takes '
+            f'{robot.input}; give a model of the servos themselves, with input: position'
+        )
+    unread = unread_commands(contents, robot, topic_map)
+    if unread:
+        raise UserError(
+            f'{contents.path} has no input that is read, and it was not passive: {named(unread)}; '
+            f'{_what_to_do(unread[0])}, or say input: none in a topic map if the motors were off'
+        )
+
+
+def _goals(contents: BagContents, robot: Robot, topic_map: TopicMap) -> TopicLog | None:
+    """The first topic with position goals of this robot."""
+    stated = contents.topics.get(APPLIED['position'].name)
+    if stated is not None and stated.messages:
+        return stated
+    names = joint_names(robot, topic_map)
+    roles: tuple[Role, ...] = ('controller_state', 'trajectory')
+    found = (t for role in roles for t in goal_topics(contents, role, topic_map))
+    return next((topic for topic in found if names_joints(topic, names)), None)
+
+
+def _what_to_do(topic: TopicLog) -> str:
+    if topic.type in _HINTS:
+        return f'say in a topic map what it is ({_HINTS[topic.type].format(topic.name)})'
+    return f'write it as {FLOAT64_ARRAY}'
+
+
+def joint_names(robot: Robot, topic_map: TopicMap) -> list[str]:
+    """The joints with a motor, as the bag calls them."""
+    return [str(topic_map.joint(a.joint).name) for a in robot.actuators]
+
+
+def unread_commands(
+    contents: BagContents, robot: Robot, topic_map: TopicMap, source: str = '',
+) -> list[TopicLog]:
+    """The topics that look like commands of this robot, other than those that are its input."""
+    names = joint_names(robot, topic_map)
+    states = topic_map.topics.get('joint_states')
+    taken = {*source.split(', '), states}
+    return [topic for topic in contents.topics.values()
+            if topic.name not in taken and _looks_like_one(topic, names)]  # fmt: skip
+
+
+def _looks_like_one(topic: TopicLog, names: list[str]) -> bool:
+    """Say so by type and name, and where its messages name joints by those; none decodes: no."""
+    if topic.type not in (*_HINTS, *_OTHERS) or not topic.messages:
+        return False
+    if topic.type != TRAJECTORY and not any(word in topic.name.lower() for word in WORDS):
+        return False
+    if topic.type not in typestore().fielddefs:
+        return True
+    theirs = next(_named(topic), None)
+    return theirs is not None and (not theirs or bool(theirs & set(names)))
+
+
+def _named(topic: TopicLog) -> Iterator[set[str]]:
+    for _, message in deserialize(topic, topic.type):
+        yield {*getattr(message, 'name', ()), *getattr(message, 'joint_names', ())}
+
+
+def named(topics: list[TopicLog]) -> str:
+    """Topics that look like commands, in words."""
+    words = ', '.join(f'{t.name} ({t.type}, {len(t.messages)} messages)' for t in topics)
+    what = 'looks like a command and is' if len(topics) == 1 else 'look like commands and are'
+    return f'{words} {what} not read'
+

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Several publishers on one topic of joint states, told apart by frame_id and names of joints.
+
+Two halves of a robot, each with its own joints, are joined by time. Of two that publish the same
+joints one is read. Two that no message tells apart are refused.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from itertools import chain
+
+from .halves import at_the_fastest
+from .rows import Publisher, Row, Table, table
+from .taking_turns import refuse_turns
+
+FEWEST = 3
+"""Messages of a publisher; fewer are damaged ones, or latched."""
+
+
+def together(
+    rows: Sequence[Row], joints: Sequence[str], topic: str,
+) -> tuple[Table, tuple[str, ...]] | None:
+    """All joints' states, and what was done about several publishers, one line each.
+
+    Returns:
+        None where some joint is in no message.
+
+    Raises:
+        UserError: two publishers of the same joints that nothing tells apart.
+    """
+    parts: dict[Publisher, list[Row]] = defaultdict(list)
+    for row in rows:
+        if row.ours:
+            parts[row.publisher].append(row)
+    found = sorted(parts.values(), key=len, reverse=True)
+    whole = [part for part in found if len(part[0].ours) == len(joints)]
+    if whole:
+        return _one(whole, joints, topic)
+    return _joined(found, joints, topic)
+
+
+def _one(
+    parts: list[list[Row]], joints: Sequence[str], topic: str,
+) -> tuple[Table, tuple[str, ...]]:
+    """The publisher with the most messages, with those that spoke before or after it."""
+    first = parts[0]
+    beside = [part for part in parts[1:] if _overlap(first, part)]
+    others = [part for part in parts[1:] if not _overlap(first, part)]
+    kept = sorted(chain(first, *others), key=lambda row: row.logged.log_ns)
+    made = table(kept, len(joints))
+    refuse_turns(made, joints, topic)
+    told = (_second([first, *beside], joints, topic),) if beside else ()
+    return made, told
+
+
+def _joined(
+    parts: list[list[Row]], joints: Sequence[str], topic: str,
+) -> tuple[Table, tuple[str, ...]] | None:
+    """Halves of a robot: each joint from who says it most often, at the times of the fastest."""
+    source = {j: part for part in reversed(parts) for j in part[0].ours}
+    if len(source) < len(joints):
+        return None
+    used = [part for part in parts if any(part is s for s in source.values())]
+    told = [_second(twice, joints, topic) for twice in _doubled(parts)]
+    tables = [table(part, len(joints)) for part in used]
+    columns = [[j for j, s in source.items() if s is part] for part in used]
+    for half, mine in zip(tables, columns, strict=True):
+        refuse_turns(_only(half, mine), [joints[j] for j in mine], topic)
+    words = '; '.join(
+        f'{", ".join(joints[j] for j in sorted(mine))} at {_rate(part):.3g} Hz'
+        for part, mine in zip(used, columns, strict=True))  # fmt: skip
+    return at_the_fastest(tables, columns), (
+        *told, f'{len(used)} publishers on {topic} have a part of the joints each ({words}); '
+        'joined by time, the slower ones interpolated')  # fmt: skip
+
+
+def _doubled(parts: list[list[Row]]) -> list[list[list[Row]]]:
+    """Pairs of publishers that have a joint in common and speak at the same time."""
+    return [
+        [a, b] for k, a in enumerate(parts) for b in parts[k + 1 :]
+        if set(a[0].ours) & set(b[0].ours) and _overlap(a, b)
+    ]  # fmt: skip
+
+
+def _overlap(a: list[Row], b: list[Row]) -> bool:
+    """Say whether two publishers spoke at the same time, and not one after the other."""
+    if min(len(a), len(b)) < FEWEST:
+        return False
+    return a[0].logged.log_ns < b[-1].logged.log_ns and b[0].logged.log_ns < a[-1].logged.log_ns
+
+
+def _second(parts: list[list[Row]], joints: Sequence[str], topic: str) -> str:
+    common = set.intersection(*(set(part[0].ours) for part in parts))
+    words = ' and '.join(f'{_described(part)} at {_rate(part):.3g} Hz' for part in parts)
+    return (
+        f'{len(parts)} publishers of {", ".join(joints[j] for j in sorted(common))} on {topic}: '
+        f'{words}; the first is read (frame_id: in a topic map chooses another)'
+    )
+
+
+def _described(part: list[Row]) -> str:
+    frame, names = part[0].publisher
+    return f'frame_id {frame!r} with {len(names)} joint{"s" * (len(names) > 1)}'
+
+
+def _rate(part: list[Row]) -> float:
+    """Messages per second of log time; 0 for one."""
+    seconds = (part[-1].logged.log_ns - part[0].logged.log_ns) * 1e-9
+    return (len(part) - 1) / seconds if seconds > 0 else 0.0
+
+
+def _only(half: Table, columns: list[int]) -> Table:
+    return half._replace(fields=tuple(f if f is None else f[:, columns] for f in half.fields))

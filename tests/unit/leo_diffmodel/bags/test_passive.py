@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A bag with commands that are not read is none of a robot whose motors were off."""
+
+import numpy as np
+import pytest
+from tests.messages import command, message, state, trajectory, write_bag
+
+from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.topic_map import TopicMap
+from leo_diffmodel.bags.types import FLOAT64_ARRAY, JOINT_STATE, TRAJECTORY
+from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
+
+PENDULUM, TORQUE = load_robot('pendulum'), load_robot('torque_pendulum')
+STEP = 10_000_000
+SWING = 0.3 * np.sin(0.1 * np.arange(50))
+
+
+def bag(folder, *rows, effort=()):
+    still = [('/joint_states', JOINT_STATE, k * STEP, state(k * STEP, ['pivot'], [q], [], effort))
+             for k, q in enumerate(SWING)]  # fmt: skip
+    return write_bag(folder / 'bag', sorted([*still, *rows], key=lambda row: row[2]))
+
+
+ASKED = ('/arm/joint_trajectory', TRAJECTORY, 0, trajectory(0, ['pivot'], {0: [1.0]}))
+OTHERS = ('/arm/joint_trajectory', TRAJECTORY, 0, trajectory(0, ['elbow'], {0: [1.0]}))
+LOOKS = {
+    '/arm/commands': (FLOAT64_ARRAY, command(1.0), 'topics: {commands: /arm/commands}'),
+    '/motor_cmd': ('std_msgs/msg/Float64', message('std_msgs/msg/Float64', 1.0), 'write it as'),
+    '/joint_states_desired': (JOINT_STATE, state(0, ['pivot'], [1.0]), 'topics: {applied: '),
+    '/goal_jog': ('control_msgs/msg/JointJog', b'\0\1\0\0', 'write it as'),
+}
+
+
+@pytest.mark.parametrize('robot', [PENDULUM, TORQUE])
+def test_goals_are_refused_where_the_model_takes_no_goals(tmp_path, robot):
+    with pytest.raises(UserError, match=f'by position goals.*{robot.name} takes {robot.input}'):
+        read_bag(bag(tmp_path, ASKED), robot)
+    assert read_bag(bag(tmp_path, OTHERS), robot).input == 'none'  # another robot's
+
+
+@pytest.mark.parametrize('topic', LOOKS)
+def test_what_looks_like_a_command_is_named_and_the_bag_not_passive(tmp_path, topic):
+    kind, data, hint = LOOKS[topic]
+    log = bag(tmp_path, (topic, kind, 0, data))
+    with pytest.raises(UserError, match='not passive') as told:
+        read_bag(log, PENDULUM)
+    text = str(told.value)
+    assert topic in text and hint in text and 'input: none' in text and '\n' not in text
+    assert read_bag(log, PENDULUM, TopicMap(input='none')).input == 'none'
+
+
+def test_beside_an_input_it_is_named_once(tmp_path):
+    names = ('/a/cmd', '/b/cmd')
+    rows = [(name, FLOAT64_ARRAY, k, command(1.0)) for k in (0, 1) for name in names]
+    (told,) = [w for w in read_bag(bag(tmp_path, *rows, effort=[0.1]), TORQUE).warnings
+               if 'look' in w]  # fmt: skip
+    assert '/a/cmd (std_msgs/msg/Float64MultiArray, 2 messages), /b/cmd' in told
+    assert told.endswith('look like commands and are not read; inputs taken from: effort')
+
+
+def test_what_was_applied_needs_no_command(tmp_path):
+    rows = [('/robot/applied_effort', JOINT_STATE, 0, state(0, ['pivot'], [], [], [0.2])),
+            ('/effort_controller/commands', FLOAT64_ARRAY, 0, command(1.0))]  # fmt: skip
+    recording = read_bag(bag(tmp_path, *rows), TORQUE)
+    assert recording.input == 'torque' and not any('look' in w for w in recording.warnings)
