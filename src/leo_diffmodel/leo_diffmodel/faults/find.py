@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Look for faults of logs: the kinematics first, then the sensors, then the balance of torques."""
+"""Look for faults of logs: single sensors first, then the kinematics, then the torques."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from leo_diffmodel.faults.dynamics import balances, dynamic_faults
 from leo_diffmodel.faults.kinematics import kinematic_faults, relate
 from leo_diffmodel.faults.mending import mended
 from leo_diffmodel.faults.readings import who_is_right
-from leo_diffmodel.faults.sensors import sensor_faults
+from leo_diffmodel.faults.sensors import is_no_measurement, sensor_faults, without
 from leo_sim.model import Model
 
 
@@ -34,14 +34,17 @@ def find_faults(
 def faults_of(recording: Recording, model: Model, by_torques: bool = True) -> list[Found]:
     """What is wrong with one log.
 
-    Each step looks at what the one before leaves: torques need a motion that agrees with itself.
+    Each step looks at what the one before leaves: what a sensor did not measure says nothing of
+    the motion, and torques need a motion that agrees with itself.
     """
-    found = [f for j, name in enumerate(recording.joints)
-             if (relation := relate(recording, j)) is not None
-             for f in kinematic_faults(relation, name)]  # fmt: skip
-    found = who_is_right(recording, model, found)
-    left = mended(recording, [f for f in found if f.error])
-    found += sensor_faults(left, {f.joint for f in found if f.error})
-    if by_torques and not any(f.otherwise for f in found):
+    found = sensor_faults(recording)
+    good = without(recording, found)
+    moves = [f for j, name in enumerate(recording.joints)
+             if not is_no_measurement(found, name) and (r := relate(good, j)) is not None
+             for f in kinematic_faults(r, name)]  # fmt: skip
+    moves = who_is_right(good, model, moves)
+    found += moves
+    if by_torques and not any(f.otherwise for f in moves):
+        left = mended(good, [f for f in found if f.error])
         found += dynamic_faults(left, balances(left, model))
     return [replace(f, bag=str(recording.path)) for f in found]

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.span import kept, merged
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.outside.frozen import frozen, resolution
@@ -21,34 +22,47 @@ FEWEST = 60
 """Samples in which it must move."""
 COARSE = 0.02
 """Of the range moved through: a coarser step of the angle is told."""
+MOST_LOST = 0.02
+"""Of the time: where less is frozen, what is left tells the same."""
+AROUND, SHORTEST = 0.05, 0.5
+"""s: left out about a frozen stretch; the shortest piece that is looked at."""
 FEW_VALUES = 200
 """An angle with more different values is not told to be coarse."""
 
 
-def sensor_faults(recording: Recording, known: Collection[str]) -> list[Found]:
-    """What is wrong with single channels.
-
-    Args:
-        recording: the log, mended as far as its kinematics told.
-        known: joints whose speed is known to be wrong, in which nothing stuck is looked for.
-    """
-    out = [*_frozen(recording, known)]
+def sensor_faults(recording: Recording) -> list[Found]:
+    """What is wrong with single channels."""
+    out = [*_frozen(recording)]
     for j, joint in enumerate(recording.joints):
         out += [*_goal(recording, j, joint), *_repeated(recording, j, joint),
                 *_coarse(recording, j, joint)]  # fmt: skip
     return out
 
 
-def _frozen(recording: Recording, known: Collection[str]) -> Iterator[Found]:
-    found = [f for f in frozen(recording) if f.joint not in known]
+def without(recording: Recording, found: Sequence[Found]) -> Recording:
+    """The recording without the stretches in which a sensor measured nothing."""
+    spans = sorted((a - AROUND, b + AROUND) for f in found for a, b in f.where)
+    return (kept(recording, [*merged(spans, AROUND)], SHORTEST) if spans else None) or recording
+
+
+def is_no_measurement(found: Sequence[Found], joint: str) -> bool:
+    """Whether the angle of a joint is known to be none."""
+    return any(f.fault.name == 'goal_as_angle' and f.joint == joint for f in found)
+
+
+def _frozen(recording: Recording) -> Iterator[Found]:
+    found = frozen(recording)
     for (joint, sensor, at_end), group in groupby(found, lambda f: (f.joint, f.sensor, f.at_end)):
         spans = tuple((f.begin, f.end) for f in group)
         longest = max(b - a for a, b in spans)
         how = 'stays at its largest value' if at_end else 'stands still'
-        what = f'the {sensor} of {joint} {how} while the joint moves, {len(spans)} times'
+        lost = sum(b - a for a, b in spans)
+        what = (f'the {sensor} of {joint} {how} while the joint moves, {len(spans)} times, '
+                f'{lost:.2f} s in all')  # fmt: skip
         name = 'clipped' if at_end and sensor == 'speed' else 'frozen'
         value = _top(recording, joint) if name == 'clipped' else longest
-        yield Found(FAULTS[name], joint, value, 0.0, what, True, 'sensor', where=spans)
+        error = lost > MOST_LOST * sum(float(e.t[-1] - e.t[0]) for e in recording.episodes)
+        yield Found(FAULTS[name], joint, value, 0.0, what, error, 'sensor', where=spans)
 
 
 def _top(recording: Recording, joint: str) -> float:
