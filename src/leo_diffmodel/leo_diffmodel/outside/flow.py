@@ -9,12 +9,11 @@ input leave nothing over.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.outside.rate import relate
 from leo_sim.laws.laws import Memory
 from leo_sim.model import Model
 
@@ -24,7 +23,6 @@ LEAST_INTERVALS, MOST_INTERVALS = 6, 24
 """Of one bell: data that come more often are averaged first."""
 PER_BELL = 4
 """Bells overlap: so many begin within the length of one."""
-LATE, OFF = 0.004, 0.03
 RATE_ROUGH, STILL_SIGMAS, LEAST_STILL = 20.0, 3.0, 1e-3
 
 
@@ -92,27 +90,15 @@ def bell_seconds(period: float) -> float:
 
 
 def flow(recording: Recording, model: Model) -> Flow | None:
-    """The flow of a recording; None where no episode holds a bell."""
+    """The flow of a recording whose rates are right; None where no episode holds a bell."""
     steps = [np.diff(e.t) for e in recording.episodes]
     period = float(np.median(np.concatenate(steps)))
     grid = max(period, bell_seconds(period) / MOST_INTERVALS)
-    still, late = still_rates(recording), _late(recording)
-    episodes = [replace(e, dq=np.where(late, np.gradient(e.q, e.t, axis=0), e.dq))
-                for e in recording.episodes]  # fmt: skip
+    still = still_rates(recording)
     parts = [_episode(e, i, model, grid, bell_seconds(period), still)
-             for i, e in enumerate(episodes)]  # fmt: skip
+             for i, e in enumerate(recording.episodes)]  # fmt: skip
     found = [p for p in parts if p is not None]
     return _joined(found) if found else None
-
-
-def _late(recording: Recording) -> Array:
-    """Joints (J,) whose measured rate is late or wrongly scaled: the angle tells it then."""
-    found = [relate(recording, j) for j in range(len(recording.joints))]
-    return np.array([
-        r is not None and (abs(r.lag[0]) > LATE + 5 * r.lag[1]
-                           or abs(r.scale[0] - 1) > OFF + 5 * r.scale[1])
-        for r in found
-    ])  # fmt: skip
 
 
 def _joined(parts: Sequence[Flow]) -> Flow:
