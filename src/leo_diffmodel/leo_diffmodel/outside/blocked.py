@@ -21,7 +21,8 @@ def blocked(
 
     Motor and weight together must push with more than 2.5 times what friction takes while the
     joint moves and a quarter of the usual torque, with twice as much where the weight does it
-    against the motor, and 1.5 times more than in all other stretches of standing.
+    against the motor, and 1.5 times more than in all other stretches of standing. What they push
+    with as they were found, and not as given, is what is left over of a joint that stands.
 
     Args:
         flow: of one recording.
@@ -29,8 +30,8 @@ def blocked(
         j: the joint.
         fitted: the instants in which it moves (N,).
     """
-    pushed = np.abs(flow.motor[:, j] + flow.load[:, j])
-    driven = flow.motor[:, j] * (flow.motor[:, j] + flow.load[:, j]) > 0
+    pushed = np.abs(found.rest)
+    driven = flow.motor[:, j] * found.rest < 0
     friction = np.abs(found.friction[fitted])
     least = FRICTIONS * float(np.quantile(friction, 0.75))
     least += SHARE * float(np.quantile(flow.own[fitted, j], 0.9))

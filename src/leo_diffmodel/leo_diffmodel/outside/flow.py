@@ -23,6 +23,9 @@ LEAST_INTERVALS, MOST_INTERVALS = 6, 24
 """Of one bell: data that come more often are averaged first."""
 PER_BELL = 4
 """Bells overlap: so many begin within the length of one."""
+TURNED = 0.5
+"""Of what the slowest rate that counts as motion adds up to: an angle that stays within less
+stands, whatever zero the rate has."""
 RATE_ROUGH, STILL_SIGMAS, LEAST_STILL = 20.0, 3.0, 1e-3
 
 
@@ -43,7 +46,7 @@ class Flow:
         inertial: parts of M ddq by the joint that accelerates [N m, N], shape (N, J, J).
         swing: Coriolis and centrifugal torques by the model [N m, N], shape (N, J).
         sign: -1 to 1, mean direction of motion, shape (N, J).
-        moving: share of the stretch in which the joint moves, shape (N, J).
+        moving: share of the stretch in which the joint moves, shape (N, J); 0 if its angle stays.
         enabled: share with the motor on, shape (N, J); 0 without a motor.
         bell: length of the stretches that torques are means over [s].
     """
@@ -131,6 +134,8 @@ def _episode(
     raw = _intervals(e, model, nodes, grid, weights, still)
     every = max(1, len(weights) // PER_BELL)
     smooth = {name: _smoothed(values, weights, every) for name, values in raw.items()}
+    turned = np.ptp(_windows(raw['q'], weights, every), axis=-1)
+    smooth['moving'] *= turned > TURNED * still * bell
     middle = _smoothed(0.5 * (nodes[1:] + nodes[:-1]), weights, every)
     before = np.stack([smooth.pop(f'before {d}') for d in DELAYS])
     return Flow(middle, np.full(len(middle), number), bell=bell, before=before, **smooth)
@@ -145,9 +150,13 @@ def _bell(count: int) -> Array:
 
 def _smoothed(values: Array, weights: Array, every: int) -> Array:
     """Means under the bell, where it lies inside the episode, one every so many intervals."""
-    view = np.lib.stride_tricks.sliding_window_view(values, len(weights), axis=0)[::every]
-    smooth: Array = view @ weights
+    smooth: Array = _windows(values, weights, every) @ weights
     return smooth
+
+
+def _windows(values: Array, weights: Array, every: int) -> Array:
+    """What lies under each bell, along the last axis."""
+    return np.lib.stride_tricks.sliding_window_view(values, len(weights), axis=0)[::every]
 
 
 def _intervals(
