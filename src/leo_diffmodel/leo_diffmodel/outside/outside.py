@@ -28,8 +28,8 @@ MARGIN, LEAST_SECONDS = 0.1, 0.5
 """s: cut off on each side of a stretch; the shortest piece that is kept."""
 HAND = 0.1
 """Of the torque that is there to move a joint, what is left over (see `_led`): of a real pendulum
-that a hand leads while its motor carries its weight 0.23, of 38 joints of real robots in other
-runs 0.058 at most."""
+that a hand leads while its motor carries its weight 0.23, of 39 joints of real robots in other
+runs 0.057 at most."""
 ONE_WAVE, MEAN_OF_RMS = 0.15, 0.8
 LEAST_LED = 2.0
 """s that a joint must move in all, else it was pushed and not led."""
