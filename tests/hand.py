@@ -36,6 +36,14 @@ def led(robot: Robot, seed: int, held: bool = False) -> Recording:
                   enabled=np.full(q.shape, held))  # fmt: skip
 
 
+def carried(robot: Robot, seed: int, share: float) -> Recording:
+    """A joint that a hand leads while its motor carries that share of its weight, or more."""
+    recording = led(robot, seed)
+    (e,) = recording.episodes
+    inputs = np.clip(-share * Model(robot).rigid.load(e.q), -robot.limits, robot.limits)
+    return spoilt(recording, inputs=inputs, enabled=np.full(e.q.shape, True))
+
+
 def spoilt(recording: Recording, **changes: np.ndarray) -> Recording:
     (episode,) = recording.episodes
     return replace(recording, episodes=(replace(episode, **changes),))

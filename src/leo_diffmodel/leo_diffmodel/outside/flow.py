@@ -9,12 +9,11 @@ input leave nothing over.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.outside.rate import relate
 from leo_sim.laws.laws import Memory
 from leo_sim.model import Model
 
@@ -24,7 +23,9 @@ LEAST_INTERVALS, MOST_INTERVALS = 6, 24
 """Of one bell: data that come more often are averaged first."""
 PER_BELL = 4
 """Bells overlap: so many begin within the length of one."""
-LATE, OFF = 0.004, 0.03
+TURNED = 0.5
+"""Of what the slowest rate that counts as motion adds up to: an angle that stays within less
+stands, whatever zero the rate has."""
 RATE_ROUGH, STILL_SIGMAS, LEAST_STILL = 20.0, 3.0, 1e-3
 
 
@@ -45,7 +46,7 @@ class Flow:
         inertial: parts of M ddq by the joint that accelerates [N m, N], shape (N, J, J).
         swing: Coriolis and centrifugal torques by the model [N m, N], shape (N, J).
         sign: -1 to 1, mean direction of motion, shape (N, J).
-        moving: share of the stretch in which the joint moves, shape (N, J).
+        moving: share of the stretch in which the joint moves, shape (N, J); 0 if its angle stays.
         enabled: share with the motor on, shape (N, J); 0 without a motor.
         bell: length of the stretches that torques are means over [s].
     """
@@ -92,27 +93,15 @@ def bell_seconds(period: float) -> float:
 
 
 def flow(recording: Recording, model: Model) -> Flow | None:
-    """The flow of a recording; None where no episode holds a bell."""
+    """The flow of a recording whose rates are right; None where no episode holds a bell."""
     steps = [np.diff(e.t) for e in recording.episodes]
     period = float(np.median(np.concatenate(steps)))
     grid = max(period, bell_seconds(period) / MOST_INTERVALS)
-    still, late = still_rates(recording), _late(recording)
-    episodes = [replace(e, dq=np.where(late, np.gradient(e.q, e.t, axis=0), e.dq))
-                for e in recording.episodes]  # fmt: skip
+    still = still_rates(recording)
     parts = [_episode(e, i, model, grid, bell_seconds(period), still)
-             for i, e in enumerate(episodes)]  # fmt: skip
+             for i, e in enumerate(recording.episodes)]  # fmt: skip
     found = [p for p in parts if p is not None]
     return _joined(found) if found else None
-
-
-def _late(recording: Recording) -> Array:
-    """Joints (J,) whose measured rate is late or wrongly scaled: the angle tells it then."""
-    found = [relate(recording, j) for j in range(len(recording.joints))]
-    return np.array([
-        r is not None and (abs(r.lag[0]) > LATE + 5 * r.lag[1]
-                           or abs(r.scale[0] - 1) > OFF + 5 * r.scale[1])
-        for r in found
-    ])  # fmt: skip
 
 
 def _joined(parts: Sequence[Flow]) -> Flow:
@@ -145,6 +134,8 @@ def _episode(
     raw = _intervals(e, model, nodes, grid, weights, still)
     every = max(1, len(weights) // PER_BELL)
     smooth = {name: _smoothed(values, weights, every) for name, values in raw.items()}
+    turned = np.ptp(_windows(raw['q'], weights, every), axis=-1)
+    smooth['moving'] *= turned > TURNED * still * bell
     middle = _smoothed(0.5 * (nodes[1:] + nodes[:-1]), weights, every)
     before = np.stack([smooth.pop(f'before {d}') for d in DELAYS])
     return Flow(middle, np.full(len(middle), number), bell=bell, before=before, **smooth)
@@ -159,9 +150,13 @@ def _bell(count: int) -> Array:
 
 def _smoothed(values: Array, weights: Array, every: int) -> Array:
     """Means under the bell, where it lies inside the episode, one every so many intervals."""
-    view = np.lib.stride_tricks.sliding_window_view(values, len(weights), axis=0)[::every]
-    smooth: Array = view @ weights
+    smooth: Array = _windows(values, weights, every) @ weights
     return smooth
+
+
+def _windows(values: Array, weights: Array, every: int) -> Array:
+    """What lies under each bell, along the last axis."""
+    return np.lib.stride_tricks.sliding_window_view(values, len(weights), axis=0)[::every]
 
 
 def _intervals(

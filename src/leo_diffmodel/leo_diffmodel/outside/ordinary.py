@@ -22,8 +22,9 @@ HUBER = 1.5
 MOST_HERTZ, COARSE = 6.0, 0.25
 BINS_PER_CYCLE, MOST_BINS = 4, 2**20
 ANY = np.inf
-TAKES, TURNS = 'takes energy', 'turns a mass'
-WEAKER, STRONGER = -0.4, 1.0
+WEAKER = -0.4
+"""Least change of a motor's torque, as a share of it. There is no most: as guessed, or in another
+unit, it may be many times too weak, and what runs as it says is run by it."""
 LIGHTER, HEAVIER, TILT, SPRING = -0.3, 2.0, 0.25, 0.3
 """Least and most change of a mass, as a share of it; torque across gravity, or the same always,
 in the weight or in what is usually at work; stiffness of a spring, in the weight per radian."""
@@ -31,12 +32,12 @@ in the weight or in what is usually at work; stiffness of a spring, in the weigh
 
 @dataclass(frozen=True)
 class Law:
-    """One ordinary effect: its torque for a unit of it (N,), and how much there may be of it."""
+    """One ordinary effect: its torque for a unit of it (N,), its limits, is it friction?"""
 
     torque: Array
     low: float
     high: float
-    kind: str = ''
+    takes: bool = False
 
 
 @dataclass(frozen=True)
@@ -46,12 +47,10 @@ class Ordinary:
     Attributes:
         rest: what is left over [N m, N], shape (N,).
         friction: of the effects that take energy [N m, N], shape (N,).
-        turning: what the accelerations take with the masses that were found [N m, N], (N,).
     """
 
     rest: Array
     friction: Array
-    turning: Array
 
 
 def explained(
@@ -72,11 +71,8 @@ def explained(
     bounds = np.array([(law.low, law.high) for law in laws]).T * size
     amounts = _robust(columns[fitted] / size, flow.missing[fitted, j], bounds)
     parts = columns / size * amounts
-    taking, turning = (np.array([law.kind == kind for law in laws]) for kind in (TAKES, TURNS))
-    return Ordinary(
-        flow.missing[:, j] - parts.sum(axis=1), parts[:, taking].sum(axis=1),
-        flow.inertial[:, j].sum(axis=-1) - parts[:, turning].sum(axis=1),
-    )  # fmt: skip
+    taking = np.array([law.takes for law in laws])
+    return Ordinary(flow.missing[:, j] - parts.sum(axis=1), parts[:, taking].sum(axis=1))
 
 
 def strongest_wave(time: Array, rest: Array, fitted: Array) -> list[Law]:
@@ -153,11 +149,11 @@ def _masses(flow: Flow, j: int) -> list[Law]:
     out = [Law(-flow.swing[:, j], LIGHTER, HEAVIER)]
     for k in range(flow.q.shape[1]):
         mine = k == j
-        out.append(Law(-flow.inertial[:, j, k], LIGHTER, HEAVIER, TURNS))
+        out.append(Law(-flow.inertial[:, j, k], LIGHTER, HEAVIER))
         if flow.q.shape[1] > 1:
             largest = HEAVIER * _inertia(flow, j)
             low = 0.0 if mine else -largest
-            out.append(Law(-flow.ddq[:, k], low, largest, TURNS))
+            out.append(Law(-flow.ddq[:, k], low, largest))
     return out
 
 
@@ -172,12 +168,12 @@ def _friction(flow: Flow, model: Model, j: int) -> list[Law]:
     dq, sign, load, motor = (x[:, j] for x in (flow.dq, flow.sign, flow.load, flow.motor))
     viscous, dry = _model_friction(flow, model, j)
     return [
-        Law(-dq, -viscous, ANY, TAKES),
-        Law(-sign, -dry, ANY, TAKES),
-        Law(-dq * np.abs(dq), 0.0, ANY, TAKES),
-        Law(-sign * np.abs(load), 0.0, ANY, TAKES),
-        Law(-sign * np.abs(motor), 0.0, ANY, TAKES),
-        Law(-dq * flow.enabled[:, j], -viscous, ANY, TAKES),
+        Law(-dq, -viscous, ANY, True),
+        Law(-sign, -dry, ANY, True),
+        Law(-dq * np.abs(dq), 0.0, ANY, True),
+        Law(-sign * np.abs(load), 0.0, ANY, True),
+        Law(-sign * np.abs(motor), 0.0, ANY, True),
+        Law(-dq * flow.enabled[:, j], -viscous, ANY, True),
     ]  # fmt: skip
 
 
@@ -205,5 +201,5 @@ def _motor(flow: Flow, j: int) -> list[Law]:
     late = [Law(past[:, j] - motor, -0.3, 1.0) for i, past in enumerate(flow.before)]
     over = motor - np.clip(motor, -0.6 * top, 0.6 * top)
     band = np.clip(motor, -0.15 * top, 0.15 * top)
-    return [Law(motor, WEAKER, STRONGER), Law(-over, 0.0, 1.0),
+    return [Law(motor, WEAKER, ANY), Law(-over, 0.0, 1.0),
             Law(-band, 0.0, 1.0), *late]  # fmt: skip

@@ -17,6 +17,7 @@ from leo_diffmodel.outside.flow import Flow, flow, PER_BELL, still_rates
 from leo_diffmodel.outside.frozen import frozen
 from leo_diffmodel.outside.held import held
 from leo_diffmodel.outside.ordinary import explained, Ordinary, strongest_wave
+from leo_diffmodel.outside.rate import with_true_rates
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -25,13 +26,16 @@ LEFT_OUT = (*FORCES, 'held')
 """Kinds of stretches that nothing is learned from; of these, only forces move the robot."""
 MARGIN, LEAST_SECONDS = 0.1, 0.5
 """s: cut off on each side of a stretch; the shortest piece that is kept."""
-HAND = 0.003
-"""Of three shares multiplied (see `_led`): of a real pendulum that a hand leads while its motor
-carries its weight 0.030, of 38 joints of real robots in other runs 0.0007 at most."""
-ONE_WAVE, OFTEN, MEAN_OF_RMS = 0.15, 0.15, 0.8
+HAND = 0.1
+"""Of the torque that is there to move a joint, what is left over (see `_led`): of a real pendulum
+that a hand leads while its motor carries its weight 0.23, of 39 joints of real robots in other
+runs 0.057 at most."""
+ONE_WAVE, MEAN_OF_RMS = 0.15, 0.8
+LEAST_LED = 2.0
+"""s that a joint must move in all, else it was pushed and not led."""
 LASTING = 1.0
 """s: a push that lasts so long is a hand."""
-FEWEST, TINY = 30, 1e-300
+FEWEST = 30
 GAP_PERIODS, GAP_SECONDS = 3.0, 0.01
 
 
@@ -76,9 +80,10 @@ def share_outside(recordings: Sequence[Recording], stretches: Sequence[Stretch])
     """Share of the moving time, 0 to 1, that is in pushes, hands and blocked joints."""
     total = outside = 0.0
     for source, recording in enumerate(recordings):
-        still = still_rates(recording)
+        true = with_true_rates(recording)
+        still = still_rates(true)
         spans = _spans(source, [s for s in stretches if s.kind in FORCES])
-        for e in recording.episodes:
+        for e in true.episodes:
             step = np.diff(e.t)
             inside = _within(e.t[:-1], spans)
             moving = (np.abs(e.dq[:-1]) > still).any(axis=1) | inside
@@ -119,8 +124,8 @@ def _within(t: Array, spans: Iterable[tuple[float, float]]) -> Array:
 
 
 def _of_one(source: int, recording: Recording, model: Model) -> list[Stretch]:
-    found = [*_gaps(recording), *_clipped(recording), *_held(recording, model),
-             *_forces(recording, model)]
+    true = with_true_rates(recording)
+    found = [*_gaps(recording), *_clipped(recording), *_held(true, model), *_forces(true, model)]
     return [replace(s, source=source) for s in found]
 
 
@@ -177,19 +182,17 @@ def _at_joint(seen: Flow, model: Model, j: int, joint: str) -> list[Stretch]:
 
 
 def _led(seen: Flow, model: Model, found: Ordinary, j: int, fitted: Array) -> bool:
-    """Whether a hand leads the joint: nothing the robot has gives what accelerates it.
+    """Whether a hand leads the joint: nothing the robot has gives what sets it in motion.
 
-    Three shares are multiplied: of the torque at work, where a motor that carries the weight does
-    nothing else; of what accelerates and is rubbed off; and of what the model lacked before (mean
-    square). One alone is also large in a slow run on a servo that sticks, or of a model that is
-    nearly right. A torque that comes and goes like a clock is no hand.
+    What lasts of the torque left over is compared with what is there to move the joint: with what
+    motor and weight leave of each other, of which friction takes its share, or with what the
+    accelerations take, whichever is larger. So a motor that only carries the weight moves
+    nothing. A torque that comes and goes like a clock is no hand.
     """
-    if fitted.mean() < OFTEN:
+    if fitted.sum() * float(np.median(np.diff(seen.time))) < LEAST_LED:
         return False
-    spent = np.abs(found.turning[fitted]).mean() + np.abs(found.friction[fitted]).mean()
-    size, rest = _lasting(found.rest, fitted), found.rest[fitted]
-    left = float((rest**2).sum() / max((seen.missing[fitted, j] ** 2).sum(), TINY))
-    if left * size**2 <= HAND * seen.unbalanced[fitted, j].mean() * spent:
+    size = _lasting(found.rest, fitted)
+    if size <= HAND * seen.unbalanced[fitted, j].mean():
         return False
     waving = explained(seen, model, j, fitted, strongest_wave(seen.time, found.rest, fitted))
     return _lasting(waving.rest, fitted) > ONE_WAVE * size

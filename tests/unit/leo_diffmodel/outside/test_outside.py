@@ -6,8 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from tests.hand import led, SECONDS, shove, spoilt
-from tests.simulate import bag, NOISE, PENDULUM, record, steps, TORQUE
+from tests.flywheel import flywheel
+from tests.hand import carried, led, SECONDS, shove, spoilt
+from tests.simulate import bag, DT, NOISE, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.cut import cut_bag
 from leo_diffmodel.bags.recording import Episode, read_bag, Recording
@@ -20,7 +21,7 @@ from leo_diffmodel.outside.outside import moved_from_outside, share_outside, wit
 from leo_diffmodel.verbs.bag import main
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot, Robot
-from leo_sim.effects import place
+from leo_sim.effects import place, Placed
 from leo_sim.model import Model
 
 SERVO = load_robot('servo_pendulum')
@@ -74,19 +75,67 @@ def test_a_hand_is_found_all_along(robot, held):
     assert told.severity == ERROR and 'pivot' in told.what
 
 
-def test_a_blocked_joint_is_found():
-    """The joint stands at 0.3 rad while the motor pushes with 4 N m; then it is let go."""
-    parts = [steps(TORQUE, 8.0, 3), np.full((300, 1), 4.0), steps(TORQUE, 9.0, 4)]
-    inputs, rng = np.concatenate(parts), np.random.default_rng(0)
-    e = record(TORQUE, seconds=SECONDS, inputs=inputs).episodes[0]
+@pytest.mark.parametrize('seed', [3, 4])
+def test_a_hand_is_found_though_the_motor_carries_more_than_the_weight(seed):
+    assert {k for k, *_ in found(carried(TORQUE, seed, 1.1), TORQUE)} == {'hand'}
+
+
+@pytest.mark.parametrize('stronger', [1.0, 4.0, 10.0])
+def test_a_motor_that_explains_the_motion_is_no_hand_however_strong_it_is(tmp_path, stronger):
+    """Dry friction and the motor's strength are unknown; the voltage is steps and their sign."""
+    robot, t = flywheel(tmp_path), DT * np.arange(round(SECONDS / DT))
+    inputs = 6 * np.sign(np.sin(1.3 * t)) * (0.4 + 0.6 * np.sin(0.2 * t) ** 2)
+    wrong = (place(robot, 'torque_scale', 'shaft', k=stronger),
+             place(robot, 'coulomb_friction', 'shaft', c=0.004))  # fmt: skip
+    assert found(record(robot, *wrong, seconds=SECONDS, inputs=inputs[:, None]), robot) == []
+
+
+def late(rates: np.ndarray) -> np.ndarray:
+    return np.concatenate([np.repeat(rates[:1], 18, axis=0), rates[:-18]])
+
+
+FALSE_RATES = {
+    'in another unit': lambda dq: 6.4 * dq, 'of the other sign': lambda dq: -dq,
+    'late by 0.18 s': late, 'with a zero that is off': lambda dq: dq + 0.5,
+    'none': lambda dq: 0.0 * dq,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize('what', FALSE_RATES)
+@pytest.mark.parametrize('recording', [
+    record(TORQUE, seconds=SECONDS, seed=3, push=shove(TORQUE, 12.0)),
+    record(PENDULUM, seconds=SECONDS, seed=3), led(TORQUE, 3),
+], ids=['shoved', 'alone', 'led'])  # fmt: skip
+def test_a_false_rate_changes_nothing_of_what_is_found(recording, what):
+    robot = PENDULUM if recording.input == 'voltage' else TORQUE
+    false = spoilt(recording, dq=FALSE_RATES[what](recording.episodes[0].dq))
+    kinds = [[k for k, *_ in found(r, robot) if k != 'clipped'] for r in (recording, false)]
+    assert kinds[0] == kinds[1]
+
+
+def stops(inputs: float, angle: float, *effects: Placed) -> Recording:
+    """The joint stands at an angle for 3 s while the motor pushes; then it is let go."""
+    parts = [steps(TORQUE, 8.0, 3), np.full((300, 1), inputs), steps(TORQUE, 9.0, 4)]
+    rng, pushed = np.random.default_rng(0), np.concatenate(parts)
+    e = record(TORQUE, *effects, seconds=SECONDS, inputs=pushed).episodes[0]
     q, dq = e.q.copy(), e.dq.copy()
-    q[800:1100] = 0.3 + rng.normal(0, NOISE[0], (300, 1))
+    q[800:1100] = angle + rng.normal(0, NOISE[0], (300, 1))
     dq[800:1100] = rng.normal(0, NOISE[1], (300, 1))
-    pieces = [Episode(e.t[s], q[s], dq[s], inputs[s], e.enabled[s])
+    pieces = [Episode(e.t[s], q[s], dq[s], pushed[s], e.enabled[s])
               for s in (slice(0, 800), slice(800, 1100), slice(1100, None))]  # fmt: skip
-    blocked = replace(record(TORQUE, seconds=1.0), episodes=tuple(pieces))
-    ((kind, begin, end),) = found(blocked, TORQUE)
+    return replace(record(TORQUE, seconds=1.0), episodes=tuple(pieces))
+
+
+def test_a_blocked_joint_is_found():
+    ((kind, begin, end),) = found(stops(4.0, 0.3), TORQUE)
     assert (kind, begin, end) == ('blocked', pytest.approx(8, abs=0.2), pytest.approx(11, abs=0.2))
+
+
+def test_a_weak_motor_that_its_weight_stops_is_not_blocked():
+    weak, angle = 0.65, np.pi - 1.2
+    balance = -float(Model(TORQUE).rigid.load(np.array([[angle]]))[0, 0]) / weak
+    stopped = stops(balance, angle, place(TORQUE, 'torque_scale', 'pivot', k=weak))
+    assert found(stopped, TORQUE) == []
 
 
 def test_a_speed_at_its_largest_value_is_clipped():
