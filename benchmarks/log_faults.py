@@ -190,8 +190,8 @@ def _run(
     q, dq = rollout(model, start.q[None], start.dq[None], u[None], FINE)
     e = Episode(FINE * np.arange(count), q[0][:count], dq[0][:count], u,
                 np.ones(u.shape, dtype=bool))  # fmt: skip
-    return Recording(Path('simulated'), '', tuple(robot.joint_names),
-                     tuple(a.joint for a in robot.actuators), robot.input, period, (e,), {}), period
+    names = tuple(robot.joint_names), tuple(a.joint for a in robot.actuators)
+    return Recording(Path('simulated'), '', *names, robot.input, period, (e,), {}), period
 
 
 def _spoilt(

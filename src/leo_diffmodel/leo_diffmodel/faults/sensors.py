@@ -26,17 +26,31 @@ MOST_LOST = 0.02
 """Of the time: where less is frozen, what is left tells the same."""
 AROUND, SHORTEST = 0.05, 0.5
 """s: left out about a frozen stretch; the shortest piece that is looked at."""
-FEW_VALUES = 200
-"""An angle with more different values is not told to be coarse."""
+CHANCE = 1.5
+"""Times the longest run of repeated samples that is to be expected."""
 
 
 def sensor_faults(recording: Recording) -> list[Found]:
     """What is wrong with single channels."""
-    out = [*_frozen(recording)]
+    out: list[Found] = []
     for j, joint in enumerate(recording.joints):
         out += [*_goal(recording, j, joint), *_repeated(recording, j, joint),
                 *_coarse(recording, j, joint)]  # fmt: skip
-    return out
+    told = {f.joint: _longest(recording, f) for f in out}
+    return [*out, *(f for f in _frozen(recording) if f.value > told.get(f.joint, 0.0))]
+
+
+def _longest(recording: Recording, found: Found) -> float:
+    """The longest stretch of one value that another fault explains [s]: what stays one by chance
+    where samples repeat, any where the angle is a goal.
+    """
+    if found.fault.name == 'goal_as_angle':
+        return np.inf
+    if found.fault.name != 'repeated':
+        return 0.0
+    steps = np.concatenate([np.diff(e.t) for e in recording.episodes])
+    runs = np.log(len(steps)) / -np.log(min(found.value, 0.99))
+    return CHANCE * float(runs * np.median(steps))
 
 
 def without(recording: Recording, found: Sequence[Found]) -> Recording:
@@ -107,9 +121,9 @@ def _repeated(recording: Recording, j: int, joint: str) -> Iterator[Found]:
 def _coarse(recording: Recording, j: int, joint: str) -> Iterator[Found]:
     q = np.concatenate([e.q[:, j] for e in recording.episodes])
     values, span = np.unique(q), float(np.ptp(q))
-    if not span or len(values) > FEW_VALUES or len(values) < 2:
+    if not span or len(values) > len(q) / 2:
         return
     step = float(np.diff(values).min())
-    if step > min(COARSE * span, FAULTS['quantised'].harmless[1]) and len(q) > FEW_VALUES:
+    if step > min(COARSE * span, FAULTS['quantised'].harmless[1]) and len(q) > FEWEST:
         what = (f'the angle of {joint} has {len(values)} different values, {step:.2g} rad apart')
         yield Found(FAULTS['quantised'], joint, step, 0.0, what, False, 'sensor')

@@ -66,7 +66,7 @@ def _angle(e: Episode, j: int) -> list[tuple[float, float, float]]:
     return [
         (float(e.t[a]), float(e.t[b]), float(e.q[a, j]))
         for a, b in _constant(e.t, e.q[:, j])
-        if abs(area[b] - area[a]) > max(least, slowest * (e.t[b] - e.t[a]))
+        if np.ptp(area[a : b + 1]) > max(least, slowest * (e.t[b] - e.t[a]))
     ]
 
 

@@ -25,7 +25,8 @@ class Frozen(Fault):
 
     def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
         """Keep the angle of the fastest instant for so long."""
-        fastest = int(np.argmax(np.abs(e.dq[:, j])))
+        before = e.t <= e.t[-1] - value
+        fastest = int(np.argmax(np.abs(e.dq[:, j]) * before))
         stuck = (e.t >= e.t[fastest]) & (e.t < e.t[fastest] + value)
         q = e.q.copy()
         q[stuck, j] = q[fastest, j]
