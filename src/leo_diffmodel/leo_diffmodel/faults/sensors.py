@@ -14,8 +14,9 @@ from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.outside.frozen import frozen, resolution
 
-SAME = 0.98
-"""Share of the moving samples that must be the goal for an angle to be taken for one."""
+SAME, EQUAL, FEWEST_GOALS = 0.98, 1e-6, 10
+"""Share of the samples that are the goal where an angle is taken for one; rad by which they may
+differ; changes of the goal that are needed. No servo is at its goal to the last digit."""
 MOVES = 3.0
 """Steps of the sensor that a joint must go from sample to sample to count as moving."""
 FEWEST = 60
@@ -41,8 +42,9 @@ def sensor_faults(recording: Recording) -> list[Found]:
 
 
 def _longest(recording: Recording, found: Found) -> float:
-    """The longest stretch of one value that another fault explains [s]: what stays one by chance
-    where samples repeat, any where the angle is a goal.
+    """The longest stretch of one value that another fault explains [s].
+
+    That is any where the angle is a goal, and where samples repeat what comes about by chance.
     """
     if found.fault.name == 'goal_as_angle':
         return np.inf
@@ -89,13 +91,13 @@ def _goal(recording: Recording, j: int, joint: str) -> Iterator[Found]:
     if recording.input != 'position' or joint not in recording.actuators:
         return
     a = recording.actuators.index(joint)
-    same = total = 0
+    same = total = moved = 0
     for e in recording.episodes:
         goal, q = e.inputs[:, a], e.q[:, j]
-        moved = np.abs(np.diff(goal)) > 0
-        near = np.minimum(np.abs(q[1:] - goal[1:]), np.abs(q[1:] - goal[:-1])) < 1e-6
-        same, total = same + int((near & moved).sum()), total + int(moved.sum())
-    if total >= FEWEST and same > SAME * total:
+        near = np.minimum(np.abs(q[1:] - goal[1:]), np.abs(q[1:] - goal[:-1])) < EQUAL
+        same, total = same + int(near.sum()), total + len(near)
+        moved += int((np.diff(goal) != 0).sum())
+    if moved >= FEWEST_GOALS and same > SAME * total:
         what = f'the angle of {joint} is its goal to the last digit, and no measurement'
         yield Found(FAULTS['goal_as_angle'], joint, same / total, 0.0, what, True, 'sensor')
 

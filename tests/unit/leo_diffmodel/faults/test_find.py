@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Faults put into clean logs are found first, with their size, and their patch undoes them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.simulate import PENDULUM, POSITION, record, TORQUE
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.faults.base import Found
+from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.find import faults_of
+from leo_diffmodel.faults.mending import mended
+from leo_diffmodel.faults.pool import all_mended, pooled
+from leo_sim.effects import place
+from leo_sim.model import Model
+
+FINE = (1e-3, 0.02)
+SIZES = {
+    'speed_scale': 6.4, 'speed_zero': 0.8, 'speed_late': 0.12, 'speed_filter': 0.05,
+    'time_stretch': 1.3, 'input_scale': 12.0, 'input_late': 0.18, 'angle_zero': 2.5,
+    'repeated': 0.4,
+}  # fmt: skip
+
+
+def spoilt(recording: Recording, name: str, value: float) -> Recording:
+    fault = FAULTS[name]
+    return replace(recording, episodes=tuple(fault.spoil(e, 0, 0, value)
+                                             for e in recording.episodes))  # fmt: skip
+
+
+def found(recording: Recording, robot=TORQUE) -> list[Found]:
+    return sorted(faults_of(recording, Model(robot)), key=lambda f: not f.error)
+
+
+@pytest.fixture(scope='module')
+def clean():
+    return record(TORQUE, seconds=20, seed=3, noise=FINE)
+
+
+@pytest.mark.parametrize('name', SIZES)
+def test_a_fault_is_found_first_and_with_its_size(clean, name):
+    first = found(spoilt(clean, name, SIZES[name]))[0]
+    assert first.fault.name == name
+    half = 3 * first.sd + first.worst + 0.02 * abs(SIZES[name])
+    assert first.value == pytest.approx(SIZES[name], abs=half)
+
+
+@pytest.mark.parametrize('name', [n for n in SIZES if n not in ('repeated', 'speed_filter')])
+def test_its_patch_undoes_it(clean, name):
+    log = spoilt(clean, name, SIZES[name])
+    left = found(mended(log, [f for f in found(log) if f.error]))
+    assert [f.fault.name for f in left if f.error] == []
+
+
+@pytest.mark.parametrize('name', ['speed_sign', 'angle_sign', 'input_sign'])
+def test_a_wrong_sign_is_told_from_the_others_by_the_motor(clean, name):
+    told = found(spoilt(clean, name, -1.0))
+    assert [f.fault.name for f in told if f.error] == [name]
+
+
+@pytest.mark.parametrize('robot', [PENDULUM, TORQUE, POSITION], ids=lambda r: r.name)
+@pytest.mark.parametrize('seed', range(3))
+def test_clean_logs_have_no_error(robot, seed):
+    assert [f.what for f in found(record(robot, seconds=15, seed=seed), robot) if f.error] == []
+
+
+@pytest.mark.parametrize(('name', 'values'), [
+    ('coulomb_friction', {'c': 0.6}), ('viscous_friction', {'b': 0.2}), ('armature', {'J': 0.05}),
+    ('command_delay', {'delay': 0.03}), ('velocity_lag', {'tau': 0.02}),
+    ('encoder_offset', {'o': 0.1}), ('torque_scale', {'k': 0.7}),
+])  # fmt: skip
+def test_an_effect_is_no_fault(name, values):
+    log = record(TORQUE, place(TORQUE, name, 'pivot', **values), seconds=20, noise=FINE)
+    assert [f.what for f in found(log) if f.error] == []
+
+
+def test_a_filter_of_the_speed_is_no_scale(clean):
+    """On an arm with a filter of 20 ms the speed was once told to have another unit."""
+    told = found(spoilt(clean, 'speed_filter', 0.02))
+    assert [(f.fault.name, f.error) for f in told] == [('speed_filter', False)]
+
+
+def test_a_unit_is_named():
+    log = spoilt(record(TORQUE, seconds=15, noise=FINE), 'speed_scale', 30 / np.pi)
+    assert 'revolutions per minute' in found(log)[0].what
+    log = spoilt(record(TORQUE, seconds=15, noise=FINE), 'angle_scale', 180 / np.pi)
+    first = found(log)[0]
+    assert first.fault.name == 'angle_scale' and 'degrees' in first.what
+    assert first.line.startswith('joints: {pivot: {scale: 0.0174')
+
+
+def test_a_goal_that_is_logged_as_the_angle_is_no_measurement():
+    log = spoilt(record(POSITION, seconds=15), 'goal_as_angle', 1.0)
+    assert [f.fault.name for f in found(log, POSITION)] == ['goal_as_angle']
+
+
+def test_speeds_that_were_not_measured_have_no_fault(clean):
+    slopes = tuple(replace(e, dq=np.gradient(e.q, e.t, axis=0)) for e in clean.episodes)
+    assert found(replace(clean, episodes=slopes, rates='absent')) == []
+
+
+def test_a_joint_that_stands_has_no_fault(clean):
+    still = tuple(replace(e, q=0 * e.q, dq=0 * e.dq) for e in clean.episodes)
+    assert found(replace(clean, episodes=still)) == []
+
+
+def test_the_same_fault_in_two_logs_is_told_once(clean):
+    other = replace(record(TORQUE, seconds=15, seed=8, noise=FINE), path=clean.path / 'b')
+    logs = [spoilt(clean, 'speed_scale', 2.5), spoilt(other, 'speed_scale', 2.5)]
+    each = [f for r in logs for f in found(r)]
+    (one,) = pooled(each)
+    assert 'in 1 other log' in one.what and one.value == pytest.approx(2.5, rel=0.01)
+    for log in all_mended(logs, each):
+        assert found(log) == []
+
+
+def test_stretched_time_is_told_without_speeds():
+    log = spoilt(record(TORQUE, seconds=20, noise=(1e-4, 0.02)), 'time_stretch', 1.5)
+    slopes = tuple(replace(e, dq=np.gradient(e.q, e.t, axis=0)) for e in log.episodes)
+    first = found(replace(log, episodes=slopes, rates='absent'))[0]
+    assert first.fault.name == 'time_stretch' and first.value == pytest.approx(1.5, rel=0.1)
