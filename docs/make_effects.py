@@ -204,9 +204,8 @@ def _held(link: Body) -> np.ndarray:
 WIDTH, HEIGHT, EDGE = 240, 140, 22
 
 
-def picture(effect: Effect) -> str:
-    """A small SVG: dashed without the effect, blue with it."""
-    across, up, x, without, with_it = curve(effect)
+def picture(across: str, up: str, x: np.ndarray, without: np.ndarray, with_it: np.ndarray) -> str:
+    """A small SVG of a curve: dashed without, blue with what is shown."""
     both = np.concatenate([without, with_it, [0.0]])
     low, high = both.min(), both.max()
     room = 0.08 * (high - low)
@@ -287,9 +286,14 @@ def _parameter(effect: Effect, parameter: Parameter) -> str:
 def main(argv: list[str]) -> int:
     """Write all files, or tell whether they are as they would be written."""
     made = {'effects.md': page()} | {
-        f'effects/{name}.svg': picture(effect) for name, effect in EFFECTS.items()
+        f'effects/{name}.svg': picture(*curve(effect)) for name, effect in EFFECTS.items()
     }
-    there = {str(p.relative_to(DOCS)) for p in DOCS.glob('effects/*.svg')}
+    return written(made, 'effects', argv)
+
+
+def written(made: dict[str, str], folder: str, argv: list[str]) -> int:
+    """Write files and take out the pictures of `folder` that are not among them, or check."""
+    there = {str(p.relative_to(DOCS)) for p in DOCS.glob(f'{folder}/*.svg')}
     stale = sorted(
         name for name in {*made, *there}
         if not (DOCS / name).is_file() or (DOCS / name).read_text() != made.get(name)
@@ -297,7 +301,7 @@ def main(argv: list[str]) -> int:
     if '--check' in argv:
         print(f'not up to date: {", ".join(stale)}' if stale else 'up to date')
         return int(bool(stale))
-    (DOCS / 'effects').mkdir(exist_ok=True)
+    (DOCS / folder).mkdir(exist_ok=True)
     for name in stale:
         (DOCS / name).write_text(made[name]) if name in made else (DOCS / name).unlink()
     return 0

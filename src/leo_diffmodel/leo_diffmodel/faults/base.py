@@ -26,6 +26,7 @@ class Fault:
         neutral: the value that changes nothing.
         law: what is logged, of what happened.
         harmless: sizes that a good log may have, lowest and highest; outside it is an error.
+        harmless_words: the same where it is not a size in the fault's unit.
         looks_like, confused_with, costs: a sentence each; the last says what it does to an
             answer if it is not seen.
     """
@@ -36,6 +37,7 @@ class Fault:
     neutral: ClassVar[float] = 0.0
     law: ClassVar[str]
     harmless: ClassVar[tuple[float, float]]
+    harmless_words: ClassVar[str] = ''
     looks_like: ClassVar[str]
     confused_with: ClassVar[str]
     costs: ClassVar[str]

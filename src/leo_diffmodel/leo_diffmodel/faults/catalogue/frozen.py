@@ -19,6 +19,7 @@ class Frozen(Fault):
     unit = 's'
     law = 'q(t) = q(t0) for a while'
     harmless = (0.0, 0.0)
+    harmless_words = 'a fiftieth of the time in all: what is left tells the same (a warning)'
     looks_like = 'A flat stretch of one channel while the other goes on, and a jump after it.'
     confused_with = 'A joint that stands: then the other channel says so, too.'
     costs = 'Stiction or a blow where there was none.'

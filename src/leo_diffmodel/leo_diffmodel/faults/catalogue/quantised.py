@@ -19,7 +19,8 @@ class Quantised(Fault):
     unit = 'rad'
     law = 'q_log = step round(q / step)'
     harmless = (0.0, 0.02)
-    """rad, or a fiftieth of the range that is moved through where that is less."""
+    """rad."""
+    harmless_words = '0.02 rad, or a fiftieth of the range moved through where that is less'
     looks_like = 'Few different values, all multiples of one.'
     confused_with = 'Noise; backlash.'
     costs = 'Speeds that are differences of it are noise.'

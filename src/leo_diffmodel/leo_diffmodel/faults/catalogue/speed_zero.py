@@ -17,8 +17,8 @@ class SpeedZero(Fault):
     unit = 'rad/s'
     law = 'w = dq/dt + b'
     harmless = (-0.02, 0.02)
-    """Of how fast the joint moves (rms), or one step of the sensor where that is more: a speed
-    that is rounded down is off by half a step."""
+    """Of how fast the joint moves (rms)."""
+    harmless_words = 'a fiftieth of the rms speed; a step of the sensor, which may round down'
     looks_like = 'The sum of the speeds runs away from the angle, evenly.'
     confused_with = 'speed_scale where the joint turns one way only.'
     costs = 'A constant torque or a tilt of the base is named that is not there.'

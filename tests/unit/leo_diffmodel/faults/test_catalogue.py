@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every fault of the catalogue says what it is, does something, and is undone by its patch."""
+
+from dataclasses import fields, replace
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from tests.places import ROOT
+from tests.simulate import POSITION, record
+
+from leo_diffmodel.bags.mend import mended
+from leo_diffmodel.bags.recording import Episode
+from leo_diffmodel.bags.topic_map import TopicMap
+from leo_diffmodel.faults.base import Found
+from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.mending import map_of
+
+SIZES = {'speed_late': 0.1, 'input_late': 0.1, 'time_stretch': 1.5, 'frozen': 0.5}
+EXACT = ('speed_scale', 'speed_sign', 'speed_zero', 'angle_scale', 'angle_sign', 'angle_zero',
+         'input_scale', 'input_sign', 'time_stretch')  # fmt: skip
+
+
+@pytest.fixture(scope='module')
+def log():
+    return record(POSITION, seconds=5)
+
+
+def spoilt(log, name) -> Episode:
+    value = -1.0 if name.endswith('sign') else SIZES.get(name, 0.5)
+    return FAULTS[name].spoil(log.episodes[0], 0, 0, value)
+
+
+@pytest.mark.parametrize('name', [n for n in FAULTS if n != 'gravity_compensated'])
+def test_it_changes_its_channel_and_no_other(log, name):
+    clean, other = log.episodes[0], spoilt(log, name)
+    changed = {f.name for f in fields(Episode)
+               if not np.array_equal(getattr(clean, f.name), getattr(other, f.name))
+               and getattr(clean, f.name) is not None}  # fmt: skip
+    of = {'angle': {'q'}, 'speed': {'dq'}, 'input': {'inputs'}, 'time': {'t'}}
+    also = {'dq'} if name == 'repeated' else set()
+    assert changed and changed <= of[FAULTS[name].channel] | also
+
+
+@pytest.mark.parametrize('name', EXACT)
+def test_its_patch_is_its_inverse(log, name):
+    value = -1.0 if name.endswith('sign') else SIZES.get(name, 0.5)
+    joint = '' if name == 'time_stretch' else 'pivot'
+    found = Found(FAULTS[name], joint, value, 0.0, '', True, 'kinematics')
+    clean = log.episodes[0]
+    back = mended(replace(log, input='torque', episodes=(spoilt(log, name),)),
+                  map_of([found], log.actuators)).episodes[0]  # fmt: skip
+    for column in ('t', 'q', 'dq', 'inputs'):
+        assert getattr(back, column) == pytest.approx(getattr(clean, column), abs=1e-9), column
+
+
+@pytest.mark.parametrize('name', ['speed_late', 'input_late'])
+def test_a_late_channel_is_moved_back(log, name):
+    mapping = TopicMap.model_validate({'joints': {'pivot': {name: 0.1}}})
+    (back,) = mended(replace(log, episodes=(spoilt(log, name),)), mapping).episodes
+    (clean,) = log.episodes
+    column = 'dq' if name == 'speed_late' else 'inputs'
+    middle = (clean.t > 0.5) & (clean.t < 4.5)
+    again = np.interp(clean.t[middle] + 1e-6, back.t, getattr(back, column)[:, 0])
+    assert np.corrcoef(getattr(clean, column)[middle, 0], again)[0, 1] > 0.99
+
+
+@pytest.mark.parametrize('name', FAULTS)
+def test_it_says_what_a_reader_must_know(name):
+    fault = FAULTS[name]
+    assert all([fault.law, fault.looks_like, fault.confused_with, fault.costs])
+    assert fault.patch(2.0) or fault.todo(2.0)
+
+
+def test_the_page_and_its_pictures_are_up_to_date():
+    make = ROOT / 'docs/make_faults.py'
+    done = subprocess.run([sys.executable, str(make), '--check'], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, 'up to date\n'), done.stdout + done.stderr
