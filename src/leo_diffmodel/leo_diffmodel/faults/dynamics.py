@@ -25,6 +25,8 @@ ALIKE = 0.3
 """Natural logarithm: as far apart the factors of weight and motor may be that stretched time
 changes alike."""
 
+CLEAR = 0.5
+"""Relative: the weight's factor must be known so well for others to be told against it."""
 CLEAR_ANGLE = 0.6
 """rad: where gravity pulls to must be known so well for a zero to be told."""
 
@@ -63,9 +65,9 @@ def dynamic_faults(recording: Recording, found: dict[str, Balance]) -> list[Foun
 
 
 def _motor(joint: str, b: Balance) -> Iterator[Found]:
-    if 'motor' not in b.figures:
+    gain = _gain(b)
+    if gain is None:
         return
-    gain = b.figures['motor']
     if gain.value + gain.half < 0 and _near_one(b.figures.get('weight')):
         what = f'{joint} goes against its motor'
         yield _found('input_sign', joint, Figure(-1.0, gain.sd, gain.worst), what)
@@ -77,6 +79,17 @@ def _motor(joint: str, b: Balance) -> Iterator[Found]:
         what = (f'{joint} is moved by {size:.3g} ± {gain.half:.2g} of what the log of its input '
                 'says')  # fmt: skip
         yield _found('input_scale', joint, scale, what)
+
+
+def _gain(b: Balance) -> Figure | None:
+    """The motor's factor, against that of the weight where this is known.
+
+    An inertia that the model lacks makes both small alike.
+    """
+    motor, weight = b.figures.get('motor'), b.figures.get('weight')
+    if motor is None or weight is None or weight.half > CLEAR * weight.value:
+        return motor
+    return Figure(motor.value / weight.value, motor.sd / weight.value, motor.worst / weight.value)
 
 
 def _near_one(figure: Figure | None) -> bool:
@@ -134,7 +147,10 @@ def _within(figure: Figure, low: float, high: float) -> bool:
 
 
 def _time(found: dict[str, Balance]) -> Iterator[Found]:
-    """Whether gravity swings the joints faster or slower than the model, by the best joint."""
+    """Whether gravity swings the joints faster or slower than the model, by the best joint.
+
+    Slower may be an inertia as well that the model lacks, and is no error.
+    """
     told = [(b.figures['weight'], b.figures.get('motor')) for b in found.values()
             if 'weight' in b.figures]  # fmt: skip
     if not told:
@@ -152,7 +168,9 @@ def _time(found: dict[str, Balance]) -> Iterator[Found]:
     if edges[0] > high or edges[1] < low:
         what = (f'swings last {stretch:.3f} ± {factor.half:.2f} times as long as gravity has '
                 'them')  # fmt: skip
-        yield _found('time_stretch', '', factor, what)
+        slower = '' if stretch < 1 else 'an inertia is missing in the model (armature)'
+        yield Found(FAULTS['time_stretch'], '', stretch, factor.sd, what, not slower, 'balance',
+                    factor.worst, otherwise=(slower,) if slower else ())  # fmt: skip
 
 
 def _alike(weight: Figure, motor: Figure) -> bool:

@@ -17,9 +17,10 @@ from leo_diffmodel.faults.units import ANGLES, SPEEDS, unit_of
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 
-TOLD_APART = 0.2
+TOLD_APART = 0.3
 """Natural logarithm: by so much nearer to 1 the factor of gravity must be under one reading than
-under another. A clock that is off by an eighth changes it by that."""
+under another. A clock that is off by a sixth changes it by that, an inertia of a third that
+the model lacks by as much."""
 CLEAR = 0.5
 """Relative: a factor must be known so well to tell anything."""
 LEAST, WRONG_WAY = 0.02, 2.0

@@ -117,7 +117,15 @@ def test_the_same_fault_in_two_logs_is_told_once(clean):
 
 
 def test_stretched_time_is_told_without_speeds():
-    log = spoilt(record(TORQUE, seconds=20, noise=(1e-4, 0.02)), 'time_stretch', 1.5)
-    slopes = tuple(replace(e, dq=np.gradient(e.q, e.t, axis=0)) for e in log.episodes)
-    first = found(replace(log, episodes=slopes, rates='absent'))[0]
-    assert first.fault.name == 'time_stretch' and first.value == pytest.approx(1.5, rel=0.1)
+    for stretch in (0.7, 1.5):
+        log = spoilt(record(TORQUE, seconds=20, noise=(1e-4, 0.02)), 'time_stretch', stretch)
+        slopes = tuple(replace(e, dq=np.gradient(e.q, e.t, axis=0)) for e in log.episodes)
+        first = found(replace(log, episodes=slopes, rates='absent'))[0]
+        assert first.fault.name == 'time_stretch'
+        assert first.value == pytest.approx(stretch, rel=0.1)
+        assert first.error == (stretch < 1)  # slower may be an inertia
+
+
+def test_a_large_inertia_is_no_error():
+    log = record(TORQUE, place(TORQUE, 'armature', 'pivot', J=0.15), seconds=20, noise=FINE)
+    assert [f.what for f in found(log) if f.error] == []
