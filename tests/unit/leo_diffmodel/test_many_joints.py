@@ -9,7 +9,6 @@ import pytest
 from tests.simulate import NOISE, record, TORQUE
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.check.hold import _scanned
 from leo_diffmodel.check.likeness import explained
 from leo_diffmodel.check.spanned import spanned
 from leo_diffmodel.check.traces import Trace
@@ -61,19 +60,6 @@ def test_fast_recordings_are_scored_a_step_and_seconds_ahead():
     steps = [row['steps'] for row in data['horizon']]
     assert steps == sorted(set(steps)) and steps[:3] == [1, 2, 5]
     assert len(data['noise_floor']['horizon']) == len(steps)
-
-
-def test_a_delay_is_found_from_coarse_to_fine():
-    asked = []
-
-    def loss(n: int) -> np.ndarray:
-        asked.append(n)
-        return np.array([float((n - 13) ** 2)])
-
-    found = _scanned(loss, 61, 5)
-    assert min(found, key=lambda n: found[n][0]) == 13 and {12, 14} <= {*found}
-    assert 0 in found and len(asked) == len(set(asked)) == 35
-    assert [*_scanned(loss, 7, 1)] == [*range(-7, 8)]
 
 
 def test_angles_between_traces_stay_in_fewer_numbers():

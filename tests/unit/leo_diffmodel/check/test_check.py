@@ -62,14 +62,14 @@ def test_an_effect_is_not_taken_for_a_defect(name):
 
 def test_a_rescaled_speed_is_found():
     clean = record(PENDULUM, seconds=SECONDS)
-    found = complaints(spoil(clean, dq=only(clean).dq / 1.1))
-    assert '1.10' in found['rate_scale'].what
+    found = complaints(spoil(clean, dq=only(clean).dq / 1.1))['speed_scale']
+    assert '0.909' in found.what and 'speed_scale: 1.' in found.todo
 
 
 def test_a_late_speed_is_found():
     clean = record(PENDULUM, seconds=SECONDS)
     found = complaints(spoil(clean, dq=np.roll(only(clean).dq, 2, axis=0)))
-    assert ' 20.' in found['rate_lag'].what and 'late' in found['rate_lag'].what
+    assert ' 20.' in found['speed_late'].what and 'late' in found['speed_late'].what
 
 
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
@@ -80,8 +80,8 @@ def test_inputs_held_the_wrong_way_are_found(robot):
 
 
 def test_inputs_stamped_late_are_found_without_the_other_reading():
-    found = complaints(shifted(record(PENDULUM, seconds=SECONDS), 0.012))
-    assert 'before their stamps' in found['lag'].what and ' 11.' in found['lag'].what
+    found = complaints(shifted(record(PENDULUM, seconds=SECONDS), 0.03))['input_late']
+    assert 'inputs act 30' in found.what and 'before their stamps' in found.what
 
 
 @pytest.mark.parametrize(('sensor', 'word'), [('q', 'angle'), ('dq', 'speed')])
@@ -91,8 +91,9 @@ def test_a_stuck_sensor_is_found_where_it_is(sensor, word):
     moving = np.abs(only(clean).dq[:, 0]) > 1
     first = next(k for k in range(300, 1100) if moving[k : k + 25].all())
     values[first : first + 25] = values[first]
-    (where,) = complaints(spoil(clean, **{sensor: values}))['stuck'].where
-    assert word in complaints(spoil(clean, **{sensor: values}))['stuck'].what
+    found = complaints(spoil(clean, **{sensor: values}))['frozen']
+    (where,) = found.where
+    assert f'the {word} of pivot' in found.what
     assert where == pytest.approx((DT * first, DT * (first + 24)), abs=3 * DT)
 
 

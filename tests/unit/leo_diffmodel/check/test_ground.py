@@ -8,10 +8,11 @@ from leo_diffmodel.check import traces
 from leo_diffmodel.check.amplitudes import reaches
 from leo_diffmodel.check.check import of_all
 from leo_diffmodel.check.excitation import excitation
+from leo_diffmodel.check.faulty import of_faults
 from leo_diffmodel.check.hidden import hidden, nowhere
-from leo_diffmodel.check.rates import rates
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.classes import Facts
+from leo_diffmodel.faults.find import faults_of
 from leo_sim.model import Model
 
 MODEL = Model(LEO, scheme='search')
@@ -24,7 +25,7 @@ def bags():
 
 
 def test_what_a_leg_does_between_two_samples_is_no_late_sensor(bags):
-    found = [f for bag in bags.values() for f in rates(bag)]
+    found = [f for bag in bags.values() for f in of_faults(bag, faults_of(bag, MODEL))]
     assert len(found) >= 15 and all(f.severity == 'ok' for f in found), [f.what for f in found]
 
 
