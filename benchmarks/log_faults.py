@@ -158,8 +158,8 @@ def _inside(row: dict) -> bool | None:
     if mine is None or mine['ci95'][0] == mine['ci95'][1] or row['fault'].endswith('sign'):
         return None
     low, high = (mine['ci95'][i] + s * mine['worst'] for i, s in ((0, -1), (1, 1)))
-    turn = 2 * np.pi if row['fault'] == 'angle_zero' else np.inf
-    return any(low <= row['value'] + n * turn <= high for n in (-1, 0, 1) if n == 0 or turn < 9)
+    turn = 2 * np.pi if row['fault'] == 'angle_zero' else 0.0
+    return any(low <= row['value'] + n * turn <= high for n in (-1, 0, 1))
 
 
 def _effect(robot: Robot, rng: np.random.Generator) -> Placed | None:

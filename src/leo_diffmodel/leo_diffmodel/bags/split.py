@@ -19,6 +19,9 @@ GAP_PERIODS = 5.0
 GAP_SECONDS = 0.025
 JUMP_FLOOR = 0.02
 """Smallest step [rad or m] taken for a jump: above any encoder's resolution."""
+CLEAR_TURN = np.pi / 2
+"""rad: where positions and velocities disagree by more from sample to sample (degrees that are
+taken for radians), no whole turn can be told."""
 CLOCK_SET_NS = 1_000_000_000
 """Publish times that go back by more than this were taken by a clock that was set."""
 _JUMP_SIGMAS = 10.0
@@ -64,7 +67,7 @@ def unwrapped(states: StateLog) -> tuple[StateLog, int]:
     residual, tolerance, impulse = _mismatch(states)
     turns = np.round(residual / (2.0 * np.pi))
     wrapped = (turns != 0) & (np.abs(residual - 2.0 * np.pi * turns) <= tolerance)
-    wrapped &= impulse <= JUMP_FLOOR
+    wrapped &= (impulse <= JUMP_FLOOR) & (tolerance < CLEAR_TURN)
     if not wrapped.any():
         return states, 0
     shift = np.cumsum(np.where(wrapped, turns, 0.0), axis=0) * 2.0 * np.pi

@@ -107,8 +107,7 @@ def reaches(data: Traces, facts: Facts) -> tuple[list[Reach], Apart]:
             for t, e in zip(traces, ends, strict=True)]  # fmt: skip
     cost = data.price * np.array([len(t.candidate.parameters) for t in traces])
     apart = Apart(
-        np.array([[_at_typical(t, r[:, j]) for j in range(len(traces))]
-                  for t, r in zip(traces, rest, strict=True)]),
+        np.array([_at_typical(t, r) for t, r in zip(traces, rest, strict=True)]),
         cost - cost[:, None],
         np.array([[a is not b and bool(same_thing(a.candidate, b.candidate, facts))
                    for b in traces] for a in traces]),
@@ -134,9 +133,9 @@ def _reach(data: Traces, i: int, rest: Array, apart: Apart) -> Reach:
         nameable=_smallest(trace, both),
         nearest=(labels[nearest], float(apart.separable[i, nearest])),
         typical=typical(trace),
-        typical_nats=_at_typical(trace, trace.nats),
-        seconds_to_detect=_seconds(data, _at_typical(trace, found)),
-        seconds_to_name=_seconds(data, _at_typical(trace, both)),
+        typical_nats=float(_at_typical(trace, trace.nats)),
+        seconds_to_detect=_seconds(data, float(_at_typical(trace, found))),
+        seconds_to_name=_seconds(data, float(_at_typical(trace, both))),
         together=tuple(labels[j] for j in np.flatnonzero(apart.same[i])),
     )
 
@@ -151,9 +150,9 @@ def typical(trace: Trace) -> float:
     return float(sizes[min(1, len(sizes) - 1)])
 
 
-def _at_typical(trace: Trace, values: Array) -> float:
-    """The median value over signs and shapes at the typical size."""
-    return float(np.median(values[np.isclose(trace.sizes, typical(trace))]))
+def _at_typical(trace: Trace, values: Array) -> Array:
+    """The median of values (S, ...) over signs and shapes at the typical size."""
+    return np.asarray(np.median(values[np.isclose(trace.sizes, typical(trace))], axis=0))
 
 
 def _smallest(trace: Trace, ratio: Array) -> float | None:
