@@ -142,8 +142,8 @@ def explain(
     model = with_known(model, everything)
     origin = provenance(everything, model)
     foreign = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
-    log = Logged.of(recordings, hold_out, model, mend, not foreign)
     helper.prepare(search, not foreign)
+    log = Logged.of(recordings, hold_out, model, mend, not foreign)
     if log.in_the_way and not keep:
         sentence, record = log.answer
         answer = Explanation('unknown', sentence, model, next_run=record)

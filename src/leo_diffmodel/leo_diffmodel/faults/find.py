@@ -42,7 +42,7 @@ def faults_of(recording: Recording, model: Model, by_torques: bool = True) -> li
     moves = [f for j, name in enumerate(recording.joints)
              if not is_no_measurement(found, name) and (r := relate(good, j)) is not None
              for f in kinematic_faults(r, name)]  # fmt: skip
-    moves = who_is_right(good, model, moves)
+    moves = who_is_right(good, model if by_torques else None, moves)
     found += moves
     if by_torques and not any(f.otherwise for f in moves):
         left = mended(good, [f for f in found if f.error])

@@ -14,7 +14,6 @@ from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.dynamics import balances
 from leo_diffmodel.faults.mending import mended
 from leo_diffmodel.faults.units import ANGLES, SPEEDS, unit_of
-from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 
 TOLD_APART = 0.3
@@ -25,6 +24,8 @@ CLEAR = 0.5
 """Relative: a factor must be known so well to tell anything."""
 LEAST, WRONG_WAY = 0.02, 2.0
 """The smallest factor that is told from none; what a joint against its motor is off by."""
+SAME = 0.02
+"""Relative: how near the scales of two joints must be to come from one clock."""
 STRETCHES = (0.5, 2.0)
 """Rates of clocks that are mistaken for each other differ by less."""
 
@@ -44,26 +45,42 @@ class Reading:
     half: float
 
 
-def who_is_right(recording: Recording, model: Model, found: Sequence[Found]) -> list[Found]:
-    """The faults with each contradiction of scales resolved by the balance of torques."""
+def who_is_right(
+    recording: Recording, model: Model | None, found: Sequence[Found]
+) -> list[Found]:
+    """The faults with each contradiction of scales resolved by the balance of torques.
+
+    Args:
+        recording: the log.
+        model: of its robot; None where torques cannot be asked.
+        found: what the kinematics say.
+    """
     kinds = ('speed_scale', 'speed_sign')
     out = [f for f in found if f.fault.name not in kinds]
     for joint in dict.fromkeys(f.joint for f in found if f.fault.name in kinds):
         mine = {f.fault.name: f for f in found if f.joint == joint}
         rest = [f for f in found if f.error and f.joint == joint and f.fault.name not in kinds]
         out += _resolved(recording, model, joint, mine, rest)
-    clocks = [f for f in out if f.fault.name == 'time_stretch']
-    return [f for f in out if f not in clocks[1:]]
+    clock = next((f for f in out if f.fault.name == 'time_stretch'), None)
+    return out if clock is None else [clock, *(f for f in out if not _explains(clock, f))]
+
+
+def _explains(clock: Found, other: Found) -> bool:
+    """Whether a clock that is off makes another contradiction of scales needless."""
+    if other.fault.name not in ('speed_scale', 'time_stretch', 'angle_scale'):
+        return False
+    scale = 1 / other.value if other.fault.name == 'angle_scale' else other.value
+    return abs(scale / clock.value - 1) < SAME
 
 
 def _resolved(
-    recording: Recording, model: Model, joint: str, mine: dict[str, Found], rest: Sequence[Found]
+    recording: Recording, model: Model | None, joint: str, mine: dict[str, Found],
+    rest: Sequence[Found],
 ) -> list[Found]:
     out = []
     if 'speed_scale' in mine:
         signed = [mine['speed_sign']] if 'speed_sign' in mine else []
-        out.append(_chosen(recording, model, [*rest, *signed],
-                           _scales(mine['speed_scale'], model.robot)))  # fmt: skip
+        out.append(_chosen(recording, model, [*rest, *signed], _scales(mine['speed_scale'])))
     if 'speed_sign' in mine:
         sign = mine['speed_sign']
         other = replace(sign, fault=FAULTS['angle_sign'], what=(
@@ -72,7 +89,7 @@ def _resolved(
     return out
 
 
-def _scales(found: Found, robot: Robot) -> list[Found]:
+def _scales(found: Found) -> list[Found]:
     """Speed, angle or clock: what each would have to be off by."""
     k, joint = found.value, found.joint
     inverse = replace(
@@ -95,7 +112,7 @@ def _with_unit(found: Found, units: dict[float, str]) -> Found:
 
 
 def _chosen(
-    recording: Recording, model: Model, rest: Sequence[Found], readings: Sequence[Found]
+    recording: Recording, model: Model | None, rest: Sequence[Found], readings: Sequence[Found]
 ) -> Found:
     """The reading under which the torques balance, with the others that are left.
 
@@ -111,10 +128,10 @@ def _chosen(
 
 
 def _seen(
-    recording: Recording, model: Model, rest: Sequence[Found], reading: Found
+    recording: Recording, model: Model | None, rest: Sequence[Found], reading: Found
 ) -> Reading:
     """How far gravity, or the motor where there is none, is from what it should be then."""
-    found = balances(mended(recording, [*rest, reading]), model)
+    found = balances(mended(recording, [*rest, reading]), model) if model else {}
     mine = found.get(reading.joint) or next(iter(found.values()), None)
     signed = reading.fault.name.endswith('sign')
     names = ('motor',) if signed else ('weight', 'motor')

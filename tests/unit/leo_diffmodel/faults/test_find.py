@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 from tests.simulate import PENDULUM, POSITION, record, TORQUE
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.find import faults_of
 from leo_diffmodel.faults.mending import mended
 from leo_diffmodel.faults.pool import all_mended, pooled
+from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
+from leo_sim.model.batch import rollout
 
 FINE = (1e-3, 0.02)
 SIZES = {
@@ -129,3 +131,18 @@ def test_stretched_time_is_told_without_speeds():
 def test_a_large_inertia_is_no_error():
     log = record(TORQUE, place(TORQUE, 'armature', 'pivot', J=0.15), seconds=20, noise=FINE)
     assert [f.what for f in found(log) if f.error] == []
+
+
+def test_one_clock_explains_the_speeds_of_all_joints():
+    robot = load_robot('double_pendulum')
+    rng, count = np.random.default_rng(4), 2000
+    levels = 0.1 * np.array([a.limit for a in robot.actuators])
+    u = np.repeat(levels * rng.uniform(-1, 1, (count // 25, 2)), 25, axis=0)
+    q, dq = rollout(Model(robot), np.zeros((1, 2)), np.zeros((1, 2)), u[None], 0.01)
+    e = Episode(0.01 * np.arange(count), q[0][:count] + rng.normal(0, 5e-4, (count, 2)),
+                dq[0][:count] + rng.normal(0, 0.02, (count, 2)), u, np.ones(u.shape, dtype=bool))
+    log = replace(record(TORQUE, seconds=1), joints=robot.joint_names, episodes=(e,),
+                  actuators=tuple(a.joint for a in robot.actuators))  # fmt: skip
+    told = [f for f in found(spoilt(log, 'time_stretch', 1.5), robot) if f.error]
+    assert [f.fault.name for f in told] == ['time_stretch']
+    assert told[0].value == pytest.approx(1.5, rel=0.01)
