@@ -32,6 +32,7 @@ from leo_sim.model import Model
 EXAMPLES = (
     'leo explain bags/run1 --model pendulum -o out/explain',
     'leo explain bags/run1 --hold-out bags/run2 --model pendulum --json',
+    'leo explain bags/run1 --model pendulum --mend',
     'leo explain bags/run1 --model pendulum --effect my_effect.py',
     'leo explain bags/run1 --model pendulum --write-effect found.py -o out/explain',
     'leo explain bags/light bags/heavy --each --model pendulum -o out/each',
