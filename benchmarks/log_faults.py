@@ -52,7 +52,7 @@ SIZES = {
     'speed_filter': lambda m, run: m * max(0.003, 0.7 * run.period),
     'angle_scale': lambda m, run: (180 / np.pi) if m > 5 else 1.3 + 0.3 * m,
     'time_stretch': lambda m, run: (1.25 + 0.02 * m) ** run.sign,
-    'input_scale': lambda m, run: (4.0 + m) ** run.sign,
+    'input_scale': lambda m, run: (8.0 + m) ** run.sign,
     'input_sign': lambda m, run: -1.0,
     'input_late': lambda m, run: 0.15 + 0.005 * m if run.sign > 0 else -0.08 - 0.005 * m,
     'angle_zero': lambda m, run: run.sign * min(1.2 + 0.1 * m, np.pi),

@@ -55,10 +55,12 @@ class Balance:
             they do not show: a wheel has no weight.
         gained: what is left over with the best delay, as a share of what is left with the best
             of those that a good log has.
+        shares: rms of what each gives, as a share of that of all torques.
         rest: share of the torques that is left over (rms, instants that stand out weigh less).
     """
 
     figures: Mapping[str, Figure]
+    shares: Mapping[str, float]
     rest: float
     gained: float = 1.0
 
@@ -165,7 +167,9 @@ def _fitted(flow: Flow, fitted: Array, target: Array, columns: dict[str, Array])
     worst = rms * np.sqrt(np.maximum(inverse.diagonal(), 0) * weight.sum()) / size
     figures = {name: Figure(float(v), float(s), float(w)) for name, v, s, w in
                zip(used, amounts / size, sd, worst, strict=True) if name in GIVEN}  # fmt: skip
-    return Balance(figures, rms / max(float(np.sqrt((y**2).mean())), 1e-300))
+    whole = max(float(np.sqrt((y**2).mean())), 1e-300)
+    shares = {name: abs(float(v)) / whole for name, v in zip(used, amounts, strict=True)}
+    return Balance(figures, shares, rms / whole)
 
 
 def _robust(a: Array, y: Array) -> tuple[Array, Array]:

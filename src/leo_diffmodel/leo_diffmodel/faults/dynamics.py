@@ -25,6 +25,9 @@ ALIKE = 0.3
 """Natural logarithm: as far apart the factors of weight and motor may be that stretched time
 changes alike."""
 
+DRIVES = 0.25
+"""Of all torques: what a motor, or the weight, must give to be told anything by. The factor of a
+motor that others move against is near 0, whatever its unit."""
 CLEAR = 0.5
 """Relative: the weight's factor must be known so well for others to be told against it."""
 CLEAR_ANGLE = 0.6
@@ -55,8 +58,7 @@ def dynamic_faults(recording: Recording, found: dict[str, Balance]) -> list[Foun
     """
     out: list[Found] = []
     for name, b in found.items():
-        zero, compensated = list(_zero(name, b)), list(_compensated(name, b))
-        out += [*zero, *compensated]
+        out += list(_zero(name, b)) or list(_compensated(name, b))
         if name in recording.actuators and recording.input != 'position':
             out += _motor(name, b)
     if recording.input in ('voltage', 'torque'):
@@ -66,7 +68,7 @@ def dynamic_faults(recording: Recording, found: dict[str, Balance]) -> list[Foun
 
 def _motor(joint: str, b: Balance) -> Iterator[Found]:
     gain = _gain(b)
-    if gain is None:
+    if gain is None or b.shares['motor'] < DRIVES:
         return
     if gain.value + gain.half < 0 and _near_one(b.figures.get('weight')):
         what = f'{joint} goes against its motor'
@@ -152,7 +154,7 @@ def _time(found: dict[str, Balance]) -> Iterator[Found]:
     Slower may be an inertia as well that the model lacks, and is no error.
     """
     told = [(b.figures['weight'], b.figures.get('motor')) for b in found.values()
-            if 'weight' in b.figures]  # fmt: skip
+            if b.shares.get('weight', 0.0) > DRIVES]  # fmt: skip
     if not told:
         return
     weight, motor = min(told, key=lambda t: t[0].half)

@@ -39,8 +39,10 @@ def faults_of(recording: Recording, model: Model, by_torques: bool = True) -> li
     """
     found = sensor_faults(recording)
     good = without(recording, found)
+    held = model.robot.base_joints if recording.held else ()
     moves = [f for j, name in enumerate(recording.joints)
-             if not is_no_measurement(found, name) and (r := relate(good, j)) is not None
+             if name not in held and not is_no_measurement(found, name)
+             and (r := relate(good, j)) is not None
              for f in kinematic_faults(r, name)]  # fmt: skip
     moves = who_is_right(good, model if by_torques else None, moves)
     found += moves

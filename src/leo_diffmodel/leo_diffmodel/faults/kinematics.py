@@ -11,7 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
-from leo_diffmodel.faults.motion import Channels, coarse, Law, Motion
+from leo_diffmodel.faults.motion import Channels, coarse, Law, Motion, REACH
 
 Array = np.ndarray
 FASTEST = 200.0
@@ -76,7 +76,7 @@ def relate(recording: Recording, j: int) -> Relation | None:
     full = motion.tuned(coarse(parts, motion.period))
     law, kind, sure = _simplest(motion, full)
     scale, sd = law.of('scale')
-    if sd > CLEAR * abs(scale):
+    if sd > CLEAR * abs(scale) or np.abs(law.theta[1:3]).max() >= REACH:
         return None
     speed = float(np.sqrt(np.mean((motion.dq - law.theta[3]) ** 2))) / abs(scale)
     step = np.abs(np.diff(motion.dq))

@@ -17,10 +17,11 @@ class InputScale(Fault):
     channel = 'input'
     neutral = 1.0
     law = 'u_log = k u'
-    harmless = (1 / 3, 3.0)
-    """A motor may be three times weaker or stronger than its data sheet (gear, supply)."""
+    harmless = (1 / 6, 6.0)
+    """A motor may be three times weaker or stronger than its data sheet (gear, supply), and carry
+    a payload of twice the mass of its link."""
     looks_like = 'The motor seems many times too weak or too strong, evenly.'
-    confused_with = 'torque_scale, voltage_scale (the same, small).'
+    confused_with = 'torque_scale, voltage_scale (the same, small); link_mass: a weak motor.'
     costs = 'The motor comes out with a gain that no motor has.'
 
     def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
