@@ -18,6 +18,8 @@ APART = 0.02
 """rad (m): the least that two are apart, above any encoder's resolution."""
 NEARER = 10.0
 """Times: so much nearer than the last state is one before it where two take turns."""
+FASTER = 3.0
+"""Times the larger speed at both ends: a joint goes no farther than that between two states."""
 FEWEST = 20
 """States that tell turns from jumps."""
 
@@ -32,7 +34,7 @@ def refuse_turns(made: Table, joints: Sequence[str], topic: str) -> None:
     if q is None or len(q) < FEWEST:
         return
     back = float(np.mean(np.diff(made.stamp) < 0))
-    apart = _apart(q)
+    apart = _apart(q) & ~_moved(made)
     if max(back, float(apart.mean(axis=0).max())) <= SWITCHES:
         return
     j = int(apart.sum(axis=0).argmax())
@@ -43,6 +45,17 @@ def refuse_turns(made: Table, joints: Sequence[str], topic: str) -> None:
         f'two publishers take turns on {topic} ({what} of the steps), and neither frame_id nor '
         'names tell them apart; record again with one of them, or each on its own topic'
     )
+
+
+def _moved(made: Table) -> NDArray[np.bool_]:
+    """Say which of these steps the joint made by its own speed, as one that chatters does."""
+    q, dq = made.fields[:2]
+    assert q is not None
+    if dq is None:
+        return np.zeros(q[4:].shape, dtype=bool)
+    seconds = np.abs(np.diff(made.stamp))[3:, None] * 1e-9
+    speed = np.fmax(np.abs(dq[4:]), np.abs(dq[3:-1]))
+    return np.asarray(np.abs(q[4:] - q[3:-1]) < FASTER * speed * seconds)
 
 
 def _apart(q: Floats) -> NDArray[np.bool_]:

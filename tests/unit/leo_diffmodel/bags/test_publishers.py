@@ -118,3 +118,12 @@ def test_two_clocks_that_take_turns_are_refused(tmp_path):
               for topic, kind, k, _ in says(['pivot'], np.sin)]  # fmt: skip
     with pytest.raises(UserError, match=r'stamps that go back in 50% of the steps'):
         read_bag(bag(tmp_path, *says(['pivot'], np.sin), *second), PENDULUM)
+
+
+def test_a_joint_that_chatters_is_no_second_publisher(tmp_path):
+    """It goes to and fro within four states, as fast as its own speed says."""
+    pace = 2 * np.pi / (4 * STEP * 1e-9)
+    chatter = says(['pivot'], lambda t: 0.05 * np.sin(pace * t),
+                   lambda t: 0.05 * pace * np.cos(pace * t))  # fmt: skip
+    (episode,) = read_bag(bag(tmp_path, *chatter), PENDULUM).episodes
+    assert len(episode.t) == 200
