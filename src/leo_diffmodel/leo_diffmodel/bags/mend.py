@@ -43,9 +43,10 @@ def on_time(recording: Recording, mapping: TopicMap) -> Recording:
     joints = [mapping.joint(name) for name in recording.joints]
     motors = [mapping.joint(name) for name in recording.actuators]
     late = any(j.speed_late or j.speed == 'none' for j in joints)
-    if not (late or mapping.time_scale != 1 or any(m.input_late for m in motors)):
+    inputs_late = [m.input_late + mapping.input_late for m in motors]
+    if not (late or mapping.time_scale != 1 or any(inputs_late)):
         return recording
-    found = [_on_time(e, joints, motors, mapping.time_scale) for e in recording.episodes]
+    found = [_on_time(e, joints, inputs_late, mapping.time_scale) for e in recording.episodes]
     episodes = tuple(e for e in found if len(e.t) > 1)
     if not episodes:
         raise UserError(f'{recording.path}: no episode is longer than its channels are late')
@@ -92,9 +93,9 @@ def _in_our_units(
 
 
 def _on_time(
-    e: Episode, joints: Sequence[JointMap], motors: Sequence[JointMap], time_scale: float
+    e: Episode, joints: Sequence[JointMap], inputs_late: Sequence[float], time_scale: float
 ) -> Episode:
-    e = with_inputs_late(e, [m.input_late for m in motors])
+    e = with_inputs_late(e, inputs_late)
     dq, last = e.dq.copy(), e.t[-1]
     known = np.ones(len(e.t), dtype=bool)
     for j, joint in enumerate(joints):

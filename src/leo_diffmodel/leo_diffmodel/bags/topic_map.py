@@ -21,6 +21,7 @@ A topic map, every key optional:
     hold: previous           # a stamp means the period before it
     held: true               # the base was held; by default what the bag's recorder noted
     time_scale: 0.8          # s for 1 s of its stamps
+    input_late: 0.1          # s by which all inputs act after their stamps, beside their own
 """
 
 from __future__ import annotations
@@ -124,6 +125,7 @@ class TopicMap(BaseModel):
     hold: Literal['next', 'previous'] = 'next'
     held: bool | None = None
     time_scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
+    input_late: Seconds = 0.0
 
     def joint(self, name: str) -> JointMap:
         """Return the mapping of one of our joints, the identity where none is given."""

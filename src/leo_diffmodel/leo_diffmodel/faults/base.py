@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+import math
 from typing import Any, ClassVar
 
 import numpy as np
@@ -23,7 +24,7 @@ class Fault:
         name: stable, for programs.
         channel: angle, speed, input or time.
         unit: of its value; '' for a factor.
-        neutral: the value that changes nothing.
+        turn: values that differ by it are the same; infinite where none are.
         law: what is logged, of what happened.
         harmless: sizes that a good log may have, lowest and highest; outside it is an error.
         harmless_words: the same where it is not a size in the fault's unit.
@@ -34,7 +35,7 @@ class Fault:
     name: ClassVar[str]
     channel: ClassVar[str]
     unit: ClassVar[str] = ''
-    neutral: ClassVar[float] = 0.0
+    turn: ClassVar[float] = math.inf
     law: ClassVar[str]
     harmless: ClassVar[tuple[float, float]]
     harmless_words: ClassVar[str] = ''

@@ -13,6 +13,7 @@ from leo_diffmodel.faults.balance import Balance, balance, Figure
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.outside.flow import flow
+from leo_diffmodel.outside.rate import with_true_rates
 from leo_sim.model import Model
 
 GAINED = 0.65
@@ -38,7 +39,7 @@ def balances(recording: Recording, model: Model) -> dict[str, Balance]:
     """The balance of each joint that shows it; of a robot on the ground only when it is held."""
     if model.robot.contacts and not recording.held:
         return {}
-    seen = flow(recording, model)
+    seen = flow(with_true_rates(recording), model)
     if seen is None:
         return {}
     usual = FAULTS['input_late'].harmless

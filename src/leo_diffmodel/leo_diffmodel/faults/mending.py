@@ -18,29 +18,21 @@ from leo_sim.drivers.base import INTERFACES
 FACTORS = ('scale', 'speed_scale', 'input_scale', 'time_scale')
 
 
-def map_of(faults: Sequence[Found], actuators: Sequence[str]) -> TopicMap:
-    """The topic map that undoes faults; those that no map undoes are passed over.
-
-    Args:
-        faults: of one log.
-        actuators: whose inputs are meant where a fault is of all inputs.
-    """
+def map_of(faults: Sequence[Found]) -> TopicMap:
+    """The topic map that undoes faults of one log; those that no map undoes are passed over."""
     joints: dict[str, dict[str, Any]] = {}
     whole: dict[str, Any] = {}
     for fault in faults:
-        everywhere = fault.fault.whole_log and fault.fault.channel == 'input'
-        names = actuators if everywhere else [fault.joint]
-        for name in names:
-            merged = whole if not name else joints.setdefault(name, {})
-            for key, value in fault.patch.items():
-                merged[key] = merged.get(key, 1.0) * value if key in FACTORS else value
+        merged = joints.setdefault(fault.joint, {}) if fault.joint else whole
+        for key, value in fault.patch.items():
+            merged[key] = merged.get(key, 1.0) * value if key in FACTORS else value
     return TopicMap.model_validate({**whole, 'joints': joints})
 
 
 def mended(recording: Recording, faults: Sequence[Found]) -> Recording:
     """The recording without the faults that a topic map can undo."""
     patched = [f for f in faults if f.patch]
-    return by_map(recording, map_of(patched, recording.actuators)) if patched else recording
+    return by_map(recording, map_of(patched)) if patched else recording
 
 
 def runs_of(recording: Recording) -> list[Run]:

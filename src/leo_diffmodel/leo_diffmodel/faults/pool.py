@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same fault in several logs is one: its estimates are pooled, and it is told once."""
+"""A fault that is found in several logs: one entry with the weighted mean of its estimates."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
+import math
 
 import numpy as np
 
@@ -44,9 +45,11 @@ def _one(group: Sequence[Found]) -> Found:
     sure = [f for f in group if f.error] or [*group]
     spread = np.array([max(np.hypot(f.sd, f.worst), 1e-12) for f in sure])
     weight = spread**-2 / (spread**-2).sum()
-    value = float(weight @ [f.value for f in sure])
     first = sure[int(np.argmin(spread))]
+    apart = [math.remainder(f.value - first.value, first.fault.turn) for f in sure]
+    value = first.value + float(weight @ apart)
     bags = len({f.bag for f in sure})
-    more = f' (and in {bags - 1} other logs)' if bags > 1 else ''
+    others = 'log' if bags == 2 else 'logs'
+    more = f' (and in {bags - 1} other {others})' if bags > 1 else ''
     return replace(first, value=value, sd=float((spread**-2).sum() ** -0.5) if bags > 1
                    else first.sd, what=first.what + more)  # fmt: skip

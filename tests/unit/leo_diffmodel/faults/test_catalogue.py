@@ -50,7 +50,7 @@ def test_its_patch_is_its_inverse(log, name):
     found = Found(FAULTS[name], joint, value, 0.0, '', True, 'kinematics')
     clean = log.episodes[0]
     back = mended(replace(log, input='torque', episodes=(spoilt(log, name),)),
-                  map_of([found], log.actuators)).episodes[0]  # fmt: skip
+                  map_of([found])).episodes[0]  # fmt: skip
     for column in ('t', 'q', 'dq', 'inputs'):
         assert getattr(back, column) == pytest.approx(getattr(clean, column), abs=1e-9), column
 

@@ -6,8 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.simulate import PENDULUM, POSITION, record, TORQUE
+import yaml
 
 from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.find import faults_of
@@ -146,3 +148,19 @@ def test_one_clock_explains_the_speeds_of_all_joints():
     told = [f for f in found(spoilt(log, 'time_stretch', 1.5), robot) if f.error]
     assert [f.fault.name for f in told] == ['time_stretch']
     assert told[0].value == pytest.approx(1.5, rel=0.01)
+
+
+def test_a_zero_that_is_off_by_half_a_turn_either_way_is_pooled_as_one():
+    def off(value: float, bag: str) -> Found:
+        return Found(FAULTS['angle_zero'], 'pivot', value, 0.01, 'off', True, 'balance', bag=bag)
+
+    (one,) = pooled([off(3.13, 'a'), off(-3.14, 'b')])
+    assert abs(one.value) == pytest.approx(np.pi, abs=0.02)
+    assert one.what == 'off (and in 1 other log)'
+
+
+@pytest.mark.parametrize('name', SIZES)
+def test_the_line_that_mends_it_is_a_topic_map(name):
+    joint = '' if FAULTS[name].whole_log else 'pivot'
+    line = Found(FAULTS[name], joint, SIZES[name], 0.0, '', True, 'balance').line
+    assert not line or TopicMap.model_validate(yaml.safe_load(line)) != TopicMap()

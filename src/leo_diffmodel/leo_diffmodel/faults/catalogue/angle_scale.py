@@ -15,7 +15,6 @@ class AngleScale(Fault):
 
     name = 'angle_scale'
     channel = 'angle'
-    neutral = 1.0
     law = 'q_log = k q'
     harmless = (0.97, 1.03)
     looks_like = 'Angles far beyond the limits of the joint, or gravity that comes too often.'

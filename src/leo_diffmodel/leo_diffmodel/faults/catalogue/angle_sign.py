@@ -15,7 +15,6 @@ class AngleSign(Fault):
 
     name = 'angle_sign'
     channel = 'angle'
-    neutral = 1.0
     law = 'q_log = -q'
     harmless = (0.0, float('inf'))
     looks_like = 'The angle falls while the speed is positive, and inputs turn the joint back.'

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+import math
 
 from leo_diffmodel.bags.recording import Episode
 from leo_diffmodel.faults.base import Fault, Patch
@@ -15,6 +16,7 @@ class AngleZero(Fault):
     name = 'angle_zero'
     channel = 'angle'
     unit = 'rad'
+    turn = 2 * math.pi
     law = 'q_log = q + z'
     harmless = (-0.5, 0.5)
     """rad: a zero so far off is calibrated badly, and explain tries `encoder_offset`."""

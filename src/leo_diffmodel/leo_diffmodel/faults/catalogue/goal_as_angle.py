@@ -14,7 +14,6 @@ class GoalAsAngle(Fault):
 
     name = 'goal_as_angle'
     channel = 'angle'
-    neutral = 0.0
     law = 'q_log = goal'
     harmless = (0.0, 0.0)
     looks_like = 'The angle is the goal to the last digit, in the same row or the next.'

@@ -11,7 +11,6 @@ class GravityCompensated(Fault):
 
     name = 'gravity_compensated'
     channel = 'input'
-    neutral = 0.0
     law = 'u_log = u + s g(q), g the torque of gravity'
     harmless = (-0.5, 0.5)
     """Share s of the weight: a payload or a spring takes less than half of it."""

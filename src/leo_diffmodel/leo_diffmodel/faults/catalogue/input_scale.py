@@ -15,7 +15,6 @@ class InputScale(Fault):
 
     name = 'input_scale'
     channel = 'input'
-    neutral = 1.0
     law = 'u_log = k u'
     harmless = (1 / 6, 6.0)
     """A motor may be three times weaker or stronger than its data sheet (gear, supply), and carry

@@ -15,7 +15,6 @@ class InputSign(Fault):
 
     name = 'input_sign'
     channel = 'input'
-    neutral = 1.0
     law = 'u_log = -u'
     harmless = (0.0, float('inf'))
     looks_like = 'The joint goes against its motor.'

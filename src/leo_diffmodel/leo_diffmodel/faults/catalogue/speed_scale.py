@@ -14,7 +14,6 @@ class SpeedScale(Fault):
 
     name = 'speed_scale'
     channel = 'speed'
-    neutral = 1.0
     law = 'w = k dq/dt'
     harmless = (0.97, 1.03)
     looks_like = 'The angle changes by another multiple than the speed says, always the same.'

@@ -15,7 +15,6 @@ class SpeedSign(Fault):
 
     name = 'speed_sign'
     channel = 'speed'
-    neutral = 1.0
     law = 'w = -dq/dt'
     harmless = (0.0, float('inf'))
     looks_like = 'The angle falls while the speed is positive.'

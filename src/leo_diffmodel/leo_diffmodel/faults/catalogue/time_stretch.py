@@ -14,7 +14,6 @@ class TimeStretch(Fault):
 
     name = 'time_stretch'
     channel = 'time'
-    neutral = 1.0
     law = 't_log = k t'
     harmless = (0.85, 1.18)
     """A model whose inertia is off by a third swings so much slower or faster."""
