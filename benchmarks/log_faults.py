@@ -142,9 +142,10 @@ def show(rows: list[dict]) -> None:
           f'{sum(inside)} of {len(inside)}')  # fmt: skip
     false = [r for r in rows if r['kind'] == 'clean' and any(f['sure'] for f in r['found'])]
     print(f'clean: {len(false)} false errors in {sum(r["kind"] == "clean" for r in rows)}')
-    named = [r for r in rows if r.get('named')]
+    named = [r for r in rows if 'named' in r]
     right = sum(r['effect'] in r['named'] for r in named)
-    print(f'effects after mending: {right} of {len(named)} right')
+    alone = sum(r['named'] == [r['effect']] for r in named)
+    print(f'effects after mending: {right} of {len(named)} right, {alone} of these by itself')
 
 
 def _first(row: dict) -> bool:

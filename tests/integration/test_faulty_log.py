@@ -78,6 +78,24 @@ def test_bag_fix_writes_a_bag_without_it(faulty, tmp_path, capsys):
     assert 'nothing written' in capsys.readouterr().out and not (tmp_path / 'again').exists()
 
 
+def test_stretches_without_measurements_are_left_out(tmp_path, capsys):
+    clean = record(TORQUE, seconds=15, noise=(1e-3, 0.02))
+    frozen = FAULTS['frozen'].spoil(clean.episodes[0], 0, 0, 1.5)
+    old = bag(tmp_path / 'frozen', replace(clean, episodes=(frozen,)))
+    before = read_bag(old, TORQUE)
+    log = Logged.of([before], (), Model(TORQUE), mend=True, by_torques=True)
+    (fault,) = log.mended
+    (begin, end), = fault.where
+    assert 1.4 < end - begin < 1.6 and not log.in_the_way and 'left out' in log.headline
+    assert not any(((e.t > begin) & (e.t < end)).any() for e in log.recordings[0].episodes)
+    words = ['fix', str(old), '-o', str(tmp_path / 'new'), '--model', 'torque_pendulum']
+    assert bag_verb.main(words) == 0
+    assert 'left out' in capsys.readouterr().out
+    fixed = read_bag(tmp_path / 'new', TORQUE)
+    assert len(fixed.episodes) == 2
+    assert Logged.of([fixed], (), Model(TORQUE), mend=False, by_torques=True).faults == ()
+
+
 def test_the_line_it_names_mends_it_when_the_bag_is_read(faulty, tmp_path):
     before = read_bag(faulty, TORQUE)
     log = Logged.of([before], (), Model(TORQUE), mend=False, by_torques=True)

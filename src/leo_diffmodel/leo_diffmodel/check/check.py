@@ -28,7 +28,7 @@ from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.faults.find import faults_of
-from leo_diffmodel.faults.mending import mended
+from leo_diffmodel.faults.mending import mapped
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -141,7 +141,7 @@ def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
         *held,
         *of_faults(recording, faults),
         *traps(recording, model.robot),
-        *forces(mended(recording, [f for f in faults if f.error]), model),
+        *forces(mapped(recording, [f for f in faults if f.error]), model),
     ]
     return [replace(f, bag=str(recording.path)) for f in found]
 

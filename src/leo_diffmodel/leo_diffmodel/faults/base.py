@@ -107,6 +107,21 @@ class Found:
         return self.fault.patch(self.value)
 
     @property
+    def cuts(self) -> bool:
+        """Whether leaving out its stretches mends it."""
+        return bool(self.where) and not self.patch
+
+    @property
+    def can_be_mended(self) -> bool:
+        """Whether it is sure what it is and how it is undone."""
+        return self.error and (self.cuts or bool(self.patch)) and not self.otherwise
+
+    @property
+    def mending(self) -> str:
+        """How it is undone, in words."""
+        return 'left out' if self.cuts else self.line
+
+    @property
     def line(self) -> str:
         """The line of a topic map that mends it, '' where none does."""
         inside = ', '.join(f'{k}: {_figure(v)}' for k, v in self.patch.items())

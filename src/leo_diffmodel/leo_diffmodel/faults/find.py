@@ -10,9 +10,9 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.dynamics import balances, dynamic_faults
 from leo_diffmodel.faults.kinematics import kinematic_faults, relate
-from leo_diffmodel.faults.mending import mended
+from leo_diffmodel.faults.mending import mapped, without
 from leo_diffmodel.faults.readings import who_is_right
-from leo_diffmodel.faults.sensors import is_no_measurement, sensor_faults, without
+from leo_diffmodel.faults.sensors import is_no_measurement, sensor_faults
 from leo_sim.model import Model
 
 
@@ -38,7 +38,7 @@ def faults_of(recording: Recording, model: Model, by_torques: bool = True) -> li
     the motion, and torques need a motion that agrees with itself.
     """
     found = sensor_faults(recording)
-    good = without(recording, found)
+    good = without(recording, found) or recording
     held = model.robot.base_joints if recording.held else ()
     moves = [f for j, name in enumerate(recording.joints)
              if name not in held and not is_no_measurement(found, name)
@@ -47,6 +47,6 @@ def faults_of(recording: Recording, model: Model, by_torques: bool = True) -> li
     moves = who_is_right(good, model if by_torques else None, moves)
     found += moves
     if by_torques and not any(f.otherwise for f in moves):
-        left = mended(good, [f for f in found if f.error])
+        left = mapped(good, [f for f in found if f.error])
         found += dynamic_faults(left, balances(left, model))
     return [replace(f, bag=str(recording.path)) for f in found]

@@ -25,18 +25,20 @@ def pooled(faults: Sequence[Found]) -> list[Found]:
 
 
 def all_mended(recordings: Sequence[Recording], faults: Sequence[Found]) -> list[Recording]:
-    """Each recording without the errors that a topic map can undo.
+    """Each recording without the errors that can be undone.
 
     A wrong unit or sign that the log itself shows is mended in the logs that show it, with the
     value of all of them; what only torques show is mended in every log, told by it or not.
+    Stretches are left out of the log that they are of.
     """
-    errors = pooled([f for f in faults if f.error])
+    errors = pooled([f for f in faults if f.error and f.patch])
     out = []
     for r in recordings:
-        own = {(f.fault.name, f.joint) for f in faults if f.bag == str(r.path) and f.error}
+        own = [f for f in faults if f.bag == str(r.path) and f.error]
+        shown = {(f.fault.name, f.joint) for f in own}
         here = [f for f in errors
-                if f.evidence == 'balance' or (f.fault.name, f.joint) in own]  # fmt: skip
-        out.append(mended(r, here))
+                if f.evidence == 'balance' or (f.fault.name, f.joint) in shown]  # fmt: skip
+        out.append(mended(r, [*(f for f in own if f.cuts), *here]))
     return out
 
 

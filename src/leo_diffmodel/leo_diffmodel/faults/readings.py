@@ -12,7 +12,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.dynamics import balances
-from leo_diffmodel.faults.mending import mended
+from leo_diffmodel.faults.mending import mapped
 from leo_diffmodel.faults.units import ANGLES, SPEEDS, unit_of
 from leo_sim.model import Model
 
@@ -131,7 +131,7 @@ def _seen(
     recording: Recording, model: Model | None, rest: Sequence[Found], reading: Found
 ) -> Reading:
     """How far gravity, or the motor where there is none, is from what it should be then."""
-    found = balances(mended(recording, [*rest, reading]), model) if model else {}
+    found = balances(mapped(recording, [*rest, reading]), model) if model else {}
     mine = found.get(reading.joint) or next(iter(found.values()), None)
     signed = reading.fault.name.endswith('sign')
     names = ('motor',) if signed else ('weight', 'motor')

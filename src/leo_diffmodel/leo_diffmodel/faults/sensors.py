@@ -9,7 +9,6 @@ from itertools import groupby
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.bags.span import kept, merged
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.outside.frozen import frozen, resolution
@@ -25,8 +24,6 @@ COARSE = 0.02
 """Of the range moved through: a coarser step of the angle is told."""
 MOST_LOST = 0.02
 """Of the time: where less is frozen, what is left tells the same."""
-AROUND, SHORTEST = 0.05, 0.5
-"""s: left out about a frozen stretch; the shortest piece that is looked at."""
 CHANCE = 1.5
 """Times the longest run of repeated samples that is to be expected."""
 
@@ -53,12 +50,6 @@ def _longest(recording: Recording, found: Found) -> float:
     steps = np.concatenate([np.diff(e.t) for e in recording.episodes])
     runs = np.log(len(steps)) / -np.log(min(found.value, 0.99))
     return CHANCE * float(runs * np.median(steps))
-
-
-def without(recording: Recording, found: Sequence[Found]) -> Recording:
-    """The recording without the stretches in which a sensor measured nothing."""
-    spans = sorted((a - AROUND, b + AROUND) for f in found for a, b in f.where)
-    return (kept(recording, [*merged(spans, AROUND)], SHORTEST) if spans else None) or recording
 
 
 def is_no_measurement(found: Sequence[Found], joint: str) -> bool:

@@ -40,7 +40,7 @@ def fix(argv: list[str]) -> int:
         raise UserError(f'{options.output} exists already; choose another folder')
 
     recording, faults = _read(options.bag, options.model, options.topic_map)
-    undone = [f for f in faults if f.error and f.patch and not f.otherwise]
+    undone = [f for f in faults if f.can_be_mended]
     left = [f for f in faults if f.error and f not in undone]
     if undone:
         _write(options.output, recording, undone)
@@ -75,14 +75,14 @@ def _write(folder: Path, recording: Recording, faults: Sequence[Found]) -> None:
     from leo_diffmodel.bags.arrays import write_runs
     from leo_diffmodel.faults.mending import mended, runs_of
 
-    told = '; '.join(f.line for f in faults)
+    told = '; '.join(f'{f.what}: {f.mending}' if f.cuts else f.line for f in faults)
     metadata = {'imported_from': recording.name, **recording.metadata, 'mended': told}
     write_runs(folder, runs_of(mended(recording, faults)), metadata)
 
 
 def _say(bag: Path, new: Path, undone: Sequence[Found], left: Sequence[Found]) -> None:
     for fault in undone:
-        print(f'mended: {fault.what} ({fault.line})')
+        print(f'mended: {fault.what} ({fault.mending})')
     for fault in left:
         print(f'not mended: {"; or ".join([fault.what, *fault.otherwise])}')
     if undone:

@@ -46,7 +46,7 @@ class Logged:
         everything = [*recordings, *hold_out]
         each = find_faults(everything, model, by_torques)
         faults = pooled(each)
-        undone = [f for f in faults if f.error and f.patch and not f.otherwise]
+        undone = [f for f in faults if f.can_be_mended]
         if not mend or not undone:
             return cls(recordings, hold_out, tuple(faults))
         keys = {(f.fault.name, f.joint) for f in undone}
@@ -71,11 +71,11 @@ class Logged:
         """What was mended, to stand before an answer; '' where nothing was."""
         if not self.mended:
             return ''
-        return f'After mending the log ({"; ".join(f"{f.what}: {f.line}" for f in self.mended)}): '
+        done = '; '.join(f'{f.what}: {f.mending}' for f in self.mended)
+        return f'After mending the log ({done}): '
 
 
 def _todo(fault: Found) -> str:
-    if not fault.line:
-        return fault.fault.todo(fault.value)
-    alone = '' if fault.otherwise else ', or --mend'
-    return f'put "{fault.line}" into the topic map{alone}'
+    by_map = f'put "{fault.line}" into the topic map' if fault.line else ''
+    todo = by_map or fault.fault.todo(fault.value)
+    return f'{todo}, or --mend' if fault.can_be_mended else todo
