@@ -38,11 +38,16 @@ from leo_sim.model.batch import rollout
 
 FINE = 0.001
 """s: step of the simulation."""
+SLOWEST = 0.01
+"""s: largest period of a log; inputs change at its multiples, as they do where one node sends
+them and writes the log. A servo's goal that changes within a row is not the mean of the two."""
 ROBOTS = {'pendulum': 0.5, 'torque_pendulum': 0.3, 'servo_pendulum': 0.5, 'double_pendulum': 0.06,
           'xl330_pendulum': 0.4}  # fmt: skip
 """Share of the largest input that runs use."""
 EFFECTS = {'viscous_friction': 'b', 'coulomb_friction': 'c', 'armature': 'J'}
 """Effects beside a fault, and the parameter that scales each."""
+TAKEN_UP = ('viscous_friction', 'armature')
+"""Effects that uncertain constants of a motor do as well: none is missing then."""
 SECONDS = 20.0
 SIZES = {
     'speed_scale': lambda m, run: (1 + 0.04 * m) ** run.sign,
@@ -166,7 +171,8 @@ def _inside(row: dict) -> bool | None:
 def _effect(robot: Robot, rng: np.random.Generator) -> Placed | None:
     if rng.uniform() < 0.5:
         return None
-    name = str(rng.choice([*EFFECTS]))
+    vague = any(c.uncertain for c in robot.constants.values())
+    name = str(rng.choice([e for e in EFFECTS if not (vague and e in TAKEN_UP)]))
     joint = robot.actuators[0]
     usual = {'viscous_friction': 0.02, 'coulomb_friction': 0.03, 'armature': 0.0}[name]
     reach = joint.torque_constant or 1.0
@@ -182,10 +188,10 @@ def _run(
     robot: Robot, effect: Placed | None, rng: np.random.Generator
 ) -> tuple[Recording, float]:
     """A run at 1 kHz without noise, and the period it will be sampled with."""
-    count, period = round(SECONDS / FINE), float(rng.choice([0.005, 0.01]))
-    hold = rng.uniform(0.15, 0.5)
+    count, period = round(SECONDS / FINE), float(rng.choice([0.005, SLOWEST]))
+    hold = round(rng.uniform(0.15, 0.5) / SLOWEST) * round(SLOWEST / FINE)
     level = ROBOTS[robot.name] * np.array([a.limit for a in robot.actuators])
-    index = (np.arange(count) * FINE / hold).astype(int)
+    index = np.arange(count) // hold
     u = (level * rng.uniform(-1, 1, (index[-1] + 1, len(level))))[index]
     model = Model(robot, (effect,) if effect else ())
     start = model.start('nominal')

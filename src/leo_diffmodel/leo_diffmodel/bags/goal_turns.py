@@ -8,14 +8,13 @@ and no servo is. A goal that steps far is none: the joint then goes there the lo
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .states import Floats
 
-TURN = 2 * np.pi
-"""rad"""
 NEAR = 1.0
 """rad: so near its goal, less whole turns, a joint mostly is where the goal counts from
 another turn."""
@@ -39,7 +38,7 @@ def on_the_angles_turn(
         counts = on[:, a] & np.isfinite(angles[:, a]) & np.isfinite(goals[:, a])
         turns = _turns(goals[counts, a], angles[counts, a])
         if turns.any():
-            out[counts, a] -= TURN * turns
+            out[counts, a] -= math.tau * turns
             told.append(f'{int((turns != 0).sum())} goals of {name} were wrapped apart from its '
                         'angle; brought to the turn it is in')  # fmt: skip
     return out, told
@@ -48,18 +47,18 @@ def on_the_angles_turn(
 def _turns(goal: Floats, angle: Floats) -> Floats:
     """Whole turns that a goal is off by, shape (N,); zeros where it may be meant."""
     off = goal - angle
-    nearest = np.round(off / TURN)
+    nearest = np.round(off / math.tau)
     none = np.zeros_like(goal)
     if not nearest.any():
         return none
-    near = np.abs(off - TURN * nearest) < NEAR
-    if _leaps(goal - TURN * nearest) < _leaps(goal) and near[nearest != 0].mean() >= MOSTLY:
+    near = np.abs(off - math.tau * nearest) < NEAR
+    if _leaps(goal - math.tau * nearest) < _leaps(goal) and near[nearest != 0].mean() >= MOSTLY:
         return nearest
     most = float(np.median(nearest))
-    same = np.abs(off - TURN * most) < NEAR
+    same = np.abs(off - math.tau * most) < NEAR
     return none + most if most and same.mean() >= MOSTLY else none
 
 
 def _leaps(goal: Floats) -> int:
     """How often a goal steps by more than half a turn."""
-    return int((np.abs(np.diff(goal)) > TURN / 2).sum())
+    return int((np.abs(np.diff(goal)) > math.tau / 2).sum())

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +29,6 @@ MOST = 0.1
 """Share of the samples: a wheel that takes ten to a turn; more and the rate is in another unit."""
 FEWEST = 20
 """Samples that say what is usual."""
-TURN = 2 * np.pi
-"""rad"""
 
 
 def without_spikes(states: StateLog, lengths: Mapping[str, str]) -> tuple[StateLog, list[str]]:
@@ -57,7 +56,7 @@ def _slopes(t: Floats, q: Floats, rate: Floats) -> tuple[Floats, NDArray[np.bool
     """Slope of the angle around each sample (T,), and where none is (ends, gaps, breaks)."""
     dt, usual = np.diff(t), median_filter(rate, 5)
     step = np.diff(q)
-    step -= TURN * np.round((step - dt * (usual[1:] + usual[:-1]) / 2) / TURN)
+    step -= math.tau * np.round((step - dt * (usual[1:] + usual[:-1]) / 2) / math.tau)
     good = (dt > 0) & (dt < 5 * np.median(dt[dt > 0])) if (dt > 0).any() else dt > 0
     slope, none = np.zeros(len(q)), np.ones(len(q), dtype=bool)
     inner = good[1:] & good[:-1]
@@ -115,5 +114,5 @@ def _where(q: Floats, rate: Floats, at: NDArray[np.intp], t: Floats) -> str:
     off = np.abs(np.angle(angle * np.exp(-1j * zero)))
     if off.max() > near or near > 1.0:  # rad: too coarse to say where
         return ''
-    turned = float(np.sum(way)) >= TURN
+    turned = float(np.sum(way)) >= math.tau
     return f', once a turn at {zero:.2f} rad' if turned else f', all at {zero:.2f} rad'

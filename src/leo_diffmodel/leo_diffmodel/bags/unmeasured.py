@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+import math
 from warnings import catch_warnings
 
 import numpy as np
@@ -26,8 +27,6 @@ JUMP = 20.0
 """Times the usual step: a reset, no motion."""
 NO_INPUT = 'no measurement; taken as not measured, never as an input'
 DIFFERENTIATED = 'differentiated from the positions'
-TURN = 2 * np.pi
-"""rad"""
 
 
 def without_unmeasured(
@@ -120,7 +119,7 @@ def _moved(states: StateLog, rates: Floats | float = 0.0) -> Floats:
     """How far each joint moves [rad, m] beside what constant rates make, without jumps (J,)."""
     q = states.q
     step = np.diff(q, axis=0) - rates * np.diff(states.stamp_ns)[:, None] * 1e-9
-    step -= TURN * np.round(step / TURN)
+    step -= math.tau * np.round(step / math.tau)
     size = np.where(step != 0, np.abs(step), np.nan)
     with np.errstate(all='ignore'), catch_warnings(action='ignore'):
         usual = np.nan_to_num(np.nanmedian(size, axis=0))

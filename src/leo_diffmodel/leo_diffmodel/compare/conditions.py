@@ -6,19 +6,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 import itertools
+import math
 
 import numpy as np
 
 from leo_diffmodel.compare.phases import phases
 from leo_diffmodel.compare.pushes import own
-from leo_diffmodel.compare.sizes import is_slide, length_unit, torque_unit
+from leo_diffmodel.compare.sizes import input_unit, is_slide, length_unit, torque_unit
 from leo_diffmodel.compare.windows import Windows
 from leo_sim.model import Model
 
 Array = np.ndarray
 MOST_BINS = 8
 FEWEST = 8
-TURN = 2 * np.pi
 FORWARD, BACKWARD, TURNING = 'forward', 'backward', 'still or turning'
 ON, FREE = 'on', 'free'
 
@@ -109,19 +109,19 @@ def _ranges(
         yield 'position', 'm', q
     else:
         yield 'angle', 'rad', folded(q)
-        if np.ptp(q) > TURN:
+        if np.ptp(q) > math.tau:
             yield 'turned', 'rad', q
     if j in robot.actuated:
         values = windows.inputs[..., robot.actuated.index(j)].mean(axis=1)
         if np.ptp(values) > 0:
-            yield 'input', robot.input_unit, values
+            yield 'input', input_unit(robot, name), values
 
 
 def folded(angle: Array) -> Array:
     """Angles as they are, or within (-pi, pi] where the joint went around [rad]."""
-    if np.ptp(angle) <= TURN:
+    if np.ptp(angle) <= math.tau:
         return angle
-    return (angle + np.pi) % TURN - np.pi
+    return (angle + np.pi) % math.tau - np.pi
 
 
 def _direction(windows: Windows, j: int) -> Array:

@@ -56,6 +56,12 @@ def torque_unit(robot: Robot, joint: str) -> str:
     return 'N' if is_slide(robot, joint) else 'N m'
 
 
+def input_unit(robot: Robot, joint: str) -> str:
+    """Of what is sent to a joint's motor."""
+    own = {'position': length_unit, 'torque': torque_unit}.get(robot.input)
+    return own(robot, joint) if own else robot.input_unit
+
+
 def torque_scale(robot: Robot) -> float:
     """The largest motor torque, or else the largest of gravity about a link's joint [N m]."""
     turning = [a.joint for a in robot.actuators if a.joint not in robot.slides]

@@ -22,9 +22,10 @@ from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.rows import constant_rows, intervals
 from leo_diffmodel.explain.findings.collect import collect
 from leo_diffmodel.explain.findings.findings import Findings
-from leo_diffmodel.explain.problem.candidates import candidates, own_constants
+from leo_diffmodel.explain.problem.candidates import candidates, own_constants, unseen
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.cut import Cut
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.problem.logged import Logged
 from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
 from leo_diffmodel.explain.select.search import Search, search
@@ -172,7 +173,9 @@ def _explained(
     found = search(everything, model, posed, extra, heard, until, facts.alike)
     findings = collect(everything, model, found, facts, step, own_constants(model, hold_out),
                        heard)  # fmt: skip
-    return replace(_answer(findings, cut.notes), used=tuple(everything))
+    answer = _answer(findings, cut.notes)
+    untold = _untold(unseen(model, everything, extra), 'no speed was measured')
+    return replace(answer, used=tuple(everything), not_testable=answer.not_testable + untold)
 
 
 def _stamped(
@@ -200,10 +203,13 @@ def _posed(
 
 def _untestable(model: Model, reason: str, extra: Sequence[Effect]) -> Explanation:
     """The answer to data that cannot test the model."""
-    untold = [{'name': c.effect.name, 'where': c.where, 'why': reason}
-              for c in candidates(model, extra)]  # fmt: skip
+    untold = _untold(candidates(model, extra), reason)
     sentence, record = f'This data cannot test the model: {reason}.', reason.split(': ', 1)[-1]
     return Explanation('untestable', sentence, model, not_testable=untold, next_run=record)
+
+
+def _untold(candidates: Sequence[Candidate], reason: str) -> list[dict]:
+    return [{'name': c.effect.name, 'where': c.where, 'why': reason} for c in candidates]
 
 
 def _answer(findings: Findings, left_out: Sequence[str]) -> Explanation:

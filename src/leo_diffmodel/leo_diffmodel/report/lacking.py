@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from leo_diffmodel.compare.conditions import folded, TURN
+from leo_diffmodel.compare.conditions import folded
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.torque import MissingTorque
 from leo_diffmodel.compare.where import FAR, STANDARD_ERRORS
@@ -55,5 +57,5 @@ def that_matters(missing: MissingTorque, robot: Robot, joint: int) -> int:
 
 def _angle(name: str, q: Array) -> tuple[str, Array]:
     """The angle, folded into one turn where the joint went around."""
-    within = '' if np.ptp(q) <= TURN else ' within a turn'
+    within = '' if np.ptp(q) <= math.tau else ' within a turn'
     return f'{name} angle{within} [rad]', folded(q)

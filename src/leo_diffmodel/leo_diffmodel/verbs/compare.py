@@ -126,7 +126,8 @@ def _states(data: dict) -> Table:
 def _joints(rows: list[dict]) -> Table:
     table = Table(title='torque the model lacks, rms beyond noise')
     table.add_column('joint')
-    for column in ('share', 'N m', 'as V', 'of stall', 'noise [N m]'):
+    unit = _unit(rows)
+    for column in ('share', unit, 'as V', 'of stall', f'noise [{unit}]'):
         table.add_column(column, justify='right')
     for row in sorted(rows, key=lambda r: -r['share']):
         stall = _or_dash(row['stall_percent'], ' %')
@@ -135,12 +136,17 @@ def _joints(rows: list[dict]) -> Table:
     return table
 
 
+def _unit(rows: list[dict]) -> str:
+    """Of the torques or forces in rows."""
+    return ' or '.join(sorted({row['torque_unit'] for row in rows}))
+
+
 def _places(rows: list[dict], worst: list[dict]) -> Table:
     """One line for each joint and variable: how the torque goes with it, and where it is worst."""
     table = Table(title='where it fails, worst first')
     for column in ('joint', 'variable', 'low to high', 'worst at'):
         table.add_column(column)
-    for column in ('of error', 'of time', 'N m'):
+    for column in ('of error', 'of time', _unit(worst)):
         table.add_column(column, justify='right')
     for row in worst[:SHOWN]:
         shares = percent(row['share']), percent(row['data_share'])

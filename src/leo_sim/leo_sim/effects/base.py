@@ -103,6 +103,7 @@ class Effect:
         dynamic: The command hook changes its result while the input is held; the sensor hook
             has a memory.
         late: The sensor hook shows the state of all joints as it was `delay` s ago.
+        of_rates: It changes measured rates alone: nothing shows where none were measured.
         uses_load: The torque hook looks at `load`, which costs time to compute.
         remembers: The torque hook takes `memory` as a last argument; `remember` moves it on.
         timed: Its memory starts as the time s since the run began, not as None.
@@ -128,6 +129,7 @@ class Effect:
     steady: ClassVar[bool] = False
     dynamic: ClassVar[bool] = False
     late: ClassVar[bool] = False
+    of_rates: ClassVar[bool] = False
     uses_load: bool = False
     remembers: bool = False
     timed: bool = False

@@ -27,6 +27,7 @@ class VelocityLag(Effect):
     confused_with = 'measurement_delay, which holds up the angle too.'
     reveal = 'Steps and fast square waves, sampled at 100 Hz or more.'
     dynamic = True
+    of_rates = True
     rank = 10
 
     def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers

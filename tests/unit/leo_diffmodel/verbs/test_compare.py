@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from tests.cart import cart
 from tests.page import read
 from tests.simulate import bag, PENDULUM, record, steps
 
@@ -35,6 +36,15 @@ def test_a_person_sees_where_it_fails(rubbing, capsys):
     assert 'moving forward' in text and 'moving backward' in text
     assert f'next: leo explain {rubbing} --model pendulum' in text
     assert f'live page: leo watch {rubbing} --model pendulum\n' in text
+
+
+def test_a_joint_that_slides_lacks_a_force(tmp_path, capsys):
+    robot = cart(tmp_path)
+    rubs = place(robot, 'viscous_friction', 'rail', b=5.0)
+    path = bag(tmp_path / 'rubbing', record(robot, rubs, seconds=20, noise=(1e-4, 1e-3)))
+    assert main([str(path), '--model', str(tmp_path)]) == 0
+    text = capsys.readouterr().out
+    assert 'noise [N]' in text and 'N m' not in text
 
 
 def test_json_to_stdout_is_the_file(rubbing, tmp_path, capsys):

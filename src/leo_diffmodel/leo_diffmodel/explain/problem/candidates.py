@@ -14,6 +14,26 @@ from leo_sim.effects.base import with_roles
 from leo_sim.model import Model
 
 
+def seen(
+    model: Model, recordings: Sequence[Recording], extra: Iterable[Effect] = ()
+) -> tuple[Candidate, ...]:
+    """The candidates that recordings can say something about at all."""
+    return tuple(c for c in candidates(model, extra)
+                 if not c.effect.of_rates or _have_rates(recordings))
+
+
+def unseen(
+    model: Model, recordings: Sequence[Recording], extra: Iterable[Effect] = ()
+) -> tuple[Candidate, ...]:
+    """The candidates that change speeds alone, where the recordings measured none."""
+    return tuple(c for c in candidates(model, extra)
+                 if c.effect.of_rates and not _have_rates(recordings))
+
+
+def _have_rates(recordings: Sequence[Recording]) -> bool:
+    return any(r.rates == 'measured' for r in recordings)
+
+
 def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, ...]:
     """Every effect of the catalogue, and the user's, at every place it can act.
 

@@ -16,7 +16,7 @@ from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progre
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import scales_of, Scan
 from leo_diffmodel.explain.estimate.smooth import Smooth
-from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.problem.candidates import seen, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import Posed
@@ -107,7 +107,7 @@ def search(
     longest = settings.numerics.last_longest
     posed = posed.before(longest * began + (1 - longest) * until)
     fits = estimator(posed, model)
-    pool = [limited(c, model, settings.grids) for c in candidates(model, extra)]
+    pool = [limited(c, model, settings.grids) for c in seen(model, recordings, extra)]
     first = fits.first(Hypothesis(constants=uncertain(model, posed.problem.trained)))
     enough = until - settings.numerics.last_times * (time.monotonic() - began)
     first = first._replace(posed=first.posed.before(max(enough, posed.problem.until)))

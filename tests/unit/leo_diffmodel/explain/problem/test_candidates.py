@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Effects that other packages register are candidates without being named."""
+"""Which effects are candidates: those of other packages, too; none that cannot show."""
 
 from argparse import Namespace
+from dataclasses import replace
 
-from leo_diffmodel.explain.problem.candidates import candidates
+import pytest
+from tests.simulate import PENDULUM, record
+
+from leo_diffmodel.explain.problem.candidates import candidates, seen, unseen
 from leo_diffmodel.verbs.common import own_effects
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import get_effect, place
@@ -37,3 +41,13 @@ def test_an_entry_point_is_enough(tmp_path, monkeypatch):
     assert ('bearing_drag', 'pivot') in {(c.effect.name, c.where) for c in tried}
     assert get_effect('bearing_drag').family == 'friction'
     assert place(robot, 'bearing_drag', 'all', c=1e-6).where == ('pivot',)
+
+
+@pytest.mark.parametrize('rates', ['absent', 'made', 'measured'])
+def test_a_speed_that_nobody_measured_has_no_lag(rates):
+    log = replace(record(PENDULUM, seconds=2), rates=rates)
+    tried, left = ({c.effect.name for c in which(Model(PENDULUM), [log])}
+                   for which in (seen, unseen))  # fmt: skip
+    assert ('velocity_lag' in tried) == (rates == 'measured') == (left == set())
+    everything = {c.effect.name for c in candidates(Model(PENDULUM))}
+    assert 'command_delay' in tried and tried | left == everything
