@@ -58,7 +58,7 @@ ONE_DRIVER = (DRIVERS, 'leo_sim.description', 'leo_sim.verbs.skeleton', 'leo_sim
 """What knows of servos: drivers, their bus, robot.yaml and what writes it."""
 LOADERS = ('leo_sim.nodes.robot', 'leo_sim.verbs.check_driver')
 """What builds a driver by its name."""
-BLIND = 'leo_diffmodel.blind'
+BLIND = 'leo_lab.blind'
 """Makes its cases on the simulated driver, whatever runs elsewhere."""
 KINDS = ('dynamixel', 'feetech', 'replay')
 EXPLAIN = 'leo_diffmodel.explain'
