@@ -11,9 +11,8 @@ from typing import Any
 from leo_lab.result_lines import read_results, Row
 from leo_lab.thesis import transfer, transfer_page, walking, walking_page
 from leo_lab.thesis.cases import missing, pace
-from leo_lab.thesis.walking import KNEE_ENDS
+from leo_lab.thesis.walking import ABLATION, KNEE_ENDS
 from leo_lab.thesis.walking_page import Group
-from leo_learner.configs import ABLATION
 
 
 @dataclass(frozen=True)

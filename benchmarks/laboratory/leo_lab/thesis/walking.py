@@ -15,7 +15,7 @@ from tensorboard.backend.event_processing.event_file_loader import EventFileLoad
 from leo_learner import sarsa
 from leo_learner.checkpoint import PREFIX
 from leo_learner.collect import play
-from leo_learner.configs import ABLATION, RECOMMENDED_WALKING, THESIS_WALKING
+from leo_learner.configs import RECOMMENDED_WALKING, THESIS_WALKING
 from leo_learner.ddpg import Config, Training
 from leo_learner.env import model_env, training_env
 from leo_learner.learning import learn, Outcome
@@ -30,6 +30,14 @@ from leo_sim.model import Model
 
 STARTS = 11
 """Episodes that the best policy is judged by: the nominal start and ten random ones."""
+ABLATION = {
+    'one_critic': replace(RECOMMENDED_WALKING, twin_critics=False),
+    'layer_norm': replace(RECOMMENDED_WALKING, layer_norm=True),
+    'whole_episodes': replace(RECOMMENDED_WALKING, episode_steps=None),
+    'unscaled': replace(RECOMMENDED_WALKING, scale=False),
+    'thesis_rates': replace(RECOMMENDED_WALKING, actor_rate=1e-4, tau=0.001),
+}
+"""The recommended configuration for LEO with one option changed."""
 CONFIGS = {'recommended': RECOMMENDED_WALKING, 'thesis': THESIS_WALKING, **ABLATION}
 KNEE_ENDS = '+knee_ends'
 """Follows a configuration's name where a straight knee ends the episode, as in the thesis' code;

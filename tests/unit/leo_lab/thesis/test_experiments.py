@@ -16,10 +16,10 @@ from leo_lab.thesis.cases import found, hours, missing, run_cases
 from leo_lab.thesis.catalogue import EXPERIMENTS, training_hours
 from leo_lab.thesis.page import write_page
 from leo_lab.thesis.summary import common_curves, mean_and_half, summary, walks
-from leo_lab.thesis.walking import Case, KNEE_ENDS, model_of
+from leo_lab.thesis.walking import ABLATION, Case, KNEE_ENDS, model_of
 from leo_lab.verbs.reproduce import main, NAMES
 from leo_lab.workers import Workers
-from leo_learner.configs import ABLATION, RECOMMENDED_WALKING
+from leo_learner.configs import RECOMMENDED_WALKING
 from leo_learner.env import ModelEnv
 from leo_learner.rollouts import Rollouts
 from leo_msgs_py.errors import UserError
