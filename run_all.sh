@@ -4,7 +4,7 @@
 # ./run_all.sh [OPTION…]   set up, then the main job: leo demo [OPTION…]
 # ./run_all.sh test [ARG…] set up, then pytest [ARG…] on all cores, ruff and mypy beside it
 # ./run_all.sh test-all    as test, with the tests marked slow too
-# ./run_all.sh setup       only set up: .venv with the leo command
+# ./run_all.sh setup       only set up: .venv with the leo command, and the laboratory's verbs
 #
 # PYTHON=/path/to/python chooses the interpreter (3.11 or 3.12). A second run starts at once.
 
@@ -14,6 +14,7 @@ trap 'echo "run_all.sh: interrupted; the next run goes on from here" >&2; exit 1
 
 readonly VENV=.venv
 readonly LOG=$VENV/setup.log
+readonly LABORATORY=benchmarks/laboratory # no part of the product, which is src
 
 die() {
   echo "run_all.sh: error: $*" >&2
@@ -86,7 +87,7 @@ make_environment() {
 }
 
 fingerprint() { # what an installed environment depends on
-  { pwd; ros; "$VENV/bin/python" -VV; cat constraints.txt "$@" src/*/{package.xml,setup.py,setup.cfg}; } | cksum
+  { pwd; ros; "$VENV/bin/python" -VV; cat constraints.txt "$@" src/*/{package.xml,setup.py,setup.cfg} "$LABORATORY/pyproject.toml"; } | cksum
 }
 
 install_ros() {
@@ -132,7 +133,7 @@ for robot in ('leo', 'pendulum'):
 PYTHON
 }
 
-setup() { # REQUIREMENTS…: install them and the four packages, unless that is done already
+setup() { # REQUIREMENTS…: install them, the four packages and the laboratory, unless that is done already
   local stamp=$VENV/.ready-${*: -1} packages=(leo_msgs_py leo_sim leo_diffmodel leo_learner)
   if ! usable "$VENV/bin/python" || other_python_wanted ||
     [[ "$(cat "$VENV/.ros" 2> /dev/null)" != "$(ros)" ]]; then
@@ -144,7 +145,7 @@ setup() { # REQUIREMENTS…: install them and the four packages, unless that is 
   pip_install --constraint constraints.txt setuptools
   install_ros
   pip_install --constraint constraints.txt "${@/#/--requirement=}"
-  pip_install --no-build-isolation --no-deps "${packages[@]/#/--editable=src/}"
+  pip_install --no-build-isolation --no-deps "${packages[@]/#/--editable=src/}" "--editable=$LABORATORY"
   link_packages "${packages[@]}"
   compile_kernels
   fingerprint "$@" > "$stamp"

@@ -26,10 +26,10 @@ import sys
 
 import numpy as np
 
-from leo_diffmodel.blind.run_cases import read_lines
-from leo_diffmodel.blind.suite import check_readable, walker_of
-from leo_diffmodel.blind.table import confusion, hidden, SHARES, wilson
-from leo_diffmodel.verbs.blind_told import TITLES, WORDS
+from leo_lab.blind.run_cases import read_lines
+from leo_lab.blind.suite import check_readable, walker_of
+from leo_lab.blind.table import confusion, hidden, SHARES, wilson
+from leo_lab.verbs.blind_told import TITLES, WORDS
 from leo_msgs_py.errors import UserError
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -27,7 +27,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from leo_diffmodel.bags.contents import load
-from leo_diffmodel.blind.judge import judge
+from leo_lab.blind.judge import judge
 from leo_msgs_py.cdr import decode
 from leo_msgs_py.node import call, join, spin_until
 from leo_msgs_py.values import nanoseconds

@@ -25,8 +25,6 @@ import numpy as np
 from rich.progress import track
 
 from leo_diffmodel.bags.recording import read_bag, Recording
-from leo_diffmodel.blind.case import draw_case
-from leo_diffmodel.blind.record import record
 from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
@@ -38,6 +36,8 @@ from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.settings import SETTINGS
+from leo_lab.blind.case import draw_case
+from leo_lab.blind.record import record
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Speed of DDPG on LEO beside Stable-Baselines3 and CleanRL, in one process on one thread.
 
-    pip install -r requirements-ddpg.txt        (Stable-Baselines3; needed by nothing else)
+    pip install -r benchmarks/requirements-ddpg.txt   (Stable-Baselines3; needed by nothing else)
     python benchmarks/ddpg_speed.py [--steps 2000] [--rounds 3] [--cleanrl FILE]
 
 The same environment, hidden layers, batch of 64, one update per step. The programs take turns;

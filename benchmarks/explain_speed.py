@@ -19,8 +19,8 @@ import subprocess
 import tempfile
 import time
 
-from leo_diffmodel.blind.case import Case, draw_case, KINDS
-from leo_diffmodel.blind.record import record
+from leo_lab.blind.case import Case, draw_case, KINDS
+from leo_lab.blind.record import record
 
 GATES = {'pendulum': 5.0, 'double_pendulum': 10.0, 'leo': 30.0}
 WALKERS = ('leo',)

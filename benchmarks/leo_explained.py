@@ -23,13 +23,13 @@ import time
 import numpy as np
 
 from leo_diffmodel.bags.recording import read_bag, Recording
-from leo_diffmodel.blind.case import Case, draw_case
-from leo_diffmodel.blind.record import record
-from leo_diffmodel.blind.scenes import Moving, Step
 from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.explanation import explain
+from leo_lab.blind.case import Case, draw_case
+from leo_lab.blind.record import record
+from leo_lab.blind.scenes import Moving, Step
 from leo_learner.policy import Policy
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model, State
@@ -43,7 +43,7 @@ WINDOWS = 150
 
 @dataclass(frozen=True)
 class Walking:
-    """The shipped policy at the wheel; a scene as `leo_diffmodel.blind.scenes` has them."""
+    """The shipped policy at the wheel; a scene as `leo_lab.blind.scenes` has them."""
 
     robot: Robot
     count: int

@@ -22,16 +22,16 @@ from rich.console import Console
 from rich.table import Table
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.blind import kinds
 from leo_diffmodel.difference.data import transitions
 from leo_diffmodel.difference.fit import fit
 from leo_diffmodel.difference.model import DifferenceModel
 from leo_diffmodel.difference.network import CONFIGS
 from leo_diffmodel.explain.explanation import explain
+from leo_lab.blind import kinds
+from leo_lab.thesis.ahead import squares_ahead
+from leo_lab.thesis.transfer import real_model, THESIS_GAP
 from leo_learner.collect import Act, collect
 from leo_learner.env import ModelEnv
-from leo_learner.experiments.ahead import squares_ahead
-from leo_learner.experiments.transfer import real_model, THESIS_GAP
 from leo_learner.policy import Policy
 from leo_learner.rollouts import Rollouts
 from leo_sim.effects import get_effect, place

@@ -29,8 +29,8 @@ from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.find import find_faults
 from leo_diffmodel.faults.mending import runs_of
-from leo_msgs_py.result_lines import append_result, read_results
-from leo_msgs_py.workers import Workers
+from leo_lab.result_lines import append_result, read_results
+from leo_lab.workers import Workers
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.effects import place, Placed
 from leo_sim.model import Model

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """leo explain beside MuJoCo's system identification toolbox, on the same bag of a pendulum.
 
-    pip install -r requirements-bench.txt
+    pip install -r benchmarks/requirements-bench.txt
     python benchmarks/mujoco_sysid.py
 
 A torque-driven pendulum hides one effect; 20 s at 100 Hz are recorded with noise. Both learn from

@@ -30,15 +30,15 @@ from rich.progress import Progress
 from rich.table import Table
 
 from leo_diffmodel.bags.recording import read_bag, Recording
-from leo_diffmodel.blind.case import Case, draw_case, ROBOTS
-from leo_diffmodel.blind.excitation import excitation
-from leo_diffmodel.blind.judge import judge
-from leo_diffmodel.blind.record import record
-from leo_diffmodel.blind.scenes import Given
-from leo_diffmodel.blind.table import rate
-from leo_diffmodel.blind.truth import hide, reveal
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.next_run.proposal import propose
+from leo_lab.blind.case import Case, draw_case, ROBOTS
+from leo_lab.blind.excitation import excitation
+from leo_lab.blind.judge import judge
+from leo_lab.blind.record import record
+from leo_lab.blind.scenes import Given
+from leo_lab.blind.table import rate
+from leo_lab.blind.truth import hide, reveal
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 

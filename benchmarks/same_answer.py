@@ -24,12 +24,12 @@ from joblib import delayed, Parallel
 from rich.progress import track
 
 from leo_diffmodel.bags.recording import Episode, read_bag, Recording
-from leo_diffmodel.blind.case import draw_case
-from leo_diffmodel.blind.record import record
 from leo_diffmodel.compare.thin import every
 from leo_diffmodel.explain.estimate.smooth import Smooth
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_lab.blind.case import draw_case
+from leo_lab.blind.record import record
 from leo_sim.model import Model
 
 

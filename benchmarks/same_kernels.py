@@ -27,8 +27,8 @@ from typing import Any
 from rich.progress import track
 from threadpoolctl import threadpool_info
 
-from leo_diffmodel.blind.case import draw_case
-from leo_diffmodel.blind.record import record
+from leo_lab.blind.case import draw_case
+from leo_lab.blind.record import record
 
 KERNELS = {'Haswell': 'avx2', 'Sandybridge': 'avx', 'SkylakeX': 'avx512f'}
 ALONE = {'OPENBLAS_NUM_THREADS': '1', 'LOKY_MAX_CPU_COUNT': '1'}

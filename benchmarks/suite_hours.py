@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from leo_diffmodel.blind.run_cases import read_lines
+from leo_lab.blind.run_cases import read_lines
 
 
 def main() -> None:

@@ -28,9 +28,9 @@ from bokeh.document import Document
 from bokeh.document.events import MessageSentEvent
 from bokeh.events import ButtonClick
 
-from leo_diffmodel.blind.case import draw_case
-from leo_diffmodel.blind.record import record
-from leo_learner.experiments.processes import LEO
+from leo_lab.blind.case import draw_case
+from leo_lab.blind.record import record
+from leo_learner.demo.processes import LEO
 
 TAGS = re.compile(r'<[^>]+>')
 PATIENCE, AGAIN = 3600.0, 4.0

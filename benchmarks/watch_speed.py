@@ -31,11 +31,11 @@ import numpy as np
 from selenium.webdriver import Chrome
 from tests import browser
 
-from leo_diffmodel.blind.case import Case
-from leo_diffmodel.blind.excitation import excitation
-from leo_diffmodel.blind.open_loop import Run
-from leo_diffmodel.blind.record import record
-from leo_diffmodel.blind.scenes import Given, Step
+from leo_lab.blind.case import Case
+from leo_lab.blind.excitation import excitation
+from leo_lab.blind.open_loop import Run
+from leo_lab.blind.record import record
+from leo_lab.blind.scenes import Given, Step
 from leo_learner.policy import Policy
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.effects import place

@@ -15,7 +15,7 @@ def local_cluster(workers: int) -> Iterator[Any]:
 
     A worker that is killed starts again, however long a busy machine takes for that.
     """
-    distributed = pytest.importorskip('distributed', reason='requirements-cluster.txt')
+    distributed = pytest.importorskip('distributed', reason='benchmarks/requirements-cluster.txt')
     import dask
 
     patient = dask.config.set({'distributed.deploy.lost-worker-timeout': PATIENCE})

@@ -55,7 +55,6 @@ setup(
             'explain = leo_diffmodel.verbs.explain:main',
             'add = leo_diffmodel.verbs.add:main',
             'repair = leo_diffmodel.verbs.repair:main',
-            'blind = leo_diffmodel.verbs.blind:main',
             'check = leo_diffmodel.verbs.check:main',
             'next = leo_diffmodel.verbs.next:main',
             'watch = leo_diffmodel.verbs.watch:main',

@@ -11,7 +11,7 @@ NODES = {'learner': 'leo_learner.nodes.learner:main'}
 setup(
     name=PACKAGE,
     version=ElementTree.parse('package.xml').findtext('version'),
-    description='Environment, DDPG, SARSA, Algorithm 5, policies, experiments, learner node',
+    description='Environment, DDPG, SARSA, Algorithm 5, policies, the demo, learner node',
     author='The LEO developers',
     license='Apache-2.0',
     python_requires='>=3.11',
@@ -28,15 +28,11 @@ setup(
         'leo_diffmodel',
         'leo_msgs_py',
         'leo_sim',
-        'filelock',
         'gymnasium>=1.0',
-        'joblib>=1.3',
-        'matplotlib',
         'numba>=0.60',
         'numpy>=1.26.4',
         'rich',
         'safetensors',
-        'scipy>=1.11',
         'tensorboard',
         'threadpoolctl',
         'torch>=2.5,<2.14',
@@ -45,8 +41,7 @@ setup(
     entry_points={
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
         'leo.verbs': [
-            f'{verb} = leo_learner.verbs.{verb}:main'
-            for verb in ('demo', 'learn', 'play', 'reproduce')
+            f'{verb} = leo_learner.verbs.{verb}:main' for verb in ('demo', 'learn', 'play')
         ],
     },
     zip_safe=False,

@@ -21,7 +21,6 @@ setup(
         (f'share/{PACKAGE}', ['package.xml']),
     ],
     install_requires=[
-        'joblib>=1.3',
         'lz4',
         'mcap>=1.3',
         'numpy>=1.26.4',
@@ -32,7 +31,6 @@ setup(
         'zstandard',
     ],
     extras_require={
-        'cluster': ['distributed>=2025.1'],
         'ros': ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6'],
         'test': ['pytest', 'hypothesis'],
     },

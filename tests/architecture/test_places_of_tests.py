@@ -5,7 +5,7 @@ import ast
 from pathlib import Path
 
 import pytest
-from tests.architecture.test_source import imports, OURS, within
+from tests.architecture.test_source import HOMES, imports, within
 from tests.places import ROOT, TESTS
 
 FILES = [path.relative_to(TESTS) for path in sorted(TESTS.rglob('test_*.py'))]
@@ -21,9 +21,9 @@ def misplaced(file: Path, source: str) -> str:
         return f'tests/{kind} is no kind of test'
     if kind != 'unit':
         return f'the tests of tests/{kind} lie in no folders' if rooms else ''
-    if not rooms or rooms[0] not in OURS:
+    if not rooms or rooms[0] not in HOMES:
         return 'a test under tests/unit lies in the folder of a package'
-    if not ROOT.joinpath('src', rooms[0], *rooms).is_dir():
+    if not HOMES[rooms[0]].joinpath(*rooms).is_dir():
         return f'the source has no folder {"/".join(rooms)}'
     room = '.'.join(rooms)
     loads = any(within(name, room) for name in imports(source, 'tests'))

@@ -10,20 +10,27 @@ import sys
 import pytest
 from tests.places import ROOT
 
-# Each may import those before it.
-OURS = ('leo_msgs_py', 'leo_sim', 'leo_diffmodel', 'leo_learner')
+PRODUCT = ('leo_msgs_py', 'leo_sim', 'leo_diffmodel', 'leo_learner')
+LABORATORY = 'leo_lab'
+OURS = (*PRODUCT, LABORATORY)
+"""Each may import those before it."""
+HOMES = {**{package: ROOT / 'src' / package for package in PRODUCT},
+         LABORATORY: ROOT / 'benchmarks/laboratory'}
+"""The folder that holds each package."""
 MODULES = {
-    '.'.join(path.relative_to(ROOT / 'src' / package).with_suffix('').parts).removesuffix(
+    '.'.join(path.relative_to(HOMES[package]).with_suffix('').parts).removesuffix(
         '.__init__'
     ): path
     for package in OURS
-    for path in sorted((ROOT / 'src' / package / package).rglob('*.py'))
+    for path in sorted((HOMES[package] / package).rglob('*.py'))
 }
 SOURCES = [
     path
     for pattern in ('src/**/*.py', 'tests/**/*.py', 'benchmarks/**/*.py')
     for path in sorted(ROOT.glob(pattern))
 ]
+EXAMINERS = {LABORATORY, 'benchmarks', 'tests', *(p.stem for p in ROOT.glob('benchmarks/*.py'))}
+"""What examines the product: the laboratory, the benchmarks' scripts, the tests."""
 TRUTH = 'leo_sim.truth.hidden'
 MAY_SEE_THE_TRUTH = {'leo_sim.drivers.simulated', 'leo_sim.verbs.reveal'}
 ENGINES = {'pybullet': 'leo_sim.dynamics.pybullet', 'mujoco': 'leo_sim.references.mujoco'}
@@ -58,7 +65,7 @@ ONE_DRIVER = (DRIVERS, 'leo_sim.description', 'leo_sim.verbs.skeleton', 'leo_sim
 """What knows of servos: drivers, their bus, robot.yaml and what writes it."""
 LOADERS = ('leo_sim.nodes.robot', 'leo_sim.verbs.check_driver')
 """What builds a driver by its name."""
-BLIND = 'leo_diffmodel.blind'
+BLIND = 'leo_lab.blind'
 """Makes its cases on the simulated driver, whatever runs elsewhere."""
 KINDS = ('dynamixel', 'feetech', 'replay')
 EXPLAIN = 'leo_diffmodel.explain'
@@ -176,10 +183,34 @@ def test_imports_are_allowed() -> None:
     assert {module: names for module, names in found.items() if names} == {}
 
 
+def examiners(source: str) -> set[str]:
+    """What a file of the product imports of that which examines it."""
+    return {name for name in imports(source, '') if name.split('.')[0] in EXAMINERS}
+
+
+def test_the_product_imports_nothing_that_examines_it() -> None:
+    files = sorted(ROOT.glob('src/**/*.py'))
+    found = {path: examiners(path.read_text()) for path in files}
+    assert files and {path: names for path, names in found.items() if names} == {}
+    named = [path for path in files if LABORATORY in path.read_text()]  # as an entry point
+    assert named == []
+
+
+@pytest.mark.parametrize('source', [
+    'from leo_lab.workers import Workers',
+    'def f():\n    from benchmarks import rig',
+    'import log_faults',
+    'if TYPE_CHECKING:\n    import leo_lab.blind.case',
+])
+def test_what_examines_is_noticed_where_the_product_imports_it(source: str) -> None:
+    assert examiners(source)
+
+
 @pytest.mark.parametrize(
     ('module', 'source'),
     [
         ('leo_msgs_py.topics', 'import leo_sim'),
+        ('leo_learner.ddpg', 'from leo_lab.thesis import walking'),
         ('leo_sim.model', 'from leo_diffmodel.bags import recording'),
         ('leo_diffmodel.explain.main', 'def f():\n    import leo_learner.ddpg'),
         ('leo_sim.model', 'import pybullet as p'),

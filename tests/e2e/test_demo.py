@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from leo_learner.experiments.closing import closing
-from leo_learner.experiments.main_job import MainJob, Plan
-from leo_learner.experiments.processes import Processes
+from leo_learner.demo.closing import closing
+from leo_learner.demo.main_job import MainJob, Plan
+from leo_learner.demo.processes import Processes
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.truth.drawing import draw

@@ -22,7 +22,7 @@ COMMANDS = sorted(
         for command in re.findall(r'^leo .*', block.replace('\\\n', ''), flags=re.MULTILINE)
     }
 )
-PATHS = sorted(set(re.findall(r'`((?:src|tests|docs)/[^`* ]+)`', README)))
+PATHS = sorted(set(re.findall(r'`((?:src|tests|docs|benchmarks)/[^`* ]+)`', README)))
 ARCHITECTURE = (ROOT / 'docs/architecture.md').read_text()
 WHERE_IS = ARCHITECTURE.partition('## Where is')[2]
 PAGES = [*sorted(ROOT.glob('*.md')), *sorted(ROOT.glob('docs/**/*.md'))]

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Both installs of the workspace, colcon's and pip's, hold what ros2 run and leo run look for."""
-from importlib.metadata import distribution, entry_points
+from importlib.metadata import distribution, distributions, entry_points
 import os
 from pathlib import Path
 import shutil
@@ -8,12 +8,14 @@ import signal
 import subprocess
 import sys
 from threading import Timer
+import tomllib
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 from tests.places import ROOT
 
 PACKAGES = ('leo_msgs_py', 'leo_sim', 'leo_diffmodel', 'leo_learner')
+LABORATORY = ROOT / 'benchmarks/laboratory'
 EXECUTABLES = (
     ('leo_sim', 'robot'),
     ('leo_sim', 'servo_bus'),
@@ -109,18 +111,40 @@ def test_colcon_installs_every_module_and_data_file(colcon_install: Path, packag
 @pytest.fixture(scope='session')
 def pip_prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Install the four packages with pip, and return where."""
-    base = tmp_path_factory.mktemp('pip')
+    return installed(tmp_path_factory.mktemp('pip'), ROOT / 'src', PACKAGES)
+
+
+@pytest.fixture(scope='session')
+def laboratory_prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Install the laboratory with pip, and return where."""
+    return installed(tmp_path_factory.mktemp('laboratory'), LABORATORY, ('.',))
+
+
+def installed(base: Path, source: Path, packages: tuple[str, ...]) -> Path:
+    """Install the packages in a folder with pip, each by itself, and return where."""
     shutil.copytree(  # pip builds in the source's own folder
-        ROOT / 'src', base / 'src', ignore=shutil.ignore_patterns('build', '*.egg-info')
+        source, base / 'source', ignore=shutil.ignore_patterns('build', '*.egg-info')
     )
     command = [
         *(sys.executable, '-m', 'pip', 'install', '--quiet', '--no-deps', '--no-index'),
         *('--no-build-isolation', '--ignore-installed', '--prefix', str(base / 'prefix')),
-        *(str(base / 'src' / package) for package in PACKAGES),
+        *(str(base / 'source' / package) for package in packages),
     ]
     done = subprocess.run(command, cwd=base, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
     return base / 'prefix'
+
+
+def modules(prefix: Path) -> Path:
+    """The folder of modules of what pip installed."""
+    [folder] = prefix.glob('lib/python*/site-packages')
+    return folder
+
+
+def verbs(prefix: Path) -> set[str]:
+    """The verbs of `leo` that what pip installed brings."""
+    known = distributions(path=[str(modules(prefix))])
+    return {e.name for found in known for e in found.entry_points if e.group == 'leo.verbs'}
 
 
 @pytest.mark.parametrize('package', PACKAGES)
@@ -144,6 +168,30 @@ def test_pip_installs_leo_and_no_node_into_bin(pip_prefix: Path) -> None:
     assert scripts.isdisjoint(node for _, node in EXECUTABLES)
 
 
+def test_pip_of_the_four_packages_leaves_the_laboratory_out(
+    pip_prefix: Path, laboratory_prefix: Path
+) -> None:
+    folders = {p.name for p in modules(pip_prefix).iterdir() if p.suffix != '.dist-info'}
+    assert folders == set(PACKAGES)
+    assert verbs(laboratory_prefix) == {'blind', 'reproduce'}
+    assert verbs(pip_prefix) and verbs(pip_prefix).isdisjoint(verbs(laboratory_prefix))
+
+
+def test_pip_installs_every_module_of_the_laboratory_and_no_command(
+    laboratory_prefix: Path
+) -> None:
+    source, there = LABORATORY / 'leo_lab', modules(laboratory_prefix) / 'leo_lab'
+    files = [*source.rglob('*.py'), source / 'py.typed']
+    assert [p for p in files if not (there / p.relative_to(source)).exists()] == []
+    assert not (laboratory_prefix / 'bin').exists()
+
+
+def test_the_laboratory_names_all_that_it_imports_of_ours() -> None:
+    described = tomllib.loads((LABORATORY / 'pyproject.toml').read_text())['project']
+    assert set(PACKAGES) <= set(described['dependencies'])
+    assert distribution(described['name']).version == described['version']
+
+
 def test_every_node_is_known_to_leo_run() -> None:
     known = {e.name for e in entry_points(group='leo.executables')}
     assert {f'{package}.{node}' for package, node in EXECUTABLES} <= known
@@ -153,7 +201,8 @@ def test_every_node_is_known_to_leo_run() -> None:
     'group', ['leo.verbs', 'leo.executables', 'leo.robots', 'leo.drivers', 'leo.effects']
 )
 def test_every_entry_point_leads_somewhere(group: str) -> None:
-    found = [e for e in entry_points(group=group) if e.dist and e.dist.name in PACKAGES]
+    ours = (*PACKAGES, 'leo_lab')
+    found = [e for e in entry_points(group=group) if e.dist and e.dist.name in ours]
     loaded = {e.name: e.load() for e in found}
     assert None not in loaded.values()
     if group in ('leo.verbs', 'leo.executables'):

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Environment, DDPG, Algorithm 5, policies, experiments and the learner node."""
+"""Environment, DDPG, Algorithm 5, policies, the demo and the learner node."""

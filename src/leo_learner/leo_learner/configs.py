@@ -41,14 +41,6 @@ RECOMMENDED_WALKING = replace(
     twin_critics=True,
 )
 """LEO; `leo reproduce ablation` takes back one option after the other."""
-ABLATION = {
-    'one_critic': replace(RECOMMENDED_WALKING, twin_critics=False),
-    'layer_norm': replace(RECOMMENDED_WALKING, layer_norm=True),
-    'whole_episodes': replace(RECOMMENDED_WALKING, episode_steps=None),
-    'unscaled': replace(RECOMMENDED_WALKING, scale=False),
-    'thesis_rates': replace(RECOMMENDED_WALKING, actor_rate=1e-4, tau=0.001),
-}
-"""The recommended configuration for LEO with one option changed."""
 
 
 def configuration(name: str, robot: Robot) -> Config:

@@ -8,6 +8,7 @@ import pytest
 from leo_diffmodel.difference.data import transitions
 from leo_diffmodel.difference.fit import fit
 from leo_diffmodel.difference.network import RECOMMENDED as NETWORK
+from leo_lab.thesis.table7 import effects
 from leo_learner import algorithm5, sarsa
 from leo_learner.algorithm5 import Algorithm5, Settings
 from leo_learner.checkpoint import save_checkpoint
@@ -15,7 +16,6 @@ from leo_learner.collect import play
 from leo_learner.configs import RECOMMENDED, RECOMMENDED_WALKING, THESIS_WALKING
 from leo_learner.ddpg import Training
 from leo_learner.env import ModelEnv, training_env
-from leo_learner.experiments.table7 import effects
 from leo_learner.learning import POLICY
 from leo_learner.nodes.learner import checked
 from leo_learner.policy import save_policy

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import tomllib
 from xml.etree import ElementTree
 
 import pytest
@@ -124,6 +125,15 @@ def test_an_unknown_verb_names_the_nearest(verbs, capsys):
     assert "did you mean 'refuse'?" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize('verb', ['blind', 'reproduce'])
+def test_a_verb_of_the_laboratory_says_how_to_install_that(verb, verbs, capsys):
+    assert cli.main([verb, '--help']) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == (f"leo: error: unknown verb '{verb}'; it is one of the laboratory, which is "
+                    "not installed: pip install ./benchmarks/laboratory, in this project's source")
+    assert (ROOT / 'benchmarks/laboratory/pyproject.toml').is_file()
+
+
 def test_help_lists_the_verbs(capsys):
     assert cli.main(['--help']) == 0
     text = capsys.readouterr().out
@@ -187,6 +197,8 @@ def test_one_version_everywhere(capsys):
     version = capsys.readouterr().out.removeprefix('leo ').strip()
     manifests = sorted(ROOT.glob('src/*/package.xml'))
     assert [ElementTree.parse(m).findtext('version') for m in manifests] == [version] * 4
+    laboratory = tomllib.loads((ROOT / 'benchmarks/laboratory/pyproject.toml').read_text())
+    assert laboratory['project']['version'] == version
     assert yaml.safe_load((ROOT / 'CITATION.cff').read_text())['version'] == version
     assert f'\n## {version} ' in (ROOT / 'CHANGELOG.md').read_text()
 

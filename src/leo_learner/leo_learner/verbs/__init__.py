@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verbs of the `leo` command: learn, play, reproduce, demo."""
+"""Verbs of the `leo` command: learn, play, demo."""

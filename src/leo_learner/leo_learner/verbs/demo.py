@@ -41,12 +41,12 @@ def main(argv: list[str]) -> int:
     if folder.exists():
         raise UserError(f'{folder} exists; give another folder with -o')
     if options.quick:
-        from leo_learner.experiments.quick import quick
+        from leo_learner.demo.quick import quick
 
         return quick(folder, options.json)
 
-    from leo_learner.experiments.closing import closing
-    from leo_learner.experiments.main_job import MainJob, Plan
+    from leo_learner.demo.closing import closing
+    from leo_learner.demo.main_job import MainJob, Plan
     from leo_msgs_py.console import Terminal
 
     console = Terminal(stderr=options.json)
@@ -63,7 +63,7 @@ def main(argv: list[str]) -> int:
 def _watch(folder: Path) -> None:
     """Open the live page until Ctrl-C, where somebody sits in front of a screen and a terminal."""
     from leo_diffmodel.verbs import watch
-    from leo_learner.experiments.closing import watching
+    from leo_learner.demo.closing import watching
 
     if watch.screen() and sys.stdout.isatty():
         with suppress(KeyboardInterrupt):

@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 from tests.ground import candidate, KNEE, LEO, ON_GROUND, recorded, scanned, SIGMA
 
-from leo_diffmodel.blind import kinds
-from leo_diffmodel.blind.run_cases import run_case
 from leo_diffmodel.compare.pushes import predict, respond
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.estimate import contact
@@ -29,6 +27,8 @@ from leo_diffmodel.explain.unknown import find as unknown_find
 from leo_diffmodel.explain.unknown import influence as influences
 from leo_diffmodel.explain.unknown.curves import curves
 from leo_diffmodel.explain.unknown.influence import influence
+from leo_lab.blind import kinds
+from leo_lab.blind.run_cases import run_case
 from leo_sim.dynamics import multirate
 from leo_sim.effects import get_effect, place
 from leo_sim.effects.motor import Motor

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from leo_diffmodel.verbs import watch
-from leo_learner.experiments import closing, main_job
+from leo_learner.demo import closing, main_job
 from leo_learner.verbs.demo import main
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from leo_diffmodel.blind import kinds
+from leo_lab.blind import kinds
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers import load_driver

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from tests.simulate import DT, PENDULUM, steps, TORQUE
 
-from leo_diffmodel.blind import kinds
+from leo_lab.blind import kinds
 from leo_sim.effects import get_effect, place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout

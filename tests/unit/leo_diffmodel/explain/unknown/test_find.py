@@ -12,7 +12,6 @@ from tests.searched import among, FIRST, searched
 from tests.simulate import PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.blind import kinds, outside
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
@@ -27,6 +26,7 @@ from leo_diffmodel.explain.unknown.find import find
 from leo_diffmodel.explain.unknown.influence import influence
 from leo_diffmodel.explain.unknown.law import Law
 from leo_diffmodel.explain.unknown.regression import Score
+from leo_lab.blind import kinds, outside
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.effects import get_effect, Parameter, place
 from leo_sim.model import Model

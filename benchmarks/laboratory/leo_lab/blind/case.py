@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One blind case: a robot, its noise and excitation, and what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from leo_lab.blind import outside, pushes
+from leo_lab.blind.drawn import Drawn, log_uniform, one_of, several, SIZES
+from leo_lab.blind.excitation import excitation, SECONDS
+from leo_lab.blind.open_loop import Run
+from leo_lab.blind.pushes import Push
+from leo_lab.blind.scenes import Effects, Given, Moving, Scene
+from leo_lab.blind.sensing import PLAIN, Sensing
+from leo_lab.blind.small import draw_small
+from leo_sim.description.robot import load_robot, Robot
+
+ROBOTS = ('pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')
+ENGINES = (('pybullet', 0.0), ('rk4', 0.0019))
+WALKER_ENGINES = (('pybullet', 0.0), ('rigid', 2.6e-5))
+IN_MUJOCO, MUJOCO = ('small',), ('mujoco', 2e-4)
+WALKER_SCENES = (('swinging', 6.0), ('standing', 4.0), ('stepping', 10.0))
+"""What a walker does, and for how long [s]."""
+PUSHED_SIZES = (5.0, 30.0)
+POSITION_NOISE = (0.5e-3, 3e-3)
+RATE_NOISE = (0.02, 0.1)
+
+
+@dataclass(frozen=True)
+class Case:
+    """All that a case is; `run.robot` and `effects` are the truth.
+
+    Attributes:
+        kind: of `KINDS`.
+        seed: of everything drawn.
+        robot: the robot as everybody knows it.
+        run: the robot with its true constants, its noise and what drives it.
+        engine: physics engine of the robot and its integration step [s] (0: the robot's own).
+        effects: what is hidden.
+        sizes: of each, rms change of the noise-free 0.5 s open loop over the noise floor there.
+        small: what else is wrong, each below one floor.
+        small_sizes: of each.
+        sensing: what is wrong with the measurement.
+        pushes: what moves the robot besides its motors.
+    """
+
+    kind: str
+    seed: int
+    robot: Robot
+    run: Run
+    engine: tuple[str, float]
+    effects: Effects = ()
+    sizes: tuple[float, ...] = ()
+    small: Effects = ()
+    small_sizes: tuple[float, ...] = ()
+    sensing: Sensing = PLAIN
+    pushes: tuple[Push, ...] = ()
+
+
+def draw_case(
+    seed: int, kind: str, walker: str | Path | None = None, mujoco: bool = True
+) -> Case:
+    """The case of a seed; every second one comes from another integrator and time step.
+
+    No other integrator knows the ground: a walker has another time step alone. Small differences
+    come from another simulator in every second case, walkers too.
+
+    Args:
+        seed: of everything drawn.
+        kind: of `KINDS`.
+        walker: a robot with contacts, by name or folder; None takes the robots without, in turn.
+        mujoco: small differences are simulated by MuJoCo at odd seeds, else as all others.
+    """
+    rng = np.random.default_rng([seed, tuple(KINDS).index(kind)])
+    robot = load_robot(walker or robot_name(seed))
+    engine = engine_of(seed, kind, walker is not None, mujoco)
+    while True:
+        noise = (log_uniform(rng, POSITION_NOISE), log_uniform(rng, RATE_NOISE))
+        built = _as_built(robot, rng)
+        scenes = _motions(robot, rng) if walker else (Given(*excitation(robot, rng)),)
+        run = Run(built, scenes, noise)
+        drawn = KINDS[kind](seed, run, rng)
+        if drawn is not None:
+            wrong = drawn._asdict()
+            return Case(kind, seed, robot, wrong.pop('run') or run, engine, **wrong)
+
+
+def robot_name(seed: int) -> str:
+    """The robot without contacts that is a seed's."""
+    return ROBOTS[seed // 2 % len(ROBOTS)]
+
+
+def engine_of(seed: int, kind: str, walks: bool, mujoco: bool = True) -> tuple[str, float]:
+    """What simulates a case: see `Case.engine`."""
+    if kind in IN_MUJOCO and seed % 2 and mujoco:
+        return MUJOCO
+    return (WALKER_ENGINES if walks else ENGINES)[seed % 2]
+
+
+def _motions(robot: Robot, rng: np.random.Generator) -> tuple[Scene, ...]:
+    """What a walker does, each motion with figures of its own."""
+    return tuple(
+        Moving(robot, name, round(seconds / robot.control_period), int(rng.integers(2**31)))
+        for name, seconds in WALKER_SCENES
+    )
+
+
+def _as_built(robot: Robot, rng: np.random.Generator) -> Robot:
+    """The robot with uncertain constants that differ: in the middle half of their ranges."""
+    changed = {}
+    for path, constant in robot.constants.items():
+        if constant.uncertain:
+            low, high = constant.uncertain
+            value = float(rng.uniform(0.75 * low + 0.25 * high, 0.25 * low + 0.75 * high))
+            changed[path] = replace(constant, value=value)
+    return robot.with_constants(changed)
+
+
+def _nothing(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
+    return Drawn()
+
+
+def _single(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
+    placed, size = one_of(run, (), SIZES, rng)
+    return Drawn((placed,), (size,))
+
+
+def _pair(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
+    return Drawn(*several(2, run, rng))
+
+
+def _triple(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
+    return Drawn(*several(3, run, rng))
+
+
+def _outside(seed: int, run: Run, rng: np.random.Generator) -> Drawn | None:
+    """A law of no catalogue, each kind on every robot in turn; None in a run that hides it."""
+    kind = outside.KINDS[seed // (2 * len(ROBOTS)) % len(outside.KINDS)]
+    drawn = outside.draw(kind, run, rng)
+    return drawn and Drawn((drawn[0],), (drawn[1],))
+
+
+def _pushed(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
+    """Each way of pushing on every robot in turn; a third of them hide an effect."""
+    turn = seed // (2 * len(ROBOTS))
+    effects = (one_of(run, (), PUSHED_SIZES, rng),) if turn // len(pushes.KINDS) % 3 == 2 else ()
+    kind = pushes.KINDS[turn % len(pushes.KINDS)]
+    drawn = pushes.draw_pushes(kind, run.robot, SECONDS, rng)
+    return Drawn(tuple(p for p, _ in effects), tuple(s for _, s in effects), pushes=drawn,
+                 run=_led(run, drawn, rng))  # fmt: skip
+
+
+def _led(run: Run, drawn: tuple[Push, ...], rng: np.random.Generator) -> Run:
+    """The run with motors at 0, or free, while a hand leads a joint."""
+    (scene,), free = run.scenes, bool(rng.integers(2))
+    assert isinstance(scene, Given)
+    time = np.arange(scene.count) * run.robot.control_period
+    led = np.any([(time >= p.begin) & (time < p.begin + p.seconds) for p in drawn if p.path]
+                 or [np.zeros(len(time), dtype=bool)], axis=0)[:, None]  # fmt: skip
+    given = Given(np.where(led, 0.0, scene.inputs), scene.enabled & ~(led & free))
+    return replace(run, scenes=(given,))
+
+
+KINDS: dict[str, Callable[[int, Run, np.random.Generator], Drawn | None]] = {
+    'none': _nothing, 'effect': _single, 'pair': _pair, 'outside': _outside,
+    'triple': _triple, 'small': draw_small, 'pushed': _pushed,
+}  # fmt: skip

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Verbs of the `leo` command where the laboratory is installed: blind, reproduce."""

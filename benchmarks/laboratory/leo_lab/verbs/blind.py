@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: Apache-2.0
+"""leo blind: hide effects in robots by seed, explain the bags, count what was right."""
+
+from __future__ import annotations
+
+import argparse
+from importlib.util import find_spec
+from pathlib import Path
+
+from leo_diffmodel.verbs import common
+from leo_lab.verbs import blind_suite, blind_told
+from leo_lab.workers import add_worker_arguments, chosen_workers
+from leo_msgs_py.errors import UserError
+
+EXAMPLES = (
+    'leo blind --cases 200 --no-effect 200 -o out/blind',
+    'leo blind --pairs 100 --outside 40 --first-seed 5000 -o out/blind',
+    'leo blind --cases 20 --jobs 1 -o out/quick',
+    'leo blind --robot leo --cases 20 --pairs 10 -o out/blind_leo',
+    'leo blind --small 24 --pushed 24 -o out/small',
+    'leo blind --small 96 --first-seed 50001 --examination -o out/examined',
+    'leo blind --table out/small/results.jsonl',
+    'leo blind --suite --share 0.1 -o out/quick',
+    'leo blind --suite --first-seed 300001 --examination -o out/suite',
+    'leo blind --cases 1000 --scheduler tcp://10.0.0.1:8786 -o out/blind',
+)
+AGAIN = '; the same command again runs only what is missing'
+OPTIONS = {
+    'cases': ('effect', 'bags with one hidden effect'),
+    'no_effect': ('none', 'bags without any'),
+    'pairs': ('pair', 'bags with two effects, each of 2 noise floors or more'),
+    'triples': ('triple', 'bags with three effects, each of 2 noise floors or more'),
+    'outside': ('outside', 'bags with a law that is not in the catalogue'),
+    'small': ('small', 'bags with 4 to 8 small differences and none, one or two effects'),
+    'pushed': ('pushed', 'bags of robots that are shoved, led by a hand or held'),
+}
+
+
+def main(argv: list[str]) -> int:
+    """Run `leo blind`; exit status 0, 1 where a case has no answer."""
+    arguments = _parser().parse_args(argv)
+    for file in (arguments.table, arguments.close):
+        if file and not file.is_file():
+            raise UserError(f'leo blind: no results at {file}')
+    if arguments.close:
+        return blind_suite.close(arguments.close, arguments.json)
+    if arguments.table:
+        blind_told.tell_file(arguments.table, arguments.json)
+        return 0
+    return _suite(arguments) if arguments.suite else _cases(arguments)
+
+
+def _suite(arguments: argparse.Namespace) -> int:
+    for name in (*OPTIONS, 'robot'):
+        if getattr(arguments, name) is not None:
+            raise UserError(f'leo blind: --suite has its own cases; leave out '
+                            f'--{name.replace("_", "-")}')  # fmt: skip
+    _check_numbers({'first_seed': arguments.first_seed})
+    _check_kinds({'small': 1}, None, arguments.without_mujoco)
+    folder = common.fresh_folder(arguments.output) or Path('out/blind')
+    return blind_suite.run(arguments, folder / 'suite.jsonl')
+
+
+def _cases(arguments: argparse.Namespace) -> int:
+    from leo_lab.blind.run_cases import run
+
+    if arguments.share != 1 or arguments.any_commit:
+        raise UserError('leo blind: --share and --any-commit are of --suite; give that too')
+    counts, walker = _counts(arguments), _walker(arguments)
+    _check_kinds(counts, walker, arguments.without_mujoco)
+    workers = chosen_workers(arguments, 'leo blind')
+    folder = common.fresh_folder(arguments.output) or Path('out/blind')
+    first, results = arguments.first_seed, folder / _file(walker)
+    asked = {kind: range(first, first + count) for kind, count in counts.items() if count}
+    _check_seeds(asked, results, arguments.examination)
+    answers = {
+        kind: run(seeds, kind, results, workers, walker, not arguments.without_mujoco,
+                  arguments.examination)
+        for kind, seeds in asked.items()
+    }  # fmt: skip
+    blind_told.tell(blind_told.grouped(row for rows in answers.values() for row in rows),
+                    arguments.json)  # fmt: skip
+    if not arguments.json:
+        again = '' if arguments.examination else AGAIN
+        print(f'wrote {results}{again}')
+    return int(any(len(answers[kind]) < len(seeds) for kind, seeds in asked.items()))
+
+
+def _check_kinds(counts: dict[str, int], walker: Path | None, without: bool) -> None:
+    """Refuse what cannot be simulated here."""
+    if counts.get('pushed') and walker:
+        raise UserError('leo blind: --pushed takes robots with a fixed base; leave out --robot')
+    if counts.get('small') and not without and find_spec('mujoco') is None:
+        raise UserError('leo blind: --small simulates every second bag by MuJoCo, which is not '
+                        'installed: pip install -r requirements-mujoco.txt, or --without-mujoco')
+
+
+def _check_seeds(asked: dict[str, range], results: Path, examination: bool) -> None:
+    """All kinds before any of them runs."""
+    from leo_lab.blind.origin import check_seeds
+    from leo_lab.blind.run_cases import read_lines
+
+    for kind, seeds in asked.items():
+        check_seeds(kind, seeds, read_lines(results), examination)
+
+
+def _counts(arguments: argparse.Namespace) -> dict[str, int]:
+    """Cases of each kind; 20 with an effect and 20 without where nothing is asked for."""
+    asked = {name: getattr(arguments, name) for name in OPTIONS}
+    _check_numbers({**asked, 'first_seed': arguments.first_seed})
+    if all(value is None for value in asked.values()):
+        return {'effect': 20, 'none': 20}
+    return {OPTIONS[name][0]: value or 0 for name, value in asked.items()}
+
+
+def _check_numbers(asked: dict[str, int | None]) -> None:
+    for name, value in asked.items():
+        if value is not None and value < 0:
+            option = name.replace('_', '-')
+            raise UserError(f'leo blind: --{option} takes 0 or more, found {value}')
+
+
+def _walker(arguments: argparse.Namespace) -> Path | None:
+    """The folder of the robot with contacts that was asked for."""
+    from leo_sim.description.robot import load_robot
+    from leo_sim.task.motions import check_motion, MOTIONS
+
+    if arguments.robot is None:
+        return None
+    robot = load_robot(arguments.robot)
+    if not robot.contacts:
+        raise UserError(f'leo blind: --robot takes a walker, and {robot.name} touches no ground; '
+                        'without --robot all robots without contact are drawn')  # fmt: skip
+    for motion in MOTIONS:
+        check_motion(robot, motion)
+    return robot.folder.resolve()
+
+
+def _file(walker: Path | None) -> str:
+    """Where the lines are kept: a walker's cases have the seeds of the others'."""
+    return f'results_{walker.name}.jsonl' if walker else 'results.jsonl'
+
+
+def _parser() -> argparse.ArgumentParser:
+    arguments = common.parser('blind', __doc__ or '', EXAMPLES)
+    for name, (_, about) in OPTIONS.items():
+        arguments.add_argument(f'--{name.replace("_", "-")}', type=int, metavar='N', help=about)
+    arguments.add_argument('--robot', metavar='R', help='a walker instead, as leo')
+    arguments.add_argument('--first-seed', type=int, default=1)
+    arguments.add_argument('--examination', action='store_true',
+                           help='seeds from 50000 on, none of them twice')
+    arguments.add_argument('--without-mujoco', action='store_true',
+                           help='small differences by our own integrators alone')
+    arguments.add_argument('--suite', action='store_true',
+                           help='the whole benchmark of this commit, LEO too; it goes on later')
+    arguments.add_argument('--share', type=float, default=1.0, metavar='F',
+                           help='of the cases of the suite, as 0.1 for a quick look')
+    arguments.add_argument('--any-commit', action='store_true',
+                           help='go on with a suite that other code has begun')
+    arguments.add_argument('--close', type=Path, metavar='FILE.jsonl',
+                           help='end a suite before all its cases have a line, and tell it')
+    arguments.add_argument('--table', type=Path, metavar='FILE.jsonl',
+                           help='print what a results file says, and run nothing')
+    add_worker_arguments(arguments, jobs=2)
+    arguments.add_argument('-o', dest='output', metavar='DIR', help='where results are kept')
+    arguments.add_argument('--json', action='store_true', help='print the summary as JSON')
+    return arguments

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The pages hold what the lines of results say."""
+
+import json
+
+from benchmarks import blind_tables
+import pytest
+
+from leo_lab.blind import suite
+
+PAGES = [page for page in sorted(blind_tables.PAGES.glob('*.md'))
+         if blind_tables.MARKED.search(page.read_text())]  # fmt: skip
+
+
+def line(seed, **more):
+    return {'kind': 'none', 'seed': seed, 'robot': 'pendulum', 'engine': 'rk4', 'right': True,
+            'verdict': 'fine', 'effects': [], 'named': [], 'errors': [], 'seconds': 2.0,
+            'commit': 'c1', 'machine': 'm', **more}  # fmt: skip
+
+
+@pytest.fixture
+def results(tmp_path, monkeypatch):
+    monkeypatch.setattr(blind_tables, 'RESULTS', tmp_path)
+    return tmp_path / 'lines.jsonl'
+
+
+def add(results, *lines):
+    with results.open('a') as file:
+        file.writelines(json.dumps(one) + '\n' for one in lines)
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+def test_a_page_holds_what_the_lines_say(page):
+    again = 'run python benchmarks/blind_tables.py'
+    assert blind_tables.written(page) == page.read_text(), again
+
+
+def test_all_pages_of_rates_are_marked():
+    assert {page.name for page in PAGES} >= {'blind.md', 'blind_leo.md', 'measured.md'}
+
+
+def test_a_table_counts_by_world_and_names_commits(results):
+    add(results, line(1), line(2, engine='mujoco', right=False), line(3, commit='c2'),
+        line(4, robot='leo', engine='rigid'))  # fmt: skip
+    told = blind_tables.table('worlds lines.jsonl --of fixed')
+    assert '| hidden | what | all | rk4 | MuJoCo |' in told
+    assert '2 of 3, 66.7 % (20.8 to 93.9) | 2 of 2, 100.0 % (34.2 to 100.0) | 0 of 1' in told
+    assert '3 lines of `benchmarks/results/lines.jsonl`, commit c1, c2; m.' in told
+    assert '| 2 | pendulum | MuJoCo | - | fine |' in blind_tables.table('wrong lines.jsonl')
+    assert '1 of 1' in blind_tables.table('rates lines.jsonl --of leo')
+    assert '| pendulum |' in blind_tables.table('robots lines.jsonl --since none=3 --of fixed')
+
+
+def test_no_table_of_lines_that_are_not_there_or_not_to_be_seen(results):
+    assert 'is not there yet' in blind_tables.table('rates lines.jsonl')
+    suite.begin(results, suite.here(60_001, 0.1, True, True)._replace(commit='c1'), True)
+    add(results, line(60_001))
+    assert 'open examination' in blind_tables.table('rates lines.jsonl')
+    suite.close(results)
+    assert '1 of 1, 100.0 %' in blind_tables.table('rates lines.jsonl')
+
+
+def test_a_page_keeps_what_is_between_the_tables(results, tmp_path, monkeypatch, capsys):
+    page = tmp_path / 'page.md'
+    marked = '<!-- blind_tables: laws lines.jsonl -->\n<!-- end of table -->\n'
+    page.write_text(f'before\n{marked}end\n')
+    add(results, line(1))
+    for name in ('PAGES', 'ROOT'):
+        monkeypatch.setattr(blind_tables, name, tmp_path)
+    for words, status in (['--check'], 1), ([], 0), (['--check'], 0):
+        monkeypatch.setattr('sys.argv', ['blind_tables', *words])
+        assert blind_tables.main() == status
+    assert page.read_text().splitlines()[2:] == [
+        '| law | right |', '| --- | --- |', '| - | 1 of 1, 100.0 % (20.7 to 100.0) |',
+        '<!-- end of table -->', 'end']  # fmt: skip
+    assert 'page.md: not what the lines say' in capsys.readouterr().out
