@@ -11,7 +11,7 @@ from tests.simulate import NOISE, record, TORQUE
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.check.likeness import explained
 from leo_diffmodel.check.spanned import spanned
-from leo_diffmodel.check.traces import Trace
+from leo_diffmodel.check.trace import Trace
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.comparison import compare
 from leo_diffmodel.compare.fineness import LONGEST, stepped

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.check.likeness import explained
-from leo_diffmodel.check.spanned import spanned
-from leo_diffmodel.check.traces import Trace, Traces
+from leo_diffmodel.check.trace import Trace
+from leo_diffmodel.check.traces import Traces
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
 from leo_diffmodel.explain.select.sets import widens
 from leo_diffmodel.explain.settings import SETTINGS
@@ -101,7 +101,7 @@ def reaches(data: Traces, facts: Facts) -> tuple[list[Reach], Apart]:
         data: traces of all effects.
         facts: what decides which effects are the same thing.
     """
-    traces, alike = data.traces, explained(spanned(data.traces))
+    traces, alike = data.traces, explained(data.traces)
     ends = np.cumsum([len(t.sizes) for t in traces])
     rest = [t.nats[:, None] * (1 - alike[e - len(t.sizes) : e])
             for t, e in zip(traces, ends, strict=True)]  # fmt: skip

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from leo_diffmodel.check.traces import Trace
+from leo_diffmodel.check.trace import Trace
 
 Array = np.ndarray
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg.lapack import dpstrf
 
-from leo_diffmodel.check.traces import Trace
+from leo_diffmodel.check.trace import Trace
 
 Array = np.ndarray
 LEFT = 1e-11

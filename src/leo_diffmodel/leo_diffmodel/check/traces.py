@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.check.spanned import spanned
+from leo_diffmodel.check.trace import Trace
 from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
@@ -17,7 +19,7 @@ from leo_diffmodel.explain.estimate.standing import standing
 from leo_diffmodel.explain.estimate.threshold import threshold
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.problem.pose import finely_enough, Posed, searched
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -27,23 +29,6 @@ MOST_WINDOWS = 120
 """Of a robot with one joint, and fewer of those with more: each window holds more channels."""
 MOST_ON_GROUND = 60
 """Of a robot on the ground, whose windows are shorter."""
-
-
-@dataclass(frozen=True)
-class Trace:
-    """The traces of one effect at one place.
-
-    Attributes:
-        candidate: the effect and its place.
-        sizes: amplitude of each point tried, as change from neutral, shape (S,).
-        nats: evidence of each in the whole data, 0.5 |signature|^2, shape (S,).
-        signatures: unit change of the whitened prediction, nuisances out, shape (S, M).
-    """
-
-    candidate: Candidate
-    sizes: Array
-    nats: Array
-    signatures: Array
 
 
 @dataclass(frozen=True)
@@ -68,24 +53,36 @@ def traces_of(
     model: Model,
     extra: Sequence[Effect] = (),
     progress: Callable[[str], None] = lambda _: None,
+    sigma: Array | None = None,
 ) -> Traces:
     """Change every effect on top of the model and see what it does to the data.
 
     Nothing is named: the model is taken as it stands, with its uncertain constants refitted.
     Some hundred windows stand for all of them, since evidence adds up over time.
 
+    Args:
+        recordings: of one robot.
+        model: its model.
+        extra: a user's own effects.
+        progress: told what is being looked at.
+        sigma: noise of each recording and channel, shape (R, 2J); None reads it.
+
     Raises:
         ValueError: no window fits.
     """
-    posed = pose(thin(recordings), (), model)
-    whole = posed.problem
-    problem = standing(replace(posed, problem=fewer(whole))).problem
+    used = thin(recordings)
+    if any(a is not b for a, b in zip(used, recordings, strict=True)):
+        sigma = None  # inputs that are averaged over longer steps leave other residuals
+    whole, blocks = searched(used, (), model, sigma=sigma)
+    some = fewer(whole)
+    some = finely_enough(some, some.windows.count / whole.windows.count)
+    problem = standing(Posed(some, None, blocks)).problem
     share = problem.windows.count * float(problem.windows.dt[0].sum())
     seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
     scans = scan_all(problem, model, candidates(model, extra), progress)
-    traces = tuple(_trace(s, max(seconds / share, 1.0)) for s in scans)
+    traces = spanned([_trace(s, max(seconds / share, 1.0)) for s in scans])
     price = 0.5 * float(np.log(whole.windows.measured.size))
-    return Traces(traces, threshold(scans, problem.settings), seconds, price)
+    return Traces(tuple(traces), threshold(traces, problem.settings), seconds, price)
 
 
 def fewer(problem: Problem) -> Problem:

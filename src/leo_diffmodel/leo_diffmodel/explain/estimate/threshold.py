@@ -4,14 +4,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.settings import Settings
 
 
-def threshold(scans: Sequence[Scan], settings: Settings, seed: int = 0) -> float:
+class Signed(Protocol):
+    """What has left unit signatures in the data, shape (S, M)."""
+
+    @property
+    def signatures(self) -> np.ndarray:
+        """Of each point that was tried."""
+
+
+def threshold(scans: Sequence[Signed], settings: Settings, seed: int = 0) -> float:
     """Gain [nats] that a bag of this robot, length and excitation shows without any effect.
 
     A no-effect run is noise with the whitening applied: white, of unit variance, nuisances
