@@ -10,7 +10,6 @@ from tests.simulate import NOISE, record, TORQUE
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.check.likeness import explained
-from leo_diffmodel.check.spanned import spanned
 from leo_diffmodel.check.traces import Trace
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.comparison import compare
@@ -62,13 +61,16 @@ def test_fast_recordings_are_scored_a_step_and_seconds_ahead():
     assert len(data['noise_floor']['horizon']) == len(steps)
 
 
-def test_angles_between_traces_stay_in_fewer_numbers():
+def test_what_a_trace_reproduces_is_read_off_the_cosines():
     rng = np.random.default_rng(0)
     base = rng.standard_normal((20, 900))
     traces = [_trace(rng.standard_normal((n, 20)) @ base, n > 3) for n in (1, 4, 8, 6, 2, 8)]
-    short = spanned(traces)
-    assert short[0].signatures.shape[1] <= 21
-    assert explained(short) == pytest.approx(explained(traces), abs=1e-9)
+    stacked = np.concatenate([t.signatures for t in traces])
+    for share, trace in zip(explained(traces).T, traces, strict=True):
+        plane = np.linalg.svd(trace.signatures, full_matrices=False)[2][:2]
+        mixed = ((stacked @ plane.T) ** 2).sum(axis=1) * (len(trace.sizes) > 3)
+        single = np.maximum(stacked @ trace.signatures.T, 0.0).max(axis=1) ** 2
+        assert share == pytest.approx(np.minimum(np.maximum(mixed, single), 1.0), abs=1e-9)
 
 
 def quick() -> Recording:

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -54,11 +55,40 @@ def read_bag(
     return assembled(load(Path(path)), _robot(robot), read_topic_map(topic_map))
 
 
+def read_both_ways(
+    path: str | Path, robot: Robot, topic_map: TopicMap,
+) -> tuple[Recording, Recording | None]:
+    """A bag as `read_bag` reads it, and with its inputs held the other way.
+
+    The second is None where nothing is left that way.
+
+    Raises:
+        UserError: as `read_bag`.
+    """
+    other = 'next' if topic_map.hold == 'previous' else 'previous'
+    ways = held_each_way(load(Path(path)), robot, topic_map, (topic_map.hold, other))
+    recording = next(ways)
+    with suppress(UserError):
+        return recording, next(ways)
+    return recording, None
+
+
 def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recording:
     """The episodes of what a bag holds, or of messages that are not in one yet.
 
     Raises:
         UserError: as `read_bag`.
+    """
+    return next(held_each_way(contents, robot, mapping, (mapping.hold,)))
+
+
+def held_each_way(
+    contents: BagContents, robot: Robot, mapping: TopicMap, holds: Sequence[str],
+) -> Iterator[Recording]:
+    """Decode once; yield the recording with its inputs held in each of these ways.
+
+    Raises:
+        UserError: as `read_bag`; for a way in which nothing is left as that is asked for.
     """
     path = contents.path
     if not contents.message_count:
@@ -84,22 +114,24 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
                         'motion of a robot shows; which unit is its time in?')
     segments = split(states, find_topic(contents, 'episode', mapping))
     inputs = read_inputs(contents, states, robot, mapping)
-    episodes = _episodes(states, segments, _held(states, inputs, mapping), len(robot.actuators))
-    if not episodes:
-        raise UserError(f'{path}: no joint states while inputs were recorded; record both')
-    used = sum(len(episode.t) for episode in episodes)
-    return on_time(Recording(
-        path=path, sha256=sha256(contents.files), joints=tuple(robot.joint_names),
-        actuators=tuple(a.joint for a in robot.actuators),
-        input=inputs.kind if inputs else 'none',
-        command_period=command_period(contents, robot, mapping, states, inputs),
-        episodes=episodes, metadata=_metadata(contents, mapping),
-        warnings=(
-            *reading_notes(contents, states, segments, turns, used, made, [*told, *said, *spikes]),
-            *input_notes(contents, robot, mapping, inputs, said),
-        ),
-        rates='made' if made else 'measured' if states.dq is not None else 'absent',
-    ), mapping)
+    digest, notes = sha256(contents.files), [*told, *said, *spikes]
+    for hold in holds:
+        episodes = _episodes(states, segments, _held(states, inputs, hold), len(robot.actuators))
+        if not episodes:
+            raise UserError(f'{path}: no joint states while inputs were recorded; record both')
+        used = sum(len(episode.t) for episode in episodes)
+        yield on_time(Recording(
+            path=path, sha256=digest, joints=tuple(robot.joint_names),
+            actuators=tuple(a.joint for a in robot.actuators),
+            input=inputs.kind if inputs else 'none',
+            command_period=command_period(contents, robot, mapping, states, inputs),
+            episodes=episodes, metadata=_metadata(contents, mapping),
+            warnings=(
+                *reading_notes(contents, states, segments, turns, used, made, notes),
+                *input_notes(contents, robot, mapping, inputs, said),
+            ),
+            rates='made' if made else 'measured' if states.dq is not None else 'absent',
+        ), mapping)
 
 
 def _metadata(contents: BagContents, mapping: TopicMap) -> Mapping[str, str]:
@@ -121,8 +153,8 @@ def _robot(robot: Robot | str | Path) -> Robot:
     return robot
 
 
-def _held(states: StateLog, inputs: InputLog | None, mapping: TopicMap) -> Held | None:
-    return split_runs(states, inputs, mapping.hold == 'previous') if inputs else None
+def _held(states: StateLog, inputs: InputLog | None, hold: str) -> Held | None:
+    return split_runs(states, inputs, hold == 'previous') if inputs else None
 
 
 def _episodes(

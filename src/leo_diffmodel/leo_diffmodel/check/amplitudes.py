@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from leo_diffmodel.check.likeness import explained
-from leo_diffmodel.check.spanned import spanned
 from leo_diffmodel.check.traces import Trace, Traces
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
 from leo_diffmodel.explain.select.sets import widens
@@ -81,12 +81,12 @@ class Apart:
     ahead: Array
     same: Array
 
-    @property
+    @cached_property
     def separable(self) -> Array:
         """By how much i beats j where i is the truth [nats]."""
         return self.nats + self.ahead
 
-    @property
+    @cached_property
     def longer(self) -> Array:
         """How many times as much data tells i from j in 95 % of runs; 0 where any does."""
         with np.errstate(divide='ignore', invalid='ignore'):
@@ -101,7 +101,7 @@ def reaches(data: Traces, facts: Facts) -> tuple[list[Reach], Apart]:
         data: traces of all effects.
         facts: what decides which effects are the same thing.
     """
-    traces, alike = data.traces, explained(spanned(data.traces))
+    traces, alike = data.traces, explained(data.traces)
     ends = np.cumsum([len(t.sizes) for t in traces])
     rest = [t.nats[:, None] * (1 - alike[e - len(t.sizes) : e])
             for t, e in zip(traces, ends, strict=True)]  # fmt: skip

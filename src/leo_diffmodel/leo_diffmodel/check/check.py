@@ -117,7 +117,7 @@ def check(
     ranges = excitation(recordings, sigma, model.robot.base_joints)
     findings += [length(recordings), *of_all(recordings, model, sigma, ranges)]
     try:
-        data = traces_of(recordings, model, extra, progress)
+        data = traces_of(recordings, model, extra, progress, sigma)
     except ValueError as error:
         return _too_short(bags, model, str(error))
     rows, apart = reaches(data, Facts.of(model.robot, recordings))

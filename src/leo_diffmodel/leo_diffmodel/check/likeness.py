@@ -10,6 +10,8 @@ import numpy as np
 from leo_diffmodel.check.traces import Trace
 
 Array = np.ndarray
+LEAST = 1e-11
+"""Share of the square of the largest direction of a trace: what is less is rounding."""
 
 
 def explained(traces: Sequence[Trace]) -> Array:
@@ -22,16 +24,19 @@ def explained(traces: Sequence[Trace]) -> Array:
         shape (points of all traces, traces): cos^2; what is left is 1 less that.
     """
     stacked = np.concatenate([t.signatures for t in traces])
-    columns = [_by(stacked, trace) for trace in traces]
+    cosines, last = stacked @ stacked.T, np.cumsum([len(t.sizes) for t in traces])
+    own = [slice(e - len(t.sizes), e) for t, e in zip(traces, last, strict=True)]
+    columns = [_by(cosines[:, rows], rows, t) for t, rows in zip(traces, own, strict=True)]
     return np.clip(np.stack(columns, axis=1), 0.0, 1.0)
 
 
-def _by(stacked: Array, trace: Trace) -> Array:
-    cosine = stacked @ trace.signatures.T
+def _by(cosine: Array, own: slice, trace: Trace) -> Array:
+    """Share (N,) of each signature that a trace reproduces, of their cosines (N, S)."""
     best = np.maximum(cosine, 0.0).max(axis=1) ** 2
-    parameters = trace.candidate.parameters
-    mixed = sum(p.scales for p in parameters)
+    mixed = sum(p.scales for p in trace.candidate.parameters)
     if mixed < 2:
         return np.asarray(best)
-    _, _, directions = np.linalg.svd(trace.signatures, full_matrices=False)
-    return np.maximum(best, ((stacked @ directions[:mixed].T) ** 2).sum(axis=1))
+    square, turned = np.linalg.eigh(cosine[own])
+    kept = np.flatnonzero(square > LEAST * square[-1])[-mixed:]
+    along = cosine @ (turned[:, kept] / np.sqrt(square[kept]))
+    return np.maximum(best, (along**2).sum(axis=1))

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-import itertools
 
 import numpy as np
 
@@ -47,18 +46,11 @@ def alike(rows: Sequence[Reach], apart: Apart, seconds: float) -> list[Pair]:
         apart: how far apart they are.
         seconds: how much data there is.
     """
-    seen = {r.label for r in rows if (r.seconds_to_detect or np.inf) <= seconds}
-    margin = SETTINGS.gates.margin_nats
-    near = np.minimum(apart.separable, apart.separable.T) < margin
-    found = [
-        _pair(rows, apart, i, j, seconds) for i, j in itertools.combinations(range(len(rows)), 2)
-        if near[i, j] or apart.same[i, j]
-    ]
-    close = [
-        p for p in found
-        if p.same_thing or (p.separable_nats < margin and {p.a, p.b} <= seen)
-    ]  # fmt: skip
-    return sorted(close, key=lambda p: (not p.same_thing, p.separable_nats))
+    shown = np.array([(r.seconds_to_detect or np.inf) <= seconds for r in rows])
+    near = np.minimum(apart.separable, apart.separable.T) < SETTINGS.gates.margin_nats
+    close = apart.same | (near & shown & shown[:, None])
+    found = [_pair(rows, apart, i, j, seconds) for i, j in np.argwhere(np.triu(close, 1))]
+    return sorted(found, key=lambda p: (not p.same_thing, p.separable_nats))
 
 
 def _pair(rows: Sequence[Reach], apart: Apart, i: int, j: int, seconds: float) -> Pair:

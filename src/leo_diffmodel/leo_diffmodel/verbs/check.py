@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import suppress
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.recording import read_both_ways, Recording
+from leo_diffmodel.bags.span import distinct
 from leo_diffmodel.bags.topic_map import read_topic_map
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.check_text import show
@@ -66,20 +68,21 @@ def _parser() -> argparse.ArgumentParser:
 def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
     """Every bag read both ways of holding its inputs."""
     from leo_diffmodel.check.check import Bag
-    from leo_diffmodel.check.hold import OTHER
 
-    arguments.hold_out = []
-    recordings, _ = common.read_all(arguments, model)
     as_read = read_topic_map(arguments.topic_map)
-    turned = as_read.model_copy(update={'hold': OTHER[as_read.hold]})
-    out = []
-    for recording in recordings:
-        try:
-            (other,) = common.span(arguments, [read_bag(recording.path, model.robot, turned)])
-        except UserError:
-            other = None
-        out.append(Bag(recording, other, as_read.hold))
-    return out
+    both = [read_both_ways(path, model.robot, as_read) for path in arguments.bags]
+    common.tell_warnings([recording for recording, _ in both])
+    recordings = common.span(arguments, [recording for recording, _ in both])
+    distinct(recordings)
+    return [Bag(recording, _spanned(arguments, other), as_read.hold)
+            for recording, (_, other) in zip(recordings, both, strict=True)]  # fmt: skip
+
+
+def _spanned(arguments: argparse.Namespace, recording: Recording | None) -> Recording | None:
+    """The part that the command line asks for; None where nothing is there."""
+    with suppress(UserError):
+        return recording and common.span(arguments, [recording])[0]
+    return None
 
 
 def _point_on(

@@ -113,10 +113,15 @@ def left(arguments: argparse.Namespace) -> float:
 def read_bags(paths: Sequence[str], model: Model, topic_map: str | None) -> list[Recording]:
     """Read bags of the model's robot; their warnings go to stderr."""
     recordings = [read_bag(path, model.robot, topic_map) for path in paths]
+    tell_warnings(recordings)
+    return recordings
+
+
+def tell_warnings(recordings: Sequence[Recording]) -> None:
+    """Print what reading them warned of to stderr."""
     for recording in recordings:
         for warning in recording.warnings:
             print(f'warning: {warning}', file=sys.stderr)
-    return recordings
 
 
 def read_all(

@@ -10,9 +10,11 @@ import pytest
 from tests.messages import command, dynamic, message
 from tests.places import DATA
 
+from leo_diffmodel.bags import recording as recording_file
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.contents import Logged, logged
-from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.recording import read_bag, read_both_ways
+from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.bags.types import DYNAMIC_JOINT_STATE, FLOAT64_ARRAY, JOINT_STATE, UINT32
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import joint_state, uint32
@@ -157,6 +159,19 @@ def test_inputs_faster_than_states_are_averaged(tmp_path):
         log.append((VOLTS, stamp, applied(stamp, volts)))
     (episode,) = read_bag(write_messages(tmp_path / 'bag', log), PENDULUM).episodes
     assert episode.inputs[:, 0].tolist() == [0.25 * 1.0 + 0.75 * 5.0, -2.0, -2.0]
+
+
+def test_both_ways_of_holding_inputs_are_read_from_one_decoded_bag(tmp_path, monkeypatch):
+    path = write_runs(tmp_path / 'bag', [swing()], {})
+    each = [read_bag(path, PENDULUM, TopicMap(hold=hold)) for hold in ('next', 'previous')]
+    decoded, whole = [], recording_file.read_states
+    monkeypatch.setattr(recording_file, 'read_states', lambda *a: decoded.append(1) or whole(*a))
+    both = read_both_ways(path, PENDULUM, TopicMap())
+    assert len(decoded) == 1
+    for mine, its in zip(both, each, strict=True):
+        assert (mine.sha256, mine.warnings) == (its.sha256, its.warnings)
+        assert mine.episodes[0].inputs == pytest.approx(its.episodes[0].inputs)
+    assert not np.array_equal(both[0].episodes[0].inputs, both[1].episodes[0].inputs)
 
 
 def test_hold_previous_puts_an_input_before_its_stamp(tmp_path):

@@ -2,6 +2,7 @@
 """leo check finds what was spoilt on purpose, and nothing in clean bags."""
 
 from dataclasses import replace
+import sys
 
 import numpy as np
 import pytest
@@ -9,19 +10,24 @@ from tests.simulate import DT, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.bags.span import merged
+from leo_diffmodel.check import traces
 from leo_diffmodel.check.amplitudes import needed, reaches
 from leo_diffmodel.check.check import Bag, check, look_at
 from leo_diffmodel.check.excitation import excitation, judge
 from leo_diffmodel.check.pairs import alike
 from leo_diffmodel.check.shift import shifted
-from leo_diffmodel.check.traces import scan_all, traces_of
+from leo_diffmodel.check.traces import ROUGH, scan_all, traces_of
+from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.noise import estimate, short_windows
+from leo_diffmodel.explain.problem import fineness
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.effects import place
 from leo_sim.model import Model
 
+POSE = sys.modules[pose.__module__]
 SECONDS = 12.0
 SPOILT = {'error', 'warning'}
 
@@ -165,3 +171,23 @@ def test_nineteen_runs_of_twenty_pass():
 
 def test_stretches_close_to_each_other_become_one():
     assert merged([(3.0, 3.1), (1.0, 1.2), (1.25, 1.4)], 0.1) == ((1.0, 1.4), (3.0, 3.1))
+
+
+def test_the_noise_is_read_once_and_no_longer_windows_are_cut(monkeypatch):
+    read, longer, whole = [], [], noise.estimate
+    monkeypatch.setattr(noise, 'estimate', lambda *a: read.append(1) or whole(*a))
+    monkeypatch.setattr(POSE, '_is_tame', lambda problem: longer.append(1) or True)
+    check([Bag(record(PENDULUM, seconds=SECONDS))], Model(PENDULUM))
+    assert (len(read), longer) == (1, [])
+
+
+def test_sensitivities_may_be_further_off_than_for_explain(monkeypatch):
+    bag = record(TORQUE, seconds=SECONDS, noise=(1e-7, 1e-7))
+    model, scanned = Model(TORQUE, integration_step=1e-4), []
+    monkeypatch.setattr(fineness, '_apart', lambda a, b: 0.0 if a is b else 0.5 * ROUGH)
+    monkeypatch.setattr(traces, 'scan_all', lambda problem, *_: scanned.append(problem) or [])
+    traces_of([bag], model)
+    ((mine,), its) = scanned, pose([bag], (), model).problem
+    assert mine.base.integration_step < SETTINGS.numerics.longest_step == mine.rough_step
+    assert its.rough_step == its.base.integration_step
+    assert mine.settings == its.settings

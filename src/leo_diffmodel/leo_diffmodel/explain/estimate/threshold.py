@@ -22,10 +22,10 @@ def threshold(scans: Sequence[Scan], settings: Settings, seed: int = 0) -> float
     gates, at_once = settings.gates, settings.numerics.at_once
     if not scans:
         return gates.least_nats
-    columns = np.concatenate([s.signatures for s in scans])
+    columns = np.concatenate([s.signatures for s in scans]).astype(np.float32)
     rng, best = np.random.default_rng(seed), []
     for _ in range(settings.numerics.draws // at_once):
-        draws = rng.standard_normal((columns.shape[1], at_once))
+        draws = rng.standard_normal((columns.shape[1], at_once)).astype(np.float32)
         best.append(0.5 * np.maximum(columns @ draws, 0.0).max(axis=0) ** 2)
     noise = gates.noise_times * float(np.quantile(best, gates.noise_quantile))
     return max(gates.least_nats, noise)

@@ -64,26 +64,55 @@ def pose(
     Raises:
         ValueError: no window fits.
     """
-    everything, settings = [*recordings, *hold_out], settings or settings_for(model.robot)
-    if model.robot.contacts:
-        model = fast_enough(model, cut(everything, errors.step_seconds(everything)))
-    sigma = noise.estimate(model, noise.short_windows(everything))
-    blocks = make_blocks(recordings, hold_out, bool(own_constants(model, hold_out)))
+    problem, blocks = searched(recordings, hold_out, model, settings)
+    problem, everything = finely_enough(problem), [*recordings, *hold_out]
+    model, sigma, settings = problem.base, problem.sigma, problem.settings
     seconds = window_seconds(settings.grids, sample_period(everything))
-    problem = _problem(model, cut(everything, seconds, history=noise.HISTORY), sigma, blocks,
-                       settings)  # fmt: skip
-    model, rough_step = stepped(model, problem.windows, sigma, settings.numerics)
-    problem = replace(problem, base=model, rough_step=rough_step)
     for longer in settings.grids.longer_seconds:
         if longer < settings.numerics.wider * seconds or not _fits(everything, longer):
             continue
         wider = _problem(
             model, cut(everything, longer, history=noise.HISTORY), sigma, blocks, settings
         )
-        wider = replace(wider, rough_step=rough_step)
+        wider = replace(wider, rough_step=problem.rough_step)
         if wider.train.sum() >= settings.numerics.enough_windows and _is_tame(wider):
             return Posed(problem, wider, blocks)
     return Posed(problem, None, blocks)
+
+
+def searched(
+    recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model,
+    settings: Settings | None = None, sigma: Array | None = None,
+) -> tuple[Problem, Blocks]:
+    """The problem on short windows, integrated as the model says.
+
+    Args:
+        recordings: what a fit may see.
+        hold_out: what it may not.
+        model: the model to explain.
+        settings: travel with the problem; by default those for this robot.
+        sigma: noise of each recording and channel where it is known, shape (R, 2J).
+
+    Raises:
+        ValueError: no window fits.
+    """
+    everything, settings = [*recordings, *hold_out], settings or settings_for(model.robot)
+    if model.robot.contacts:
+        model = fast_enough(model, cut(everything, errors.step_seconds(everything)))
+    if sigma is None:
+        sigma = noise.estimate(model, noise.short_windows(everything))
+    blocks = make_blocks(recordings, hold_out, bool(own_constants(model, hold_out)))
+    seconds = window_seconds(settings.grids, sample_period(everything))
+    windows = cut(everything, seconds, history=noise.HISTORY)
+    return _problem(model, windows, sigma, blocks, settings), blocks
+
+
+def finely_enough(problem: Problem, share: float = 1.0) -> Problem:
+    """The problem integrated as finely as its noise asks; `share` of all windows are in it."""
+    numerics = problem.numerics
+    numerics = replace(numerics, finer_nats=share * numerics.finer_nats)
+    model, rough_step = stepped(problem.base, problem.windows, problem.sigma, numerics)
+    return replace(problem, base=model, rough_step=rough_step)
 
 
 def window_seconds(grids: Grids, period: float) -> float:

@@ -232,8 +232,8 @@ def widens(candidate: Candidate, other: Candidate) -> bool:
 
     Which of them it is, is no question of two causes.
     """
-    mine, its = set(candidate.parameters), set(other.parameters)
-    return candidate.where == other.where and its < mine
+    return (candidate.where == other.where
+            and set(other.parameters) < set(candidate.parameters))
 
 
 def long_horizon_tie_break(sets: Sets, best: Scored) -> Scored:
