@@ -34,19 +34,45 @@ def find_faults(
 def faults_of(recording: Recording, model: Model, by_torques: bool = True) -> list[Found]:
     """What is wrong with one log.
 
-    Each step looks at what the one before leaves: what a sensor did not measure says nothing of
+    A wrong zero or unit that takes away what looks like a sensor that stands is the answer. Else
+    each step looks at what the one before leaves: what a sensor did not measure says nothing of
     the motion, and torques need a motion that agrees with itself.
     """
-    found = sensor_faults(recording)
-    good = without(recording, found) or recording
-    held = model.robot.base_joints if recording.held else ()
-    moves = [f for j, name in enumerate(recording.joints)
-             if name not in held and not is_no_measurement(found, name)
-             and (r := relate(good, j)) is not None
-             for f in kinematic_faults(r, name)]  # fmt: skip
-    moves = who_is_right(good, model if by_torques else None, moves)
+    stuck = sensor_faults(recording)
+    moves = _kinematic(recording, model, by_torques, stuck)
+    found, good = _still_there(recording, stuck, moves), recording
+    if any(f.where for f in found):
+        good = without(recording, found) or recording
+        moves = _kinematic(good, model, by_torques, found)
+        found = _still_there(recording, found, moves)
     found += moves
     if by_torques and not any(f.otherwise for f in moves):
         left = mapped(good, [f for f in found if f.error])
         found += dynamic_faults(left, balances(left, model))
     return [replace(f, bag=str(recording.path)) for f in found]
+
+
+def _kinematic(
+    recording: Recording, model: Model, by_torques: bool, stuck: Sequence[Found]
+) -> list[Found]:
+    """Where angle and speed contradict each other, of all joints whose angle is measured."""
+    held = model.robot.base_joints if recording.held else ()
+    moves = [f for j, name in enumerate(recording.joints)
+             if name not in held and not is_no_measurement(stuck, name)
+             and (r := relate(recording, j)) is not None
+             for f in kinematic_faults(r, name)]  # fmt: skip
+    return who_is_right(recording, model if by_torques else None, moves)
+
+
+def _still_there(
+    recording: Recording, found: Sequence[Found], moves: Sequence[Found]
+) -> list[Found]:
+    """Faults of single sensors that mending the kinematics does not take away.
+
+    An angle that stands beside a speed that is not 0 is not frozen if the speed's zero is wrong.
+    """
+    errors = [f for f in moves if f.error]
+    if not errors:
+        return [*found]
+    left = {(f.fault.name, f.joint) for f in sensor_faults(mapped(recording, errors))}
+    return [f for f in found if (f.fault.name, f.joint) in left]

@@ -64,6 +64,16 @@ def test_a_wrong_sign_is_told_from_the_others_by_the_motor(clean, name):
     assert [f.fault.name for f in told if f.error] == [name]
 
 
+def test_a_joint_that_stands_is_not_frozen_where_the_speed_has_a_zero():
+    sticks = place(TORQUE, 'coulomb_friction', 'pivot', c=1.8)
+    log = record(TORQUE, sticks, seconds=20, noise=(0.0, 0.0))
+    (e,) = log.episodes
+    rounded = replace(log, episodes=(replace(e, q=1e-3 * np.round(e.q / 1e-3)),))
+    assert np.mean(np.diff(rounded.episodes[0].q[:, 0]) == 0) > 0.2
+    told = found(spoilt(rounded, 'speed_zero', 0.8))
+    assert [f.fault.name for f in told if f.error] == ['speed_zero']
+
+
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE, POSITION], ids=lambda r: r.name)
 @pytest.mark.parametrize('seed', range(3))
 def test_clean_logs_have_no_error(robot, seed):
