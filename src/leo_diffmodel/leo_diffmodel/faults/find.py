@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.faults.base import Found
+from leo_diffmodel.faults.catalogue.speed_filter import unfiltered
 from leo_diffmodel.faults.dynamics import balances, dynamic_faults
 from leo_diffmodel.faults.kinematics import kinematic_faults, relate
 from leo_diffmodel.faults.mending import mapped, without
@@ -67,12 +68,16 @@ def _kinematic(
 def _still_there(
     recording: Recording, found: Sequence[Found], moves: Sequence[Found]
 ) -> list[Found]:
-    """Faults of single sensors that mending the kinematics does not take away.
+    """Faults of single sensors that stay once the kinematics are put right.
 
-    An angle that stands beside a speed that is not 0 is not frozen if the speed's zero is wrong.
+    An angle that stands beside a speed that is not 0 is not frozen where the speed's zero is
+    wrong, or its filter still forgets what was before.
     """
-    errors = [f for f in moves if f.error]
-    if not errors:
+    if not moves or all(f.fault.name != 'frozen' for f in found):
         return [*found]
-    left = {(f.fault.name, f.joint) for f in sensor_faults(mapped(recording, errors))}
-    return [f for f in found if (f.fault.name, f.joint) in left]
+    right = mapped(recording, moves)
+    for f in moves:
+        if f.fault.name == 'speed_filter':
+            right = unfiltered(right, f.joint, f.value)
+    frozen = {f.joint for f in sensor_faults(right) if f.fault.name == 'frozen'}
+    return [f for f in found if f.fault.name != 'frozen' or f.joint in frozen]

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode
+from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.faults.base import Array, Fault
 
 
@@ -43,3 +43,14 @@ def filtered(t: Array, values: Array, j: int, tau: float) -> Array:
         y = steady + slope * h + (y - steady) * np.exp(-h / tau)
         out[k + 1, j] = y
     return out
+
+
+def unfiltered(recording: Recording, joint: str, tau: float) -> Recording:
+    """A recording with the speed of one joint before its filter: the noise grows, not its sum."""
+    j = recording.joints.index(joint)
+    episodes = []
+    for e in recording.episodes:
+        dq = e.dq.copy()
+        dq[:, j] += tau * np.gradient(dq[:, j], e.t)
+        episodes.append(replace(e, dq=dq))
+    return replace(recording, episodes=tuple(episodes))
