@@ -34,7 +34,9 @@ def test_the_rooms_of_the_simulator_are_in_their_order() -> None:
 
 
 def test_rooms_import_what_the_page_says_they_may() -> None:
-    allowed = {cells[0].strip('`'): set(re.findall(r'`(\w+)`', cells[1])) for cells in rows(PACKAGE)}
+    allowed = {
+        cells[0].strip('`'): set(re.findall(r'`(\w+)`', cells[1])) for cells in rows(PACKAGE)
+    }
     assert set(allowed) == rooms_in(PACKAGE)
     modules = [m for m in MODULES if room(m, PACKAGE) in allowed]
     found = {
