@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who may import whom (the table in README, How it works), read from the source."""
+"""Who may import whom (the tables in docs/architecture.md), read from the source."""
 import ast
 from collections.abc import Iterable, Iterator
 from functools import cache

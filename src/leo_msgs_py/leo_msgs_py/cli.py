@@ -26,14 +26,23 @@ usage: leo VERB ...
 
 Find out where and why a robot's simulator is wrong, repair it, retrain the controller.
 
-verbs:
-  {verbs}
+from a log to a repaired model:
+  {first}
 
-'leo --version' says which leo this is, 'leo completion bash' completes verbs and options,
-'leo VERB --help' says more about each verb, with examples:
-  leo run leo_sim robot --ros-args -p robot:=pendulum
-  leo topic list -t
+more verbs ('leo help all' says what each does):
+  {others}
+
+'leo VERB --help' explains a verb with examples, 'leo demo --quick' shows the answer for a shipped
+recording, 'leo --version' says which leo this is.
 """
+_FIRST = ('import', 'robot', 'check', 'compare', 'explain', 'add', 'next', 'watch')
+"""The verbs a newcomer needs, in the order in which they are used."""
+_OTHERS = {'models and bags': ('repair', 'bag', 'export'), 'controllers': ('learn', 'play'),
+           'drivers': ('check-driver',), 'try it': ('demo', 'reveal'),
+           'the running graph': ('run', 'status', 'topic', 'node', 'service', 'param'),
+           'the shell': ('completion',), 'laboratory': ('blind', 'reproduce')}  # fmt: skip
+_ELSEWHERE = 'from other packages'
+_HELP = ('-h', '--help', 'help')
 _ROS = {'rclpy', 'rcl_interfaces', 'builtin_interfaces', 'rosgraph_msgs', 'diagnostic_msgs',
         'sensor_msgs', 'std_msgs', 'std_srvs'}  # fmt: skip
 _NO_ROS = (
@@ -159,8 +168,8 @@ def _one_line(text: str) -> str:
 
 def _dispatch(words: list[str]) -> int:
     verbs = {entry.name: entry for entry in entry_points(group='leo.verbs')}
-    if not words or words[0] in ('-h', '--help', 'help'):
-        print(_USAGE.format(verbs='\n  '.join(_lines(verbs))), end='')
+    if not words or words[0] in _HELP:
+        print(_help(verbs, in_full=words[1:] == ['all']), end='')
         return 0 if words else _BAD_INPUT
     if words[0] == '--version':
         print(f'leo {version("leo_msgs_py")}')
@@ -169,10 +178,27 @@ def _dispatch(words: list[str]) -> int:
     return status
 
 
-def _lines(verbs: dict[str, EntryPoint]) -> list[str]:
-    """Each verb with what it does, which the first line of its module says after a colon."""
-    width = max(map(len, verbs))
-    return [f'{name:{width}}  {_about(verbs[name])}'.rstrip() for name in sorted(verbs)]
+def _help(verbs: dict[str, EntryPoint], in_full: bool) -> str:
+    """The first help page; `in_full` every verb with what it does."""
+    if in_full:
+        return '\n'.join(_lines(verbs, sorted(verbs))) + '\n'
+    first = _lines(verbs, [name for name in _FIRST if name in verbs])
+    return _USAGE.format(first='\n  '.join(first), others='\n  '.join(_groups(verbs)))
+
+
+def _lines(verbs: dict[str, EntryPoint], names: list[str]) -> list[str]:
+    """Verbs with what they do, which the first line of their modules says after a colon."""
+    width = max(map(len, names), default=0)
+    return [f'{name:{width}}  {_about(verbs[name])}'.rstrip() for name in names]
+
+
+def _groups(verbs: dict[str, EntryPoint]) -> list[str]:
+    """The verbs that are not on the first page, by what they are for."""
+    known = {*_FIRST, *(name for group in _OTHERS.values() for name in group)}
+    groups = {**_OTHERS, _ELSEWHERE: tuple(sorted(set(verbs) - known))}
+    there = {title: [n for n in names if n in verbs] for title, names in groups.items()}
+    width = max(map(len, groups))
+    return [f'{title:{width}}  {", ".join(names)}' for title, names in there.items() if names]
 
 
 def _about(verb: EntryPoint) -> str:

@@ -4,6 +4,7 @@
 import errno
 from importlib.metadata import entry_points
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -49,6 +50,8 @@ def fill_the_disk(argv):
 
 
 class Entry:
+    module = 'not_installed'
+
     def __init__(self, name, function):
         self.name, self.load = name, lambda: function
 
@@ -134,10 +137,23 @@ def test_a_verb_of_the_laboratory_says_how_to_install_that(verb, verbs, capsys):
     assert (ROOT / 'benchmarks/laboratory/pyproject.toml').is_file()
 
 
-def test_help_lists_the_verbs(capsys):
+def test_the_first_page_has_a_line_for_each_of_eight_verbs_and_names_the_others_once(capsys):
     assert cli.main(['--help']) == 0
     text = capsys.readouterr().out
-    assert all(f'\n  {verb} ' in text for verb in VERBS)
+    first, others = (part.partition('\n\n')[0] for part in text.split(':\n  ')[1:3])
+    lines = [line.split(maxsplit=1) for line in first.splitlines()]
+    named = re.split(r',? +|\n', others)
+    verbs = {entry.name for entry in entry_points(group='leo.verbs')}
+    assert len(lines) == 8 and all(len(line) == 2 for line in lines)
+    assert {line[0] for line in lines}.isdisjoint(named)
+    assert verbs <= {line[0] for line in lines} | set(named)
+    assert all(len(line) <= 100 for line in text.splitlines())
+    assert cli.main([]) == 2 and capsys.readouterr().out == text
+
+
+def test_a_verb_of_another_package_is_named_too(verbs, capsys):
+    assert cli.main(['help']) == 0
+    assert re.search(r'from other packages +fine, full, guard', capsys.readouterr().out)
 
 
 @pytest.mark.parametrize('verb', VERBS)
@@ -204,9 +220,8 @@ def test_one_version_everywhere(capsys):
 
 
 def test_each_verb_has_one_line(capsys):
-    assert cli.main(['--help']) == 0
-    text = capsys.readouterr().out
-    lines = text.partition('verbs:\n')[2].partition('\n\n')[0].splitlines()
+    assert cli.main(['help', 'all']) == 0
+    lines = capsys.readouterr().out.splitlines()
     verbs = {entry.name for entry in entry_points(group='leo.verbs')}
     assert [line.split()[0] for line in lines] == sorted(verbs)
     assert all(len(line.split(maxsplit=1)) == 2 and len(line) <= 100 for line in lines)
