@@ -7,9 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from leo_diffmodel.report.palette import GRID, MUTED
-
 from .canvas import Canvas
+from .palette import GRID, MUTED
 from .scene import TOUCH
 from .take import Take
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.report.palette import GRID, INK, MUTED
-
 from .canvas import Canvas, mixed, PAPER
+from .palette import GRID, INK, MUTED
 from .stick import Pose, Stick
 
 TOUCH = '#009e73'

@@ -6,10 +6,9 @@ from __future__ import annotations
 import numpy as np
 from PIL import Image
 
-from leo_diffmodel.report.palette import INK
-
 from .bars import BAR, draw_feet
 from .canvas import Canvas
+from .palette import INK
 from .scene import draw_ghost, draw_pose, draw_surroundings, View
 from .take import Take
 

@@ -10,10 +10,10 @@ from typing import Any
 from bokeh.models import ColumnDataSource, Range1d, Span, Whisker
 import numpy as np
 
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.bins import sort
 from leo_diffmodel.report.canvas import canvas, prefix
-from leo_diffmodel.report.palette import Stroke
 
 Array = np.ndarray
 

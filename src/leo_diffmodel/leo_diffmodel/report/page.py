@@ -14,7 +14,8 @@ from bokeh.resources import Resources
 import jinja2
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.report import palette, text
+from leo_diffmodel.picture import palette
+from leo_diffmodel.report import text
 from leo_diffmodel.report.section import Section
 from leo_msgs_py.whole_file import write_whole
 

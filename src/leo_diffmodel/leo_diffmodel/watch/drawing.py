@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +14,13 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 import numpy as np
 from PIL import Image
 
+from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.film import write_gif, write_mp4
 from leo_diffmodel.picture.scene import TICK, TOUCH
-from leo_diffmodel.report import palette
 from leo_diffmodel.watch.curves import heights
-from leo_diffmodel.watch.view import Told, View
+from leo_diffmodel.watch.view import View
 
+Told = Callable[[str], None]
 PICTURES = ('.png', '.svg')
 WIDTH, HEIGHT, LINE = 12.8, 7.2, 0.24
 """Of the figure, and what a line of words takes [inch]."""

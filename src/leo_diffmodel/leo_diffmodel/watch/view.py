@@ -3,17 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
+from leo_diffmodel.watch.curves import Columns
 from leo_diffmodel.watch.stage import Stage
 
 Array = np.ndarray
-Columns = dict[str, Array]
-Told = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -47,13 +44,3 @@ class View:
     time: Columns
     worst: Columns
     held: Array
-
-    def draw(self, path: Path, told: Told) -> str:
-        """Write it as .png, .svg, .gif or .mp4, as the path ends; the name of the file.
-
-        Raises:
-            UserError: a film cannot be encoded.
-        """
-        from leo_diffmodel.watch.drawing import draw
-
-        return draw(self, path, told)

@@ -10,8 +10,8 @@ import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.select.search import Search
-from leo_diffmodel.report import palette
-from leo_diffmodel.report.palette import Stroke
+from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.plots import health, Line
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import number, percent

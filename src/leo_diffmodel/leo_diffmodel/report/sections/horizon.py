@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from leo_diffmodel.report import palette
-from leo_diffmodel.report.palette import Stroke
+from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.plots import horizon, Line
 from leo_diffmodel.report.section import Section
 

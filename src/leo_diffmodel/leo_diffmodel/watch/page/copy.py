@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
 from leo_diffmodel.report.page import render, source
 from leo_diffmodel.report.section import Section
 from leo_diffmodel.watch.page.horizon import FLOOR, HorizonView, words

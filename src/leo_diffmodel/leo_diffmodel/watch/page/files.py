@@ -98,10 +98,12 @@ class _Drawing(_File):
 
     async def _drawn(self, path: Path) -> News:
         """Have it drawn; no answer where nobody waits for it."""
+        from leo_diffmodel.watch.drawing import draw  # matplotlib, which the page has no need of
+
         state, drawing = self._state, self._state.drawing
         if self._gone:
             return News()
-        drawing.begin(partial(shown.view(state, self._times(state)).draw, path))
+        drawing.begin(partial(draw, shown.view(state, self._times(state)), path))
         state.tell()
         while drawing.busy and not self._gone:
             await asyncio.sleep(HEAR)

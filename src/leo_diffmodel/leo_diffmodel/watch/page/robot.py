@@ -19,7 +19,7 @@ from bokeh.plotting import figure
 from markupsafe import Markup
 import numpy as np
 
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
 from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, MEASURED, REPAIRED, said
 from leo_diffmodel.watch.player import SPEEDS
 from leo_diffmodel.watch.stage import Stage, WIDE
