@@ -26,7 +26,7 @@ from leo_sim.common.yaml_file import read_text, shown
 
 from ..yaml_config import parse_config
 from .expression import Column, Table
-from .log_format import LogFormat
+from .log_format import LogFormat, Reader
 
 EPISODE, FRAME = 'episode_index', 'frame_index'
 WIDEST = 1000
@@ -178,3 +178,6 @@ def _episodes(table: Table, folder: Path) -> Iterator[Table]:
             raise UserError(f'{folder}: episode {number:.0f} has frames with the same {FRAME}; '
                             'are they two episodes? Number them anew')
         yield {name: column[rows] for name, column in table.items()}
+
+
+LEROBOT = Reader('lerobot', (), read_lerobot, is_lerobot)
