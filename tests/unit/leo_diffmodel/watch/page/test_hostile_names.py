@@ -16,8 +16,8 @@ from tests.simulate import record
 from leo_diffmodel.watch import shown
 from leo_diffmodel.watch.drawing import draw
 from leo_diffmodel.watch.errand import News
-from leo_diffmodel.watch.page import copy
 from leo_diffmodel.watch.page.document import Tab
+from leo_diffmodel.watch.page.files import copy
 from leo_diffmodel.watch.page.strips import joints_legend
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
@@ -71,7 +71,7 @@ def test_the_page_itself_and_its_copy_are_what_they_are_with_any_name(state):
     document = words_of(state, SimpleNamespace(busy=False, news=News()))
     page = file_html(document, template=document.template, title=document.title)
     check_html(page)
-    check_html(copy.page(state))
+    check_html(copy(state))
 
 
 def test_a_picture_is_xml_and_takes_no_name_for_a_formula(state, tmp_path):
