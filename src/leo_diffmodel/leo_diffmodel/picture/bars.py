@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .canvas import Canvas
-from .palette import GRID, MUTED
-from .scene import TOUCH
+from .palette import GRID, MUTED, TOUCH
 from .take import Take
 
 BAR = 20

@@ -17,7 +17,7 @@ from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.explain.problem.shooting import predict
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.report import page
-from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.sections import (
     budget,
     edited,

@@ -11,7 +11,7 @@ from leo_sim.effects.consent import words
 
 def main(argv: list[str]) -> int:
     """Run `leo watch` until it is interrupted."""
-    from leo_diffmodel.watch.finder import Finder
+    from leo_diffmodel.watch.errand import Finder
     from leo_diffmodel.watch.next_run import NextRun
     from leo_diffmodel.watch.page.document import Tab
     from leo_diffmodel.watch.page.server import HEAR_MS, WatchServer

@@ -16,7 +16,7 @@ from PIL import Image
 
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.film import write_gif, write_mp4
-from leo_diffmodel.picture.scene import TICK, TOUCH
+from leo_diffmodel.picture.scene import TICK
 from leo_diffmodel.watch.curves import heights
 from leo_diffmodel.watch.view import View
 
@@ -131,7 +131,7 @@ class Drawn:
         (self._ground,) = axes.plot([], [], '|-', color=palette.MUTED, lw=1.2, markersize=6)
         strokes = (GIVEN, 4.0, 0.75), (NOW, 4.0, 0.75), (MEASURED, 3.0, 1.0)
         self._ghosts = [self._ghost(*stroke) for stroke in strokes]
-        self._feet = axes.scatter([], [], s=55, color=TOUCH, zorder=3)
+        self._feet = axes.scatter([], [], s=55, color=palette.TOUCH, zorder=3)
         self._clock = axes.text(0.0, 0.0, '', transform=axes.transAxes, **MUTED)
         note = f'predicted {self._view.seconds:.2g} s ahead, again and again'
         axes.text(1.0, 0.0, note, transform=axes.transAxes, ha='right', **MUTED)

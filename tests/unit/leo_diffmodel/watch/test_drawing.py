@@ -17,8 +17,8 @@ from leo_diffmodel.picture.scene import TICK
 from leo_diffmodel.watch import shown
 from leo_diffmodel.watch.drawing import draw, Drawn, FILM, FINE
 from leo_diffmodel.watch.scene import Scene
-from leo_diffmodel.watch.stage import Stage
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.view import Stage
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place

@@ -11,8 +11,8 @@ from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.where import against_motion, bin_in_words, Where, worst_places
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.plots import Line
-from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.sections.origin import numbered
 from leo_diffmodel.report.text import percent, quantity, span, torque, unit
 from leo_diffmodel.report.traces import window

@@ -18,8 +18,7 @@ from tornado.iostream import StreamClosedError
 from tornado.web import RequestHandler
 
 from leo_diffmodel.picture import palette
-from leo_diffmodel.report.page import render, source
-from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.page import render, Section, source
 from leo_diffmodel.watch import shown
 from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.page.horizon import FLOOR, HorizonView, words
