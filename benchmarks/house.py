@@ -36,22 +36,26 @@ def read(tree: Path) -> Modules:
     return found
 
 
-def imported(module: ast.Module, known: Modules) -> Iterator[str]:
+def imported(name: str, known: Modules) -> Iterator[str]:
     """The modules of ours that one imports; `from a import b` is of a.b where that is a module."""
-    for node in ast.walk(module):
+    is_package = any(other.startswith(f'{name}.') for other in known)
+    inside = [*name.split('.'), *(['__init__'] if is_package else [])]
+    for node in ast.walk(known[name]):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in known)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names = [f'{node.module}.{alias.name}' for alias in node.names]
-            yield from (n if n in known else node.module for n in names)
+        elif isinstance(node, ast.ImportFrom):
+            above = inside[: -node.level] if node.level else []
+            base = '.'.join([*above, *filter(None, [node.module])])
+            names = [f'{base}.{alias.name}' for alias in node.names]
+            yield from (n if n in known else base for n in names)
 
 
 def graph(modules: Modules) -> nx.DiGraph:
     """An edge from each module to those it imports."""
     edges = nx.DiGraph()
     edges.add_nodes_from(modules)
-    for name, module in modules.items():
-        names = set(imported(module, modules)) & set(modules) - {name}
+    for name in modules:
+        names = set(imported(name, modules)) & set(modules) - {name}
         edges.add_edges_from((name, n) for n in names)
     return edges
 

@@ -26,4 +26,4 @@ def searched(data: Sequence[Recording], model: Model, settings: Settings = SETTI
 def among(patch: pytest.MonkeyPatch, model: Model, *names: str) -> None:
     """Let every search choose from these effects alone, in this order."""
     pool = [c for name in names for c in candidates(model) if c.effect.name == name]
-    patch.setattr(selection, 'candidates', lambda *_: pool)
+    patch.setattr(selection, 'seen', lambda *_: pool)

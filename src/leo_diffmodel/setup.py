@@ -59,6 +59,7 @@ setup(
             'next = leo_diffmodel.verbs.next:main',
             'watch = leo_diffmodel.verbs.watch:main',
         ],
+        'leo.log_formats': [],
     },
     zip_safe=False,
 )

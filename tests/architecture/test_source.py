@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Who may import whom (the tables in docs/architecture.md), read from the source."""
 import ast
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 import re
 import subprocess
@@ -45,7 +45,6 @@ NEED_ROS = (
     'leo_msgs_py.topics',
     'leo_sim.nodes',
     'leo_diffmodel.bags.play',
-    'leo_diffmodel.bags.record',
     'leo_diffmodel.difference.service',
     'leo_diffmodel.nodes',
     'leo_learner.nodes',
@@ -74,8 +73,11 @@ EXPLAIN_ROOMS = (
     'explanation',
 )  # fmt: skip
 """The rooms of explain; each may import those before it, late imports included."""
-ANALYSIS = ('bags', 'outside', 'compare', 'faults', 'explain', 'check')
-"""These rooms of leo_diffmodel, too."""
+STAGES = (
+    'bags', 'outside', 'compare', 'faults', 'explain', 'check', 'add', 'difference', 'next_run',
+    'picture', 'report', 'watch', 'nodes', 'verbs',
+)  # fmt: skip
+"""The rooms of leo_diffmodel, likewise."""
 PURE = ('decide', 'tell')
 """They read findings: nothing is fitted, settled or predicted there, nor where they import."""
 FIT = tuple(f'{EXPLAIN}.{name}' for name in (
@@ -290,7 +292,7 @@ def of_rooms(package: str, rooms: tuple[str, ...]) -> list[str]:
 
 
 @pytest.mark.parametrize(('package', 'rooms'), [
-    ('leo_sim', ROOMS), ('leo_diffmodel', ANALYSIS), (EXPLAIN, EXPLAIN_ROOMS)])
+    ('leo_sim', ROOMS), ('leo_diffmodel', STAGES), (EXPLAIN, EXPLAIN_ROOMS)])
 def test_a_room_imports_only_those_before_it(package: str, rooms: tuple[str, ...]) -> None:
     files = of_rooms(package, rooms)
     found = {m: later_rooms(m, MODULES[m].read_text(), package, rooms) for m in files}
@@ -300,7 +302,7 @@ def test_a_room_imports_only_those_before_it(package: str, rooms: tuple[str, ...
 
 @pytest.mark.parametrize(('package', 'rooms', 'module', 'source'), [
     ('leo_sim', ROOMS, 'leo_sim.laws.laws', 'from leo_sim.dynamics import ground'),
-    ('leo_diffmodel', ANALYSIS, f'{EXPLAIN}.problem.cut', 'import leo_diffmodel.check.traces'),
+    ('leo_diffmodel', STAGES, f'{EXPLAIN}.problem.cut', 'import leo_diffmodel.check.traces'),
     (EXPLAIN, EXPLAIN_ROOMS, f'{EXPLAIN}.problem.pose', f'import {EXPLAIN}.estimate.fit'),
 ])
 def test_a_later_room_is_noticed(
@@ -309,21 +311,24 @@ def test_a_later_room_is_noticed(
     assert later_rooms(module, f'def f():\n    {source}', package, rooms)
 
 
-def in_circles(modules: Iterable[str], early: bool) -> set[str]:
-    """Files that import each other in a circle; packages left out, and late imports if `early`."""
-    files = {m for m in modules if MODULES[m].name != '__init__.py'}
-    left = {m: files & set(imports(MODULES[m].read_text(), m, early)) - {m} for m in files}
+def in_circles(sources: dict[str, str]) -> set[str]:
+    """Modules that import each other in a circle, late and for types, too."""
+    left = {m: sources.keys() & set(imports(text, m)) - {m} for m, text in sources.items()}
     while free := {m for m, loads in left.items() if not loads & left.keys()}:
         left = {m: loads for m, loads in left.items() if m not in free}
     return set(left)
 
 
-@pytest.mark.parametrize(('package', 'rooms', 'early'), [
-    ('leo_sim', ROOMS, True), ('leo_diffmodel', ANALYSIS, False)])
-def test_no_files_import_each_other_in_a_circle(
-    package: str, rooms: tuple[str, ...], early: bool
-) -> None:
-    assert in_circles(of_rooms(package, rooms), early) == set()
+@pytest.mark.parametrize('package', OURS)
+def test_no_files_import_each_other_in_a_circle(package: str) -> None:
+    files = {m: path.read_text() for m, path in MODULES.items() if within(m, package)}
+    assert files and in_circles(files) == set()
+
+
+@pytest.mark.parametrize('late', [
+    'def f():\n    import a.one', 'if TYPE_CHECKING:\n    from a.one import One'])
+def test_a_circle_is_noticed(late: str) -> None:
+    assert in_circles({'a.one': 'from a import two', 'a.two': late}) == {'a.one', 'a.two'}
 
 
 def run_by(module: str, source: str) -> set[str]:

@@ -197,9 +197,9 @@ def test_every_node_is_known_to_leo_run() -> None:
     assert {f'{package}.{node}' for package, node in EXECUTABLES} <= known
 
 
-@pytest.mark.parametrize(
-    'group', ['leo.verbs', 'leo.executables', 'leo.robots', 'leo.drivers', 'leo.effects']
-)
+@pytest.mark.parametrize('group', [
+    'leo.verbs', 'leo.executables', 'leo.robots', 'leo.drivers', 'leo.effects', 'leo.log_formats',
+])
 def test_every_entry_point_leads_somewhere(group: str) -> None:
     ours = (*PACKAGES, 'leo_lab')
     found = [e for e in entry_points(group=group) if e.dist and e.dist.name in ours]

@@ -13,7 +13,7 @@ from leo_diffmodel.check.likeness import explained
 from leo_diffmodel.check.traces import Trace
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.comparison import compare
-from leo_diffmodel.compare.fineness import LONGEST, stepped
+from leo_diffmodel.compare.scheme import LONGEST, stepped
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout

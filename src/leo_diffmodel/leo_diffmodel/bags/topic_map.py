@@ -33,6 +33,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.yaml_file import read
 
 from .contents import BagContents, TopicLog
 from .types import (
@@ -45,7 +46,6 @@ from .types import (
     TRAJECTORY,
     UINT32,
 )
-from .yaml_config import read_config
 
 MOST_LATE = 10.0
 """s; what comes later belongs to another recording."""
@@ -141,7 +141,7 @@ def read_topic_map(source: str | Path | TopicMap | None) -> TopicMap:
     """
     if isinstance(source, TopicMap):
         return source
-    return TopicMap() if source is None else read_config(Path(source), TopicMap)
+    return TopicMap() if source is None else read(Path(source), TopicMap)
 
 
 def find_topic(

@@ -11,10 +11,9 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
-from leo_diffmodel.compare.fineness import stepped
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.provenance import provenance
-from leo_diffmodel.compare.scheme import fast_enough
+from leo_diffmodel.compare.scheme import fast_enough, stepped
 from leo_diffmodel.compare.thin import periods, thin
 from leo_diffmodel.compare.torque import missing_torque, MissingTorque
 from leo_diffmodel.compare.where import Where, where

@@ -18,9 +18,9 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.comparison import at_one_rate, beyond, BUDGET_SECONDS, windows_up_to
-from leo_diffmodel.compare.fineness import stepped
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.provenance import provenance
+from leo_diffmodel.compare.scheme import stepped
 from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.windows import Windows
 from leo_msgs_py.errors import UserError

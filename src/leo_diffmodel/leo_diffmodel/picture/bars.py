@@ -7,10 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from leo_diffmodel.report.palette import GRID, MUTED
-
 from .canvas import Canvas
-from .scene import TOUCH
+from .palette import GRID, MUTED, TOUCH
 from .take import Take
 
 BAR = 20

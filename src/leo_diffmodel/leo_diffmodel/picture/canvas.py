@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
-PAPER = '#ffffff'
+from .palette import PAPER
 
 
 class Canvas:

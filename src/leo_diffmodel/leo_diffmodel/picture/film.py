@@ -11,11 +11,11 @@ import subprocess
 import numpy as np
 from PIL import Image
 
-from leo_diffmodel.report.palette import INK, MUTED
 from leo_msgs_py.errors import UserError
 
 from .bars import BAR, draw_feet
 from .canvas import Canvas
+from .palette import INK, MUTED
 from .scene import draw_pose, draw_surroundings, View
 from .take import Take
 

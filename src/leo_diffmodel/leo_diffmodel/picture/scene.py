@@ -7,12 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.report.palette import GRID, INK, MUTED
-
-from .canvas import Canvas, mixed, PAPER
+from .canvas import Canvas, mixed
+from .palette import GRID, INK, MUTED, PAPER, TOUCH
 from .stick import Pose, Stick
 
-TOUCH = '#009e73'
 GROUND = '#eef1f4'
 TICK = 0.1
 """Distance between the marks on the ground [m]."""

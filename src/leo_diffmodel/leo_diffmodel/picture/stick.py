@@ -90,6 +90,10 @@ class Stick:
         return [(seen(link, points), self._colours.get(link, PLAIN))
                 for link, points in self._lines]
 
+    def lines(self, q: np.ndarray) -> list[np.ndarray]:
+        """The same without colour, for the angles of a model, which may run away."""
+        return [points for points, _ in self.sticks(np.nan_to_num(q))]
+
     def _seen(self, q: np.ndarray) -> Callable[[str, np.ndarray], np.ndarray]:
         """From points of a link (N, 3) to the plane of view (N, 2), at joint angles q."""
         turns = {name: (np.array(f.rotation, float).reshape(3, 3), np.array(f.origin, float))

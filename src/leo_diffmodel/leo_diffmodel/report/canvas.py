@@ -8,7 +8,7 @@ from typing import Any
 from bokeh.models import HoverTool
 from bokeh.plotting import figure
 
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
 
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "DejaVu Sans", sans-serif'
 HEIGHT = 290

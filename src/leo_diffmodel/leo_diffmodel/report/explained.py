@@ -7,12 +7,17 @@ from collections.abc import Sequence
 from pathlib import Path
 import re
 
+import numpy as np
+
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.errors import horizon_table, horizon_windows, Prediction
 from leo_diffmodel.compare.headline import Headline
 from leo_diffmodel.compare.where import where as places_of
 from leo_diffmodel.explain.explanation import Explanation
+from leo_diffmodel.explain.problem.shooting import predict
+from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.report import page
-from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.sections import (
     budget,
     edited,
@@ -31,11 +36,11 @@ from leo_diffmodel.report.sections import (
     where,
 )
 from leo_diffmodel.report.torque_curves import trace
-from leo_diffmodel.report.training_errors import training_errors
 from leo_diffmodel.report.worst import before_and_after, stretches
 from leo_sim.model import Model
 
 OUTSIDE = re.compile(r'moved from outside', re.IGNORECASE)
+MOST_WINDOWS = 100
 
 
 def write_explanation(
@@ -106,3 +111,33 @@ def _training(explanation: Explanation, recordings: Sequence[Recording]) -> list
     assert found is not None
     step = rows[-1]['seconds'] / rows[-1]['steps']
     return training_errors(recordings, found, rows[-1]['seconds'], step)
+
+
+def training_errors(
+    recordings: Sequence[Recording], found: Search, seconds: float, step: float
+) -> list[dict]:
+    """Rows {steps, before, after} of rms errors against horizon on training data.
+
+    Args:
+        recordings: all bags, in the order of the search.
+        found: the finished search.
+        seconds: the longest horizon.
+        step: one control period [s].
+    """
+    base, blocks = found.problem.base, found.posed.blocks
+    models = [fit.hypothesis.model(base, fit.theta) for fit in (found.null, found.final)]
+    try:
+        windows = horizon_windows(recordings, models[1], seconds, 4 * MOST_WINDOWS)
+    except ValueError:
+        return []
+    train = np.flatnonzero(blocks.train(windows))
+    if not train.size:
+        return []
+    windows = windows.take(train[:: -(-train.size // MOST_WINDOWS)])
+    start, none = windows.measured[:, 0], np.zeros_like(windows.measured)
+    predictions = [Prediction(windows, predict(m, windows, start), none) for m in models]
+    tables = [horizon_table(p, step) for p in predictions]
+    return [
+        {'steps': b['steps'], 'before': b['rmse'], 'after': a['rmse']}
+        for b, a in zip(*tables, strict=True)
+    ]

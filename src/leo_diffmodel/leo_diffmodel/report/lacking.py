@@ -11,7 +11,7 @@ from leo_diffmodel.compare.conditions import folded
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.torque import MissingTorque
 from leo_diffmodel.compare.where import FAR, STANDARD_ERRORS
-from leo_diffmodel.report.bins import sort
+from leo_diffmodel.report.binned import sort
 from leo_sim.description.robot import Robot
 
 Array = np.ndarray

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,26 @@ from bokeh.resources import Resources
 import jinja2
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.report import palette, text
-from leo_diffmodel.report.section import Section
+from leo_diffmodel.picture import palette
+from leo_diffmodel.report import text
 from leo_msgs_py.whole_file import write_whole
 
 BOKEH_PARTS = ['bokeh']
+
+
+@dataclass(frozen=True)
+class Section:
+    """One part of a report.
+
+    Attributes:
+        template: file in templates/; it gets `values`, and `plots`, the figures as HTML.
+        values: what the template shows.
+        figures: bokeh figures in the order the template places them.
+    """
+
+    template: str
+    values: Mapping[str, Any] = field(default_factory=dict)
+    figures: tuple[Any, ...] = ()
 
 
 def render(title: str, source: str, sections: Sequence[Section], watch: str = '') -> str:

@@ -10,10 +10,10 @@ from typing import Any
 from bokeh.models import ColumnDataSource, PrintfTickFormatter, Range1d, Span
 import numpy as np
 
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.binned import Binned, torque_canvas
 from leo_diffmodel.report.canvas import canvas, hover, ticks
-from leo_diffmodel.report.palette import Stroke
 
 Array = np.ndarray
 

@@ -9,7 +9,7 @@ from typing import Any
 from bokeh.models import PrintfTickFormatter, Range1d
 import numpy as np
 
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
 from leo_diffmodel.report.canvas import canvas, hover
 from leo_diffmodel.report.plots import Line
 

@@ -50,7 +50,7 @@ def _record(argv: list[str]) -> int:
     words, ros_args = _apart(argv)
     options = parser.parse_args(words)
 
-    from leo_diffmodel.bags.record import record
+    from leo_diffmodel.nodes.record import record
 
     return record(options.topics, options.output, ros_args)
 

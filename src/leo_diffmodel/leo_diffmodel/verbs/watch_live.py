@@ -9,7 +9,7 @@ from functools import partial
 import time
 from typing import Any, TYPE_CHECKING
 
-from leo_diffmodel.verbs import common, watch
+from leo_diffmodel.verbs import common, watch_common
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import where
 from leo_sim.effects.consent import add_effect_argument, words
@@ -57,7 +57,6 @@ def _serve(
     arguments: argparse.Namespace, robot: LiveRobot, source: Source, scene: Scene
 ) -> None:
     """Serve the page until a signal; then end what it started."""
-    from leo_diffmodel.verbs import watch_next
     from leo_diffmodel.watch.live.beside import Beside
     from leo_diffmodel.watch.live.finder import LiveFinder
     from leo_diffmodel.watch.live.recording import RecordingSwitch
@@ -73,14 +72,14 @@ def _serve(
     renewing = Renewing(source, state, robot.tape.contents, lambda: robot.weights)
     recording = RecordingSwitch(folder, arguments.ros_args)
     beside = Beside(robot, recording, renewing, Sending(arguments.ros_args))
-    finder = LiveFinder(robot.tape, watch.asked, _explain_words(arguments), folder)
+    finder = LiveFinder(robot.tape, watch_common.asked, _explain_words(arguments), folder)
     command = ['leo', 'add', arguments.model, *words(arguments.effect)]
-    next_run = NextRun(state, finder, watch_next.proposed)
+    next_run = NextRun(state, finder, watch_common.proposed)
     tab = partial(LiveTab, beside=beside, next_run=next_run)
     server = WatchServer(state, finder, command, arguments.port, tab)
     server.every(LOOK_MS, partial(_look, beside, server))
     server.every(HEAR_MS, next_run.look)
-    watch._say(arguments, server.url, server.port)
+    watch_common.say(arguments, server.url, server.port)
     try:
         server.run()
     finally:
@@ -169,7 +168,7 @@ def _parser() -> argparse.ArgumentParser:
     arguments.add_argument('--patience', type=float, default=10.0, metavar='S',
                            help='how long to wait for a robot (10 s)')  # fmt: skip
     add_effect_argument(arguments)
-    watch.add_page_arguments(arguments)
+    watch_common.add_page_arguments(arguments)
     arguments.add_argument('--json', action='store_true', help='print the result as JSON')
     return arguments
 

@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from leo_diffmodel.add.patch import from_data, from_words
-from leo_diffmodel.watch.repaired import words
 from leo_diffmodel.watch.scene import Scene
-from leo_diffmodel.watch.setting import Setting
+from leo_diffmodel.watch.setting import Setting, words
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model

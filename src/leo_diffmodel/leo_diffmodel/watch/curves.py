@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leo_diffmodel.watch.view import Columns
-
 if TYPE_CHECKING:
     from leo_diffmodel.watch.state import State
 
 Array = np.ndarray
+Columns = dict[str, Array]
 DEEPEST = 0.1
 """Of the floor: errors below, as on data without noise, leave the picture."""
 

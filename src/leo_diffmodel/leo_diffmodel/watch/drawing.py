@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +14,13 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 import numpy as np
 from PIL import Image
 
+from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.film import write_gif, write_mp4
-from leo_diffmodel.picture.scene import TICK, TOUCH
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture.scene import TICK
 from leo_diffmodel.watch.curves import heights
-from leo_diffmodel.watch.view import Told, View
+from leo_diffmodel.watch.view import View
 
+Told = Callable[[str], None]
 PICTURES = ('.png', '.svg')
 WIDTH, HEIGHT, LINE = 12.8, 7.2, 0.24
 """Of the figure, and what a line of words takes [inch]."""
@@ -130,7 +131,7 @@ class Drawn:
         (self._ground,) = axes.plot([], [], '|-', color=palette.MUTED, lw=1.2, markersize=6)
         strokes = (GIVEN, 4.0, 0.75), (NOW, 4.0, 0.75), (MEASURED, 3.0, 1.0)
         self._ghosts = [self._ghost(*stroke) for stroke in strokes]
-        self._feet = axes.scatter([], [], s=55, color=TOUCH, zorder=3)
+        self._feet = axes.scatter([], [], s=55, color=palette.TOUCH, zorder=3)
         self._clock = axes.text(0.0, 0.0, '', transform=axes.transAxes, **MUTED)
         note = f'predicted {self._view.seconds:.2g} s ahead, again and again'
         axes.text(1.0, 0.0, note, transform=axes.transAxes, ha='right', **MUTED)

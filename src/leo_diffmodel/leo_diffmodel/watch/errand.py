@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What takes long, in a process of its own, so that the page goes on meanwhile."""
+"""What takes long, in a process of its own, so that the page goes on: leo explain, a drawing."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 import multiprocessing
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -103,3 +104,24 @@ def _work(ask: Ask, pipe: Connection) -> None:
         pipe.send(('answer', ask(lambda text: pipe.send(('told', text)))))
     except UserError as error:
         pipe.send(('error', str(error)))
+
+
+Asked = Callable[[list[str], Heard], dict]
+"""Explains the bags of a command line; the contents of explain.json."""
+
+
+class Finder(Errand):
+    """The search behind 'find it for me'.
+
+    Attributes:
+        words: the command line that it explains: bags, model and options; empty where the bags
+            are kept no longer.
+    """
+
+    def __init__(self, asked: Asked, words: list[str]) -> None:
+        super().__init__()
+        self._asked, self.words = asked, words
+
+    def start(self) -> None:
+        """Begin, unless it is going on."""
+        self.begin(partial(self._asked, self.words))

@@ -10,8 +10,7 @@ from typing import Any
 
 from leo_diffmodel.bags.recorder import free_folder
 from leo_diffmodel.watch.adding import Answer
-from leo_diffmodel.watch.errand import Errand, Heard
-from leo_diffmodel.watch.finder import Finder
+from leo_diffmodel.watch.errand import Errand, Finder, Heard
 from leo_diffmodel.watch.plan import Plan
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError

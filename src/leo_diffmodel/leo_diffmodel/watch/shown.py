@@ -9,9 +9,8 @@ from leo_diffmodel.picture.film import RATE
 from leo_diffmodel.report.page import source
 from leo_diffmodel.watch import curves
 from leo_diffmodel.watch.score import told
-from leo_diffmodel.watch.stage import Stage
 from leo_diffmodel.watch.state import State
-from leo_diffmodel.watch.view import View
+from leo_diffmodel.watch.view import Stage, View
 
 Array = np.ndarray
 FILM_SECONDS = 4.0

@@ -18,10 +18,9 @@ from leo_diffmodel.watch.film import Film
 from leo_diffmodel.watch.guess import guess
 from leo_diffmodel.watch.lack import Lacks
 from leo_diffmodel.watch.player import Player
-from leo_diffmodel.watch.repaired import repaired, words
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.score import Score, score, size
-from leo_diffmodel.watch.setting import Setting
+from leo_diffmodel.watch.setting import repaired, Setting, words
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 

@@ -9,7 +9,7 @@ this size takes. Here matrix products are numpy's (`layers`), what is between th
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -18,8 +18,15 @@ from leo_learner.fast_update.flat import FlatAdam, parameters_of
 from leo_learner.fast_update.layers import Layers
 from leo_learner.replay import Batch
 
-if TYPE_CHECKING:
-    from leo_learner.ddpg import Agent
+
+class Networks(Protocol):
+    """What is read of an agent: its settings, and the networks that learn and follow."""
+
+    config: Any
+    actor: Any
+    critic: Any
+    target_actor: Any
+    target_critic: Any
 
 
 class FastUpdate:
@@ -33,7 +40,7 @@ class FastUpdate:
         agent: whose networks it updates.
     """
 
-    def __init__(self, agent: Agent) -> None:
+    def __init__(self, agent: Networks) -> None:
         threadpool_limits(1, user_api='blas')
         config = agent.config
         self._gamma, self._tau = np.float32(config.gamma), np.float32(config.tau)

@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from torch import nn, Tensor
 
-from leo_learner.fast_update import elementwise
+import leo_learner.fast_update.elementwise as elementwise
 
 NAMES = 'step', 'exp_avg', 'exp_avg_sq'
 """What torch.optim.Adam keeps of every parameter."""

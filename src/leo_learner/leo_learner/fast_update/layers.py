@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import nn
 
-from leo_learner.fast_update import elementwise
+import leo_learner.fast_update.elementwise as elementwise
 
 LARGE = 2**21
 """Multiplications from which on torch's matrix product is sooner than numpy's."""

@@ -13,18 +13,21 @@ import json
 from pathlib import Path
 import shlex
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from std_msgs.msg import Header
 
 from leo_diffmodel.difference.fit import LEAST as LEAST_TRANSITIONS
-from leo_learner.algorithm5 import Algorithm5, Settings
+from leo_learner.algorithm5 import Algorithm5, Done, Settings
 from leo_learner.checkpoint import newest
 from leo_learner.configs import configuration
 from leo_learner.ddpg import Config
 from leo_learner.learning import POLICY
 from leo_learner.nodes.difference_client import DifferenceClient
-from leo_learner.nodes.status import Status
 from leo_learner.policy import Policy
 from leo_learner.robot_env import RobotEnv, Stopped
+from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import fixed_parameter, graph, join, private_parameter, running, spin_once
@@ -35,6 +38,8 @@ from leo_sim.model.model_file import load_model
 
 LEAST = {'tests': 1, 'patience': 1, 'transitions': LEAST_TRANSITIONS}
 """Of the settings that may not be 0."""
+PERIOD = 1.0
+"""Time between two reports [s]; while a policy trains, the episode under way ends first."""
 
 
 def read_settings(node: Node) -> Settings:
@@ -112,3 +117,46 @@ def _alive() -> bool:
     """Serve what is due between two episodes; whether to go on."""
     spin_once(0.0)
     return running()
+
+
+class Status:
+    """Logs what is being done, and repeats it on /diagnostics once a second.
+
+    Args:
+        node: the learner.
+
+    Attributes:
+        done: how far the run is; None before it begins.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node, self._said = node, 'starting'
+        self.done: Done | None = None
+        self._publisher = node.create_publisher(*topics.DIAGNOSTICS)
+        node.create_timer(PERIOD, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def say(self, text: str) -> None:
+        """Log one line; it is the message of the reports until the next."""
+        self._said = text
+        self._node.get_logger().info(text)
+
+    def _report(self) -> None:
+        header = Header(stamp=self._node.get_clock().now().to_msg())
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.OK, name=f'{self._node.get_name()}: learning',
+            message=self._said, values=[KeyValue(key=k, value=v) for k, v in self._values()],
+        )
+        self._publisher.publish(DiagnosticArray(header=header, status=[status]))
+
+    def _values(self) -> list[tuple[str, str]]:
+        if self.done is None:
+            return []
+        returns = ', '.join(f'{r:.1f}' for r in self.done.tests)
+        return [
+            ('round', str(self.done.update)),
+            ('phase', self.done.phase),
+            ('difference model version', str(self.done.version)),
+            ('returns on the robot', returns or 'none yet'),
+            ('round that drives the robot', str(self.done.driver)),
+            ('steps on the robot', str(self.done.samples)),
+        ]

@@ -62,9 +62,9 @@ def main(argv: list[str]) -> int:
 
 def _watch(folder: Path) -> None:
     """Open the live page until Ctrl-C, where somebody sits in front of a screen and a terminal."""
-    from leo_diffmodel.verbs import watch
+    from leo_diffmodel.verbs import watch, watch_common
     from leo_learner.demo.closing import watching
 
-    if watch.screen() and sys.stdout.isatty():
+    if watch_common.screen() and sys.stdout.isatty():
         with suppress(KeyboardInterrupt):
             watch.main(watching(folder)[2:])

@@ -9,6 +9,7 @@ import yaml
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import is_name
+from leo_sim.common.names import nearest
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, le=1e12)]
@@ -45,11 +46,13 @@ def read(path: Path, schema: type[S]) -> S:
     """The content of a YAML file, checked against a schema.
 
     Raises:
-        UserError: No such file, no YAML, or a wrong, missing or unknown key: file, where, what.
+        UserError: No such file, no YAML, a wrong or missing value, or an unknown key (naming the
+            nearest known one): file, where, what.
     """
     data = parsed(path)
     if not isinstance(data, dict):
-        raise UserError(f'{path}: expected keys and values, found {type(data).__name__}')
+        raise UserError(f'{path}: expected a mapping of {", ".join(schema.model_fields)}, found '
+                        f'{type(data).__name__}')
     return check(data, schema, path)
 
 
@@ -87,17 +90,24 @@ def check(data: Any, schema: type[S], path: Path) -> S:
     try:
         return schema.model_validate(data)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = '.'.join(str(part) for part in first['loc'])
-        raise UserError(f'{path}: {where}: {_sentence(first)}') from error
+        raise UserError(f'{path}: {_first_problem(error, schema)}') from error
 
 
-def _sentence(error: Any) -> str:
-    if error['type'] == 'extra_forbidden':
-        return 'unknown key'
-    if error['type'] == 'missing':
-        return 'is missing'
-    return f'{error["msg"]}, found {shown(error["input"])}'
+def _first_problem(error: ValidationError, schema: type[BaseModel]) -> str:
+    """What is wrong, of an unknown key first: it is often why another one is missing."""
+    problem = min(error.errors(), key=lambda found: found['type'] != 'extra_forbidden')
+    where = '.'.join(str(part) for part in problem['loc'])
+    if problem['type'] == 'extra_forbidden':
+        return f'unknown key {where!r}{nearest(str(problem["loc"][-1]), _keys(schema))}'
+    if problem['type'] == 'missing':
+        return f'{where}: is missing'
+    return f'{where}: {problem["msg"]}, found {shown(problem["input"])}'
+
+
+def _keys(schema: type[BaseModel]) -> set[str]:
+    """The keys of a schema and of the schemas inside it."""
+    inside = schema.model_json_schema().get('$defs', {}).values()
+    return {*schema.model_fields, *(key for part in inside for key in part.get('properties', {}))}
 
 
 def shown(value: Any) -> str:

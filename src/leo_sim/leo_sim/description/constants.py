@@ -7,9 +7,9 @@ from typing import Any
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import Quantity
+from leo_sim.description.joint import sliding
 from leo_sim.description.ranges import outside
 from leo_sim.description.robot_file import RobotFile
-from leo_sim.description.units import sliding
 from leo_sim.description.urdf import Body, Joint, Link
 
 BODY_UNITS = {'mass': 'kg', 'com_x': 'm', 'com_y': 'm', 'com_z': 'm', 'inertia': 'kg m2'}

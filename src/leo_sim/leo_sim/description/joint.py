@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A joint of a tree, as plain numbers."""
+"""A joint of a tree, as plain numbers, and the units of one that slides."""
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 Vector = tuple[float, float, float]
 Matrix = tuple[float, ...]
+PAIRS = (('N m', 'N'), ('kg m2', 'kg'), ('rad', 'm'), ('turn', 'm'))
+"""Unit of turning, unit of sliding."""
 
 
 @dataclass(frozen=True)
@@ -45,3 +47,10 @@ def columns(joints: Sequence[Joint]) -> list[int]:
     """Where each joint is in a state vector: a copy where its leader is, -1 for a fixed one."""
     free = {joint.name: i for i, joint in enumerate(j for j in joints if j.independent)}
     return [free.get(joint.leader or joint.name, -1) for joint in joints]
+
+
+def sliding(unit: str) -> str:
+    """The unit on a slide of what has this unit on a hinge: `N m s/rad` is `N s/m`."""
+    for turning, along in PAIRS:
+        unit = unit.replace(turning, along)
+    return unit

@@ -9,11 +9,12 @@ from typing import Any, TYPE_CHECKING
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
+from leo_sim.common.user_code import classes_of, guarded, load_file
 from leo_sim.effects.actuator_lag import ActuatorLag
 from leo_sim.effects.armature import Armature
 from leo_sim.effects.back_emf_scale import BackEmfScale
 from leo_sim.effects.backlash import Backlash
-from leo_sim.effects.base import Effect, Parameter, Placed
+from leo_sim.effects.base import Effect, HOOKS, Parameter, Placed, ROLES
 from leo_sim.effects.bias_torque import BiasTorque
 from leo_sim.effects.command_delay import CommandDelay
 from leo_sim.effects.consent import trust
@@ -37,7 +38,6 @@ from leo_sim.effects.stribeck_friction import StribeckFriction
 from leo_sim.effects.stribeck_load_friction import StribeckLoadFriction
 from leo_sim.effects.torque_ripple import TorqueRipple
 from leo_sim.effects.torque_scale import TorqueScale
-from leo_sim.effects.user_file import read_effect
 from leo_sim.effects.velocity_lag import VelocityLag
 from leo_sim.effects.viscous_friction import ViscousFriction
 from leo_sim.effects.voltage_deadband import VoltageDeadband
@@ -53,6 +53,8 @@ __all__ = [
     'registered_effects',
 ]
 
+REQUIRED = ('name', 'family', 'hook', 'parameters')
+"""What the class in a user's file has to say."""
 EFFECTS: dict[str, Effect] = {effect.name: effect for effect in (
     CommandDelay(), VoltageScale(), VoltageDeadband(), VoltageLimit(), ActuatorLag(),
     TorqueScale(), BackEmfScale(), ViscousFriction(), CoulombFriction(), StribeckFriction(),
@@ -129,3 +131,51 @@ def check_bounds(robot: Robot, placed: Placed) -> None:
             continue
         raise UserError(f'{placed.effect.name}.{p.name}: {value:g} is outside '
                         f'{p.low:g} to {p.high:g} {p.unit}'.rstrip())
+
+
+def read_effect(path: Path) -> Effect:
+    """The one effect that a Python file defines.
+
+    Raises:
+        UserError: No such file, it fails, or it does not define exactly one whole effect. The
+            effect's law raises it too, in place of whatever goes wrong inside.
+    """
+    found = [c for c in classes_of(load_file(path, 'effect')) if issubclass(c, Effect)]
+    if len(found) != 1:
+        raise UserError(f'{path} defines {len(found)} effects; it must define exactly one '
+                        'subclass of leo_sim.effects.Effect')
+    kind = found[0]
+    lacking = [name for name in REQUIRED if not hasattr(kind, name)]
+    if lacking:
+        raise UserError(f'{path}: {kind.__name__} lacks {", ".join(lacking)}; '
+                        'see leo_sim.effects.Effect')
+    if kind.hook not in HOOKS or not _has_law(kind):
+        raise UserError(f'{path}: {kind.__name__} needs a hook of {", ".join(HOOKS)}, and the '
+                        f'method of that name; its hook is {kind.hook!r}')
+    _check_parameters(path, kind)
+    effect: Effect = kind()
+    effect.source = str(path.resolve())
+    setattr(effect, kind.hook, guarded(path, 'effect', getattr(effect, kind.hook)))
+    return effect
+
+
+def _has_law(kind: type[Effect]) -> bool:
+    """Whether it has the method of its hook; for a torque, perhaps as a function of numbers."""
+    method = getattr(kind, kind.hook, None)
+    written = method not in (None, getattr(Effect, kind.hook, None))
+    return written or (kind.hook in ('torque', 'command') and kind.law is not None)
+
+
+def _check_parameters(path: Path, kind: type[Effect]) -> None:
+    for p in kind.parameters:
+        if not (isinstance(p, Parameter) and p.low <= p.neutral <= p.high and p.low < p.high):
+            raise UserError(f'{path}: {kind.__name__}.parameters: {p} is no Parameter(name, unit, '
+                            'neutral, low, high) with its neutral value between low and high')
+        if p.role not in ('', *ROLES):
+            raise UserError(f'{path}: {kind.__name__}.parameters: {p.name} has the role '
+                            f'{p.role!r}; there are {", ".join(ROLES)}')
+        others = {other.name for other in kind.parameters} - {p.name}
+        for told in (p.above, p.times):
+            if told and told not in others:
+                raise UserError(f'{path}: {kind.__name__}.parameters: {p.name} has above or times '
+                                f'{told!r}, which is none of the others')

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple, TYPE_CHECKING
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.description.units import sliding
+from leo_sim.description.joint import sliding
 from leo_sim.description.urdf import Body as Body
 
 if TYPE_CHECKING:

@@ -353,7 +353,7 @@ def test_no_bag_no_mcap_and_no_mcap_file(tmp_path):
     ('text', 'message'),
     [
         ('hold: later\n', "hold: Input should be 'next' or 'previous', found 'later'"),
-        ('topic: {}\n', "unknown key 'topic'; did you mean 'topics'?"),
+        ('topic: {}\n', "unknown key 'topic'; did you mean topics?"),
         ('topics: {joint_states: /arm}\n', 'no topic /arm; it has /joint_states'),
         ('input: commands\n', 'no input on commands'),
         ('input: applied\n', 'no input on applied'),

@@ -10,7 +10,7 @@ from tests.page import read
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.explain.explanation import explain, Explanation
-from leo_diffmodel.report import bins
+from leo_diffmodel.report import binned
 from leo_diffmodel.report.explained import write_explanation
 from leo_diffmodel.report.torque_curves import trace
 from leo_sim.description.robot import load_robot
@@ -52,7 +52,7 @@ def test_missing_torque_has_the_slope_of_the_hidden_friction(recording, explanat
 
 def test_the_leading_candidate_runs_through_the_measured_means(recording, explanation):
     curves = trace([recording], explanation.search)
-    groups = bins.sort(curves.measured.dq[:, 0], count=10)
+    groups = binned.sort(curves.measured.dq[:, 0], count=10)
     measured = curves.measured.torque[:, 0]
     off = groups.mean(measured) - groups.mean(curves.candidates[0].torque[:, 0])
     assert np.abs(off / groups.standard_error(measured)).max() < 4
@@ -81,6 +81,6 @@ def test_the_whole_page(verdict, recording, explanation, tmp_path):
 
 
 def test_bins_leave_out_thin_ones():
-    groups = bins.sort(np.concatenate([np.linspace(0, 1, 100), [50.0]]), count=10)
+    groups = binned.sort(np.concatenate([np.linspace(0, 1, 100), [50.0]]), count=10)
     assert groups.centre.max() < 2
-    assert groups.members.sum(axis=1).min() >= bins.FEWEST
+    assert groups.members.sum(axis=1).min() >= binned.FEWEST

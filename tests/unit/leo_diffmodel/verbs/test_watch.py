@@ -8,14 +8,14 @@ import webbrowser
 
 from tests.patience import PATIENCE
 
-from leo_diffmodel.verbs import common, explain, watch
+from leo_diffmodel.verbs import common, explain, watch_common
 
 
 def test_a_browser_that_returns_when_it_is_closed_does_not_hold_the_page_up(monkeypatch):
     opened, closed = Event(), Event()
     monkeypatch.setattr(webbrowser, 'open', lambda _: opened.set() or closed.wait(PATIENCE))
     monkeypatch.setenv('DISPLAY', ':0')
-    watch._say(Namespace(json=False, no_browser=False), 'http://localhost/', 1)
+    watch_common.say(Namespace(json=False, no_browser=False), 'http://localhost/', 1)
     assert opened.wait(PATIENCE) and not closed.is_set()
     closed.set()
 
@@ -25,5 +25,5 @@ def test_other_verbs_name_the_command_of_the_page_on_the_same_data():
     typed = common.watch(explain._parser().parse_args([*words, '--step', '0.05']))
     assert typed == ("leo watch 'a run' b --model pendulum --from 3 --hold-out c 'd e' "
                      '--step 0.05')  # fmt: skip
-    again = watch.parser().parse_args(shlex.split(typed)[2:])
+    again = watch_common.parser().parse_args(shlex.split(typed)[2:])
     assert (again.bags, again.hold_out, again.begin) == (['a run', 'b'], ['c', 'd e'], 3.0)

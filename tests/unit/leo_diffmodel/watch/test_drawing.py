@@ -11,14 +11,14 @@ from PIL import Image
 import pytest
 from tests.simulate import record, TORQUE
 
+from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.film import RATE
 from leo_diffmodel.picture.scene import TICK
-from leo_diffmodel.report import palette
 from leo_diffmodel.watch import shown
-from leo_diffmodel.watch.drawing import Drawn, FILM, FINE
+from leo_diffmodel.watch.drawing import draw, Drawn, FILM, FINE
 from leo_diffmodel.watch.scene import Scene
-from leo_diffmodel.watch.stage import Stage
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.view import Stage
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
@@ -87,7 +87,7 @@ def test_nothing_switched_on_is_said(state):
 @pytest.mark.parametrize('name', ['view.png', 'view.svg'])
 def test_a_picture_is_written(state, tmp_path, name):
     path = tmp_path / name
-    assert shown.view(state, shown.now(state)).draw(path, lambda _: None) == name
+    assert draw(shown.view(state, shown.now(state)), path, lambda _: None) == name
     if path.suffix == '.svg':
         assert palette.BEFORE in path.read_text()
         ElementTree.parse(path)
@@ -97,7 +97,7 @@ def test_a_picture_is_written(state, tmp_path, name):
 
 def test_a_film_moves_the_robots_and_the_cursor_alone(few, tmp_path):
     told = []
-    few.draw(tmp_path / 'c.gif', told.append)
+    draw(few, tmp_path / 'c.gif', told.append)
     with Image.open(tmp_path / 'c.gif') as film:
         assert film.n_frames == 5 and film.info['duration'] == 1000 // RATE
         pictures = []
@@ -114,7 +114,7 @@ def test_a_film_moves_the_robots_and_the_cursor_alone(few, tmp_path):
 def test_without_an_encoder_it_is_one_line_and_no_file(few, tmp_path, monkeypatch):
     monkeypatch.setenv('PATH', str(tmp_path))
     with pytest.raises(UserError, match=r'c\.mp4: a film needs the program ffmpeg; install it'):
-        few.draw(tmp_path / 'c.mp4', lambda _: None)
+        draw(few, tmp_path / 'c.mp4', lambda _: None)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -13,7 +13,7 @@ from tests.simulate import record, TORQUE
 from leo_diffmodel.add import patch
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.verbs.add import main as add
-from leo_diffmodel.watch import numbers
+from leo_diffmodel.watch.page.files import numbers
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.setting import Setting
 from leo_diffmodel.watch.state import State
@@ -165,7 +165,7 @@ def test_the_film_begins_anew_at_the_measured_state(state):
 
 def test_the_numbers_have_units_and_are_those_that_are_shown(state):
     state.switch(LABEL, True)
-    rows = list(csv.DictReader(io.StringIO(numbers.table(state))))
+    rows = list(csv.DictReader(io.StringIO(numbers(state))))
     (value,) = (r for r in rows if r['what'] == 'value')
     assert (value['of'], value['unit']) == (f'{LABEL} c', 'N m')
     ahead = [r for r in rows if r['what'] == 'held-out rms error' and r['of'] == 'pivot']

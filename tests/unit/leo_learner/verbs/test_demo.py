@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from leo_diffmodel.verbs import watch
+from leo_diffmodel.verbs import watch, watch_common
 from leo_learner.demo import closing, main_job
 from leo_learner.verbs.demo import main
 
@@ -24,7 +24,7 @@ def opened(monkeypatch):
     monkeypatch.setattr(main_job, 'MainJob', lambda *_: job)
     monkeypatch.setattr(closing, 'closing', lambda *_: None)
     monkeypatch.setattr(watch, 'main', serve)
-    monkeypatch.setattr(watch, 'screen', lambda: True)
+    monkeypatch.setattr(watch_common, 'screen', lambda: True)
     monkeypatch.setattr(sys.stdout, 'isatty', lambda: True, raising=False)
     return words
 
@@ -40,7 +40,7 @@ def test_ends_without_a_page_where_it_is_told_to(option, opened, tmp_path):
     assert main([option, '-o', str(tmp_path / 'run')]) == 0 and not opened
 
 
-@pytest.mark.parametrize('of', ['leo_diffmodel.verbs.watch.screen', 'sys.stdout.isatty'])
+@pytest.mark.parametrize('of', ['leo_diffmodel.verbs.watch_common.screen', 'sys.stdout.isatty'])
 def test_ends_without_a_page_where_nobody_sees_it(of, opened, monkeypatch, tmp_path):
     monkeypatch.setattr(of, lambda: False, raising=False)
     assert main(['-o', str(tmp_path / 'run')]) == 0 and not opened

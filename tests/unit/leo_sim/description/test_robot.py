@@ -133,7 +133,7 @@ def test_angles_are_wrapped_upwards(angle, expected):
     ('actuators:\n  pivot:', 'actuators:\n  pivto:', ["'pivto'", 'pivot?']),
     ('  nominal:', '  hanging:', ['nominal']),
     ('control_period: 0.05', 'control_period: 0', ['control_period']),
-    ('base: fixed', 'basis: fixed', ['basis', 'unknown key']),
+    ('base: fixed', 'basis: fixed', ['unknown key', 'basis', 'did you mean']),
 ])
 def test_what_is_wrong_in_a_robot_is_said_in_one_line(tmp_path, old, new, said):
     with pytest.raises(UserError) as error:

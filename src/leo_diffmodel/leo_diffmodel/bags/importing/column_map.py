@@ -34,8 +34,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_valida
 
 from leo_msgs_py import units
 from leo_msgs_py.errors import UserError
+from leo_sim.common.names import nearest
 
-from ..yaml_config import nearest
 from .expression import Column, evaluate
 from .log_format import LogFormat
 from .names import canonical_index
@@ -169,7 +169,7 @@ class ColumnMap(LogFormat):
     def _inputs_drive_joints(self) -> ColumnMap:
         for joint, interfaces in self.inputs.items():
             if joint not in self.joints:
-                raise ValueError(f'inputs name {joint!r}{nearest(joint, list(self.joints))}')
+                raise ValueError(f'inputs name {joint!r}{nearest(joint, self.joints)}')
             if not {'voltage', 'effort', 'position'} & set(interfaces):
                 raise ValueError(f'the input of {joint!r} needs voltage, effort or position')
         return self

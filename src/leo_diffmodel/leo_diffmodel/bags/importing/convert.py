@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.names import nearest
+from leo_sim.common.yaml_file import read
 
 from ..arrays import LONGEST, Run, write_runs
 from ..types import APPLIED
-from ..yaml_config import nearest, read_config
 from .column_map import ColumnMap, ColumnSpec, QUANTITIES, unit_factor
 from .constants import known_constants
 from .expression import Column, Table
@@ -80,12 +81,12 @@ def load_map(source: str | Path | ColumnMap) -> ColumnMap:
     if isinstance(source, ColumnMap):
         return source
     if Path(source).is_file():
-        return read_config(Path(source), ColumnMap)
+        return read(Path(source), ColumnMap)
     shipped = shipped_maps()
     name = str(source).removesuffix('.yaml')
     if name not in shipped:
-        raise UserError(f'no column map {source}{nearest(Path(name).name, list(shipped))}')
-    return read_config(shipped[name], ColumnMap)
+        raise UserError(f'no column map {source}{nearest(Path(name).name, shipped)}')
+    return read(shipped[name], ColumnMap)
 
 
 def shipped_maps() -> dict[str, Path]:

@@ -15,8 +15,8 @@ from leo_sim.common.yaml_file import shown
 from .csv_head import are_units, constants, in_brackets, is_numbers, without_comments
 from .csv_style import decimal_of, delimiter_of, spaced
 from .expression import Column, Table
-from .log_format import LogFormat
-from .log_text import read_log_text
+from .log_format import LogFormat, Reader
+from .log_text import encoding_of, read_log_text, WINDOWS
 from .names import each_once, numbered
 
 _WORDS = {'true': 1.0, 'false': 0.0, '': float('nan')}
@@ -112,3 +112,19 @@ def _number(cell: str, where: str, decimal: str) -> float:
 
 
 _COMMA_FOR_POINT = str.maketrans(',.', '.,')
+
+
+def _notes(log: Path) -> list[str]:
+    """Return what is to be known of an encoding that was guessed, and constants of comments."""
+    code = encoding_of(log)
+    notes = [f'read as {code}: it is no UTF-8'] if code == WINDOWS else []
+    found = constants(read_log_text(log).splitlines())
+    if found:
+        listed = ', '.join(f'{shown(name)[1:-1]} = {constant.value:.6g} {constant.unit}'.rstrip()
+                           for name, constant in found.items())
+        notes.append(f'its comments say {listed}: columns of one value; where the robot has it: '
+                     'constants: {links.LINK.mass: {column: mass, unit: kg}}')
+    return notes
+
+
+CSV = Reader('csv', ('csv', 'txt'), read_csv, notes=_notes)

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.names import nearest
 from leo_sim.common.yaml_file import shown
 
-from ..yaml_config import nearest
 from .names import canonical_index
 
 Column = NDArray[np.float64]
@@ -97,7 +97,7 @@ class _Evaluator(ast.NodeVisitor):
         if node.id not in self._names:
             raise UserError(
                 f'expression {self._text}: no column {node.id!r}'
-                f'{nearest(node.id, list(self._names))}'
+                f'{nearest(node.id, self._names)}'
             )
         return self._names[node.id]
 

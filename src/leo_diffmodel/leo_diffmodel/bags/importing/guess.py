@@ -24,11 +24,12 @@ from .calibration import ARM, Calibration, calibration_beside
 from .expression import Table
 from .guess_columns import choose, Columns, Roles
 from .guess_each import Units
-from .guess_read import format_to_guess, read_to_guess
 from .guess_robot import known_robot, KnownRobot
 from .guess_roles import roles_of
+from .join import are_parts, joined
 from .lerobot import is_lerobot, read_info
 from .log_format import LogFormat
+from .tables import read_tables, reader_of
 
 MOST_NAMED = 40
 INPUTS = {'voltage': 'voltage', 'effort': 'torque', 'position': 'position'}
@@ -55,12 +56,24 @@ def guess_map(
     if file.exists():
         raise UserError(f'{file} is there already; name another one (-o MAP.yaml)')
     paths = [logs] if isinstance(logs, Path) else list(logs)
-    log_format = format_to_guess(paths[0])
-    tables, notes = read_to_guess(paths, log_format, join)
+    log_format = reader_of(paths[0], LogFormat()).guessed(paths[0])
+    tables, notes = _read(paths, log_format, join)
     with np.errstate(all='ignore'):
         known = known_robot(robot, ref or robot.name) if robot else None
         lines = list(_lines(paths[0], log_format, tables, known, notes))
     return write_whole(file, '\n'.join([*lines, '']))
+
+
+def _read(
+    paths: Sequence[Path], log_format: LogFormat, join: bool,
+) -> tuple[list[Table], list[str]]:
+    """Return the tables of the first log, or of all joined, and what is to be known of them."""
+    read = [(log, read_tables(log, log_format)) for log in paths]
+    notes = reader_of(paths[0], log_format).notes(paths[0])
+    if len(paths) > 1 and (join or are_parts(paths, [tables[0] for _, tables in read])):
+        both = joined(read)
+        return both.tables, [both.told, *notes]
+    return read[0][1], notes
 
 
 def _lines(

@@ -15,8 +15,7 @@ from .calibration import Calibration, GRIPPER
 from .expression import Column, Table
 from .guess_calibrated import Calibrated
 from .guess_columns import Chosen, Roles
-from .guess_robot import KnownRobot
-from .guess_stops import of_joint, of_per_cent
+from .guess_robot import KnownRobot, of_joint, of_per_cent
 from .guess_units import (
     is_clipped,
     is_per_cent,

@@ -13,7 +13,7 @@ from leo_sim.common.yaml_file import shown
 
 from .arrays_log import columns, filled, from_fields, from_rows, is_number, number, same_length
 from .expression import Table
-from .log_format import LogFormat
+from .log_format import LogFormat, Reader
 from .log_text import read_log_text
 from .places import follow, into, steps
 
@@ -113,3 +113,10 @@ def _are_rows(value: Any) -> bool:
 
 def _same_width(rows: Sequence[Sequence[Any]]) -> bool:
     return len({len(row) for row in rows}) == 1
+
+
+def _guessed(log: Path) -> LogFormat:
+    return LogFormat(records=places_of_rows(json_content(log, LogFormat())))
+
+
+JSON = Reader('json', ('json',), read_json, guessed=_guessed)

@@ -22,11 +22,10 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from leo_msgs_py.errors import one_line, UserError
-from leo_sim.common.yaml_file import read_text, shown
+from leo_sim.common.yaml_file import check, read_text, shown
 
-from ..yaml_config import parse_config
 from .expression import Column, Table
-from .log_format import LogFormat
+from .log_format import LogFormat, Reader
 
 EPISODE, FRAME = 'episode_index', 'frame_index'
 WIDEST = 1000
@@ -90,7 +89,7 @@ def read_info(folder: Path) -> Info:
         content = json.loads(read_text(file))
     except (ValueError, RecursionError):
         raise UserError(f'{file} is not JSON; fetch the data set again') from None
-    info = parse_config(content, Info, str(file))
+    info = check(content, Info, file)
     if not info.codebase_version.startswith(('v2.', 'v3.')):
         raise UserError(f'{file}: codebase_version {shown(info.codebase_version)} is not read '
                         'here; convert the data set to v3.0 with LeRobot')
@@ -178,3 +177,6 @@ def _episodes(table: Table, folder: Path) -> Iterator[Table]:
             raise UserError(f'{folder}: episode {number:.0f} has frames with the same {FRAME}; '
                             'are they two episodes? Number them anew')
         yield {name: column[rows] for name, column in table.items()}
+
+
+LEROBOT = Reader('lerobot', (), read_lerobot, is_lerobot)

@@ -1,15 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a log is to be read, before it is said what its columns are: a part of the column map."""
+"""How a log is to be read, and what reads it, before it is said what its columns are."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from .expression import Table
+
 
 class LogFormat(BaseModel):
-    """What a log's own name and text do not say.
+    """What a log's own name and text do not say: a part of the column map.
 
     Attributes:
         format: by default what the name ends in; a folder is a LeRobot data set.
@@ -24,10 +29,39 @@ class LogFormat(BaseModel):
 
     model_config = ConfigDict(extra='forbid', frozen=True)
 
-    format: Literal['csv', 'json', 'mat'] | None = None
+    format: str | None = None
     delimiter: str | None = Field(default=None, min_length=1, max_length=1)
     decimal: Literal['.', ','] | None = None
     encoding: str | None = None
     header: list[str] | None = None
     records: str | list[str] | None = None
     fields: dict[str, str | list[str]] = {}
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A format of logs: one file that ends with one of these, and its line in `tables.READERS`.
+
+    Attributes:
+        name: as a column map says it (`format: csv`).
+        endings: of files, in lower case without the dot; none where a log is a folder.
+        read: the tables of a log, one per episode, each with all its columns, (samples,) each.
+        is_folder: whether a folder is such a log.
+        guessed: how `leo import --guess` reads a log.
+        notes: what is to be known of how a log was read, for the guessed map; a line each.
+    """
+
+    name: str
+    endings: tuple[str, ...]
+    read: Callable[[Path, LogFormat], list[Table]]
+    is_folder: Callable[[Path], bool] = lambda _: False
+    guessed: Callable[[Path], LogFormat] = lambda _: LogFormat()
+    notes: Callable[[Path], list[str]] = lambda _: []
+
+    def takes(self, log: Path, log_format: LogFormat) -> bool:
+        """Say whether it reads a log: such a folder, or a file that the map or its name says."""
+        if not log.is_file() or not self.endings:
+            return self.is_folder(log)
+        if log_format.format:
+            return log_format.format == self.name
+        return log.suffix.lower().lstrip('.') in self.endings

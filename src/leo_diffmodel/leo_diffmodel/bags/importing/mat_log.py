@@ -11,7 +11,7 @@ from leo_msgs_py.errors import one_line, UserError
 
 from .arrays_log import columns, from_fields
 from .expression import Table
-from .log_format import LogFormat
+from .log_format import LogFormat, Reader
 
 
 def read_mat(log: Path, log_format: LogFormat) -> list[Table]:
@@ -47,3 +47,6 @@ def _flat(content: Mapping[str, Any], before: str = '') -> Iterator[tuple[str, A
             yield from _flat(value, f'{before}{name}.')
         else:
             yield f'{before}{name}', value
+
+
+MAT = Reader('mat', ('mat',), read_mat)

@@ -6,26 +6,34 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+from scipy.special import stdtrit
+
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
+from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.explain.estimate.estimator import Progress, STEPS
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.loss import rest_of
 from leo_diffmodel.explain.estimate.own_constants import completed
-from leo_diffmodel.explain.findings import parts, tables
+from leo_diffmodel.explain.findings import parts
 from leo_diffmodel.explain.findings.choices import choices, other
 from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.findings.own_values import own_values
-from leo_diffmodel.explain.findings.refuted import refuted
 from leo_diffmodel.explain.findings.shown import shown_for
 from leo_diffmodel.explain.findings.windows import validation_windows
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
+from leo_diffmodel.explain.select.sets import Names
+from leo_diffmodel.explain.select.stable import holds
 from leo_diffmodel.explain.unknown.answer import tell, Unknown
 from leo_diffmodel.explain.unknown.find import find, Found, without
 from leo_diffmodel.explain.unknown.paths import with_past
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
+
+Array = np.ndarray
 
 
 def collect(
@@ -99,8 +107,8 @@ def _judged(
         headline=held.headline,
         errors={
             'states': errors.state_names(held.base),
-            'one_step': tables.one_step(before, after, step),
-            'horizon': tables.horizon(before, after, step),
+            'one_step': one_step(before, after, step),
+            'horizon': horizon(before, after, step),
         },
         windows=held.windows.count,
         floor=held.headline.floor(after),
@@ -118,3 +126,57 @@ def _judged(
         shown=shown_for(problem.windows, held.model(found.final),
                         found.final.hypothesis.candidates, facts),
     )
+
+
+def refuted(found: Search, held: HeldOut, facts: Facts) -> str:
+    """The set with the surely smallest held-out error, in words; '' where the chosen one has it.
+
+    Of sets that lack a chosen effect, by any name, and have one effect more at most. The error is
+    that of `leo compare`: squared, so far ahead of the measured start. A set is better where it
+    saves a good part of that (`material`), and surely over stretches of time (Student's t).
+    """
+    chosen, floor = found.chosen.names, held.predict(found.final).floor.mean(axis=(0, 1))
+    _, block = np.unique(found.posed.blocks.index(held.windows), return_inverse=True)
+    gates = found.weight.gates
+    if len(np.unique(block)) < gates.fewest_blocks:
+        return ''
+    mine, least = _squares(held, found.final, floor), stdtrit(block.max(), gates.surely)
+    better: dict[Names, float] = {}
+    for rival in found.sets:
+        lacks = any(not holds(rival.names, c, facts.alike) for c in chosen)
+        if lacks and len(rival.names) <= len(chosen) + 1:
+            saved = np.bincount(block, mine - _squares(held, rival.fit, floor))
+            share, errors = saved.sum() / mine.sum(), np.sqrt(len(saved)) * saved.std(ddof=1)
+            if share > gates.material and saved.sum() > least * errors:
+                better[rival.names] = share
+    best = max(better, key=better.__getitem__, default=None)
+    if best is None:
+        return ''
+    return ' + '.join(sorted(c.label for c in best)) or 'the model as given'
+
+
+def _squares(held: HeldOut, fitted: Fit, floor: Array) -> Array:
+    """Squared error of each window, mean over the states in units of their noise floor, (W,)."""
+    square: Array = (held.ahead(fitted) ** 2 / floor).mean(axis=-1)
+    return square
+
+
+def one_step(before: Prediction, after: Prediction, step: float) -> dict:
+    """Root mean square errors of each state one control period ahead, and their mean."""
+    early, late = (errors.one_step(p, step) for p in (before, after))
+    return _beside(early['rmse'], late['rmse'], late['noise_floor']['rmse'])
+
+
+def horizon(before: Prediction, after: Prediction, step: float) -> list[dict]:
+    """The same further and further ahead."""
+    tables = (errors.horizon_table(p, step) for p in (before, after))
+    return [
+        {'steps': b['steps'], 'seconds': b['seconds'],
+         **_beside(b['rmse'], a['rmse'], a['noise_floor'])}
+        for b, a in zip(*tables, strict=True)
+    ]  # fmt: skip
+
+
+def _beside(before: list[float], after: list[float], floor: list[float]) -> dict:
+    figures = {'before': before, 'after': after, 'noise_floor': floor}
+    return {**figures, 'mean': {name: float(np.mean(x)) for name, x in figures.items()}}

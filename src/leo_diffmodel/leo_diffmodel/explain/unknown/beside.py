@@ -8,18 +8,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.compare.sizes import in_volts
+from leo_diffmodel.explain.estimate.covariance import covariance
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.far_ahead import FarAhead
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import score, Scored
 from leo_diffmodel.explain.unknown.curves import carry
 from leo_diffmodel.explain.unknown.found_effect import expressible, FoundEffect
 from leo_diffmodel.explain.unknown.influence import Influence
 from leo_diffmodel.explain.unknown.law import Law
-from leo_diffmodel.explain.unknown.linear import linear_fit
 from leo_diffmodel.explain.unknown.variables import variables
 from leo_sim.effects.base import with_roles
 
@@ -131,3 +133,32 @@ def trace_of(left: Influence, law: Law) -> Array:
     carried = carry(left, curve.carrier, curve.joint)
     variable = next(v for v in variables(left, curve.joint) if v.kind == curve.variable.kind)
     return left.trace(law.at(variable.values) * carried, curve.joint)
+
+
+def linear_fit(
+    problem: Problem, base: Fit, hypothesis: Hypothesis, theta: Array, trace: Array
+) -> Fit:
+    """A fit with a law beside what it holds, nothing simulated.
+
+    The law's size alone is free, in place of its first parameter.
+
+    Args:
+        problem: the windows.
+        base: the fit.
+        hypothesis: what it holds, and the law as its last effect.
+        theta: the values of both, shape (P,).
+        trace: what the law does to the prediction, start states projected out, shape (W, N).
+    """
+    first = hypothesis.offset(len(hypothesis.candidates) - 1)
+    columns = np.insert(base.columns, [first] * (len(theta) - len(base.theta)), 0.0, axis=-1)
+    columns[..., first] = -trace
+    residual, channels, train = base.residual - trace, base.start.shape[-1], problem.train
+    numerics = problem.numerics
+    typical = problem.typical_of(residual)
+    block = np.arange(len(train)) if problem.block is None else problem.block
+    spread = shooting.dispersion(residual[train], channels)
+    errors = covariance(columns[train], residual[train], block[train], hypothesis.free(theta),
+                        spread, channels, numerics, typical)  # fmt: skip
+    return replace(base, hypothesis=hypothesis, theta=theta, covariance=errors, columns=columns,
+                   loss=shooting.loss(residual, channels, numerics, typical), residual=residual,
+                   typical=typical)  # fmt: skip

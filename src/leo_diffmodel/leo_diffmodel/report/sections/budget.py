@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from leo_diffmodel.report import palette
-from leo_diffmodel.report.section import Section
+from leo_diffmodel.picture import palette
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import percent, quantity
 
 MOST_ACROSS = 6

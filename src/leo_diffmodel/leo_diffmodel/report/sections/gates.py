@@ -9,7 +9,7 @@ from typing import Any
 
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import Gates, texts
-from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import number, quantity, unit
 
 

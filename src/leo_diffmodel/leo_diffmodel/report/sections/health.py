@@ -10,10 +10,10 @@ import numpy as np
 
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.select.search import Search
-from leo_diffmodel.report import palette
-from leo_diffmodel.report.palette import Stroke
+from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.plots import health, Line
-from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import number, percent
 from leo_diffmodel.report.traces import correlation as correlogram
 from leo_diffmodel.report.whiteness import (

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from leo_diffmodel.report import palette
-from leo_diffmodel.report.palette import Stroke
+from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.plots import horizon, Line
-from leo_diffmodel.report.section import Section
 
 HELD_OUT = (
     'Rms error of predictions that start from the measured state, on data that no fit has seen. '

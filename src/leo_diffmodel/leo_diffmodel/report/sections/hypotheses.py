@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.explain.settings import Gates
-from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import (
     change,
     estimates,

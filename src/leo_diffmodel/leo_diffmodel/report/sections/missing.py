@@ -10,10 +10,10 @@ import numpy as np
 
 from leo_diffmodel.compare.sizes import torque_unit
 from leo_diffmodel.compare.torque import MissingTorque
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
 from leo_diffmodel.report.lacking import lacking, variables
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.plots import Line, torque
-from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.text import torque as in_print
 from leo_sim.description.robot import Robot
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.stick import Stick
-from leo_diffmodel.report import palette
-from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.worst import Stretch
 from leo_sim.description.robot import Robot
 
@@ -39,7 +39,7 @@ def section(stretch: Stretch, robot: Robot, title: str) -> Section:
     """
     stick = Stick(robot)
     chosen = np.unique(np.linspace(0, len(stretch.time) - 1, MOST_FRAMES).astype(int))
-    sticks = [[_lines(stick, q) for q in motion[chosen]] for motion in stretch.motion]
+    sticks = [[stick.lines(q) for q in motion[chosen]] for motion in stretch.motion]
     low, high = _frame(sticks[0])
     legend = FIGURES[:1] + ((('the model', FIGURES[1][1]),) if len(sticks) == 2 else FIGURES[1:])
     films = [[_path(lines, low, high) for lines in frames] for frames in sticks]
@@ -59,10 +59,6 @@ def section(stretch: Stretch, robot: Robot, title: str) -> Section:
         'slower': SLOWER,
     }
     return Section('moving.html', values)
-
-
-def _lines(stick: Stick, q: Array) -> list[Array]:
-    return [points for points, _ in stick.sticks(np.nan_to_num(q))]
 
 
 def _frame(measured: list[list[Array]]) -> tuple[Array, Array]:

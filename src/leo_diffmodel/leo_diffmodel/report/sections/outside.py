@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.outside.outside import LEFT_OUT, moved_from_outside, share_outside, Stretch
-from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.sections.origin import numbered
 from leo_diffmodel.report.text import percent
 from leo_sim.model import Model

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import label, percent
 
 MOST_SETS = 6

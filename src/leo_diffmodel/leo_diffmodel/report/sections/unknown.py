@@ -9,10 +9,10 @@ from bokeh.models import ColumnDataSource, Whisker
 import numpy as np
 
 from leo_diffmodel.explain.unknown.answer import Unknown
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas, hover, prefix
-from leo_diffmodel.report.palette import Stroke
-from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import estimates, percent
 
 QUANTITIES = {'torque': 'missing torque', 'friction': 'missing friction',

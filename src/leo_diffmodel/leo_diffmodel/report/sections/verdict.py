@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from leo_diffmodel.report.section import Section
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.sections.budget import NOISE_ALONE
 from leo_diffmodel.report.text import estimates, number, percent, quantity
 from leo_sim.model import Model

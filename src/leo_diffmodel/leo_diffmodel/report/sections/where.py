@@ -9,10 +9,10 @@ from typing import Any
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.where import against_motion, bin_in_words, Where, worst_places
-from leo_diffmodel.report import palette
-from leo_diffmodel.report.palette import Stroke
+from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
+from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.plots import Line
-from leo_diffmodel.report.section import Section
 from leo_diffmodel.report.sections.origin import numbered
 from leo_diffmodel.report.text import percent, quantity, span, torque, unit
 from leo_diffmodel.report.traces import window

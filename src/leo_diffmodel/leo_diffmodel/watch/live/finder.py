@@ -8,8 +8,7 @@ import shutil
 import tempfile
 
 from leo_diffmodel.bags.recorder import free_folder
-from leo_diffmodel.watch.errand import News
-from leo_diffmodel.watch.finder import Asked, Finder
+from leo_diffmodel.watch.errand import Asked, Finder, News
 from leo_diffmodel.watch.live.tape import Tape
 from leo_msgs_py.errors import UserError
 

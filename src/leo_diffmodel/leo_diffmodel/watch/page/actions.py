@@ -11,7 +11,7 @@ from bokeh.models import Button
 from markupsafe import Markup
 
 from leo_diffmodel.watch import shown
-from leo_diffmodel.watch.finder import Finder
+from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.page.look import CARD, said, SIDE, small, wrong
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError

@@ -12,7 +12,7 @@ import jinja2
 from markupsafe import Markup
 
 from leo_diffmodel.report.page import source
-from leo_diffmodel.watch.finder import Finder
+from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.actions import ActionsView
 from leo_diffmodel.watch.page.catalogue import CatalogueView

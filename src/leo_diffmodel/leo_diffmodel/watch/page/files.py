@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
+import csv
 from functools import partial
+import io
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -15,9 +17,14 @@ from numpy import ndarray
 from tornado.iostream import StreamClosedError
 from tornado.web import RequestHandler
 
-from leo_diffmodel.watch import numbers, shown
+from leo_diffmodel.picture import palette
+from leo_diffmodel.report.page import render, Section, source
+from leo_diffmodel.watch import shown
 from leo_diffmodel.watch.errand import News
-from leo_diffmodel.watch.page import copy
+from leo_diffmodel.watch.page.horizon import FLOOR, HorizonView, words
+from leo_diffmodel.watch.page.look import GIVEN, MEASURED, REPAIRED
+from leo_diffmodel.watch.page.over_time import OverTimeView
+from leo_diffmodel.watch.page.robot import RobotView
 from leo_diffmodel.watch.state import State
 
 Route = tuple[str, type[RequestHandler], dict[str, Any]]
@@ -25,13 +32,15 @@ HEAR = 0.2
 """Between two looks at how far a drawing is [s]."""
 CHUNK = 1 << 16
 """Bytes that are sent at once."""
+HEAD = ('what', 'of', 'at', 'at_unit', 'as_given', 'now', 'noise_floor', 'unit')
+"""Of the numbers as CSV: one line a figure, each with its unit."""
 
 
 def routes(state: State) -> list[Route]:
     """Where each file is."""
     one_by_one = asyncio.Lock()
-    texts = (('numbers.csv', 'text/csv', lambda: numbers.table(state)),
-             ('copy.html', 'text/html', lambda: copy.page(state)))  # fmt: skip
+    texts = (('numbers.csv', 'text/csv', lambda: numbers(state)),
+             ('copy.html', 'text/html', lambda: copy(state)))  # fmt: skip
     drawn = (('view.png', 'image/png', shown.now), ('view.svg', 'image/svg+xml', shown.now),
              ('comparison.gif', 'image/gif', shown.from_now),
              ('comparison.mp4', 'video/mp4', shown.from_now))  # fmt: skip
@@ -98,10 +107,12 @@ class _Drawing(_File):
 
     async def _drawn(self, path: Path) -> News:
         """Have it drawn; no answer where nobody waits for it."""
+        from leo_diffmodel.watch.drawing import draw  # matplotlib, which the page has no need of
+
         state, drawing = self._state, self._state.drawing
         if self._gone:
             return News()
-        drawing.begin(partial(shown.view(state, self._times(state)).draw, path))
+        drawing.begin(partial(draw, shown.view(state, self._times(state)), path))
         state.tell()
         while drawing.busy and not self._gone:
             await asyncio.sleep(HEAR)
@@ -110,3 +121,63 @@ class _Drawing(_File):
         drawing.stop()
         state.tell()
         return drawing.news
+
+def numbers(state: State) -> str:
+    """Errors against horizon and over time of every state, and the values that are set."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator='\n')
+    writer.writerow(HEAD)
+    writer.writerows([*_values(state), *_horizon(state), *_time(state)])
+    return out.getvalue()
+
+
+def _values(state: State) -> Iterator[tuple]:
+    for label, values in state.setting.on.items():
+        for p in state.scene.candidates[label].parameters:
+            yield 'value', f'{label} {p.name}', '', '', p.neutral, values[p.name], '', p.unit
+
+
+def _horizon(state: State) -> Iterator[tuple]:
+    rows = zip(state.given.rows, state.now.rows, state.floor.rows, strict=True)
+    for before, after, floor in rows:
+        for i, s in enumerate(state.states):
+            yield ('held-out rms error', s['name'], before['seconds'], 's ahead',
+                   before['rmse'][i], after['rmse'][i], floor['noise_floor'][i],
+                   s['unit'])  # fmt: skip
+
+
+def _time(state: State) -> Iterator[tuple]:
+    film = state.film
+    for i, s in enumerate(state.states):
+        both = film.error(film.given, i), film.error(film.repaired, i)
+        for time, before, after in zip(film.middle, *both, strict=True):
+            yield (f'rms error over {state.horizon:g} s', s['name'], time, 's on the timeline',
+                   before, after, '', s['unit'])  # fmt: skip
+
+
+def copy(state: State) -> str:
+    """What the page shows now, as one HTML file that needs neither server nor network."""
+    state.finish()
+    views = RobotView(state), HorizonView(state), OverTimeView(state)
+    values = {
+        'words': words(state),
+        'at': state.scene.timeline.words(state.player.now),
+        'ahead': state.horizon,
+        'rows': _rows(state),
+        'legend': [('measured', MEASURED), ('as given', GIVEN), ('with the switches', REPAIRED),
+                   ('noise floor', FLOOR)],
+        'cursor': palette.INK,
+    }  # fmt: skip
+    section = Section('watch.html', values, tuple(view.plot for view in views))
+    title = f'{state.scene.given.robot.name}: the model beside the robot'
+    return render(title, source(state.scene.recordings), [section])
+
+
+def _rows(state: State) -> list[dict]:
+    """What is switched on."""
+    return [
+        {'label': label, 'without': state.without[label], 'with': state.sizes[1],
+         'parameters': [(p.name, values[p.name], p.unit)
+                        for p in state.scene.candidates[label].parameters]}
+        for label, values in state.setting.on.items()
+    ]  # fmt: skip

@@ -15,9 +15,9 @@ from bokeh.models import (
 )
 from markupsafe import Markup
 
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas, hover, ticks
-from leo_diffmodel.report.palette import Stroke
 from leo_diffmodel.watch import curves
 from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, REPAIRED, said, small
 from leo_diffmodel.watch.page.part import renew

@@ -10,8 +10,8 @@ from bokeh.layouts import column, row
 from bokeh.models import Button
 from markupsafe import Markup
 
-from leo_diffmodel.report import palette
-from leo_diffmodel.watch.finder import Finder
+from leo_diffmodel.picture import palette
+from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.live.beside import Beside
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.document import Tab

@@ -8,9 +8,9 @@ from typing import Any
 from bokeh.models import Div
 from markupsafe import escape, Markup
 
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import FONT
-from leo_diffmodel.report.palette import Stroke
 
 MEASURED = Stroke(palette.INK, 'solid')
 GIVEN = Stroke(palette.BEFORE, 'dashed')

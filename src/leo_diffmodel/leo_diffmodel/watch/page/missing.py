@@ -12,8 +12,7 @@ import numpy as np
 
 from leo_diffmodel.compare.sizes import torque_unit
 from leo_diffmodel.compare.torque import MissingTorque
-from leo_diffmodel.report.binned import Binned, torque_canvas
-from leo_diffmodel.report.bins import FEWEST
+from leo_diffmodel.report.binned import Binned, FEWEST, torque_canvas
 from leo_diffmodel.report.canvas import hover
 from leo_diffmodel.report.lacking import lacking, that_matters, variables
 from leo_diffmodel.watch.page.look import CARD, REPAIRED, said, small

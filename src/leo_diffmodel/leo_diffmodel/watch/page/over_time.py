@@ -10,7 +10,7 @@ from bokeh.layouts import column
 from bokeh.models import BoxAnnotation, ColumnDataSource, Span
 import numpy as np
 
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
 from leo_diffmodel.report.canvas import canvas
 from leo_diffmodel.watch import curves
 from leo_diffmodel.watch.page.look import CARD, GIVEN, REPAIRED, said, small

@@ -19,14 +19,13 @@ from bokeh.plotting import figure
 from markupsafe import Markup
 import numpy as np
 
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
 from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, MEASURED, REPAIRED, said
 from leo_diffmodel.watch.player import SPEEDS
-from leo_diffmodel.watch.stage import Stage, WIDE
 from leo_diffmodel.watch.state import LONGEST, SHORTEST, State
+from leo_diffmodel.watch.view import Stage, WIDE
 
 Array = np.ndarray
-TOUCH = '#009e73'
 NO_LINES: dict[str, list] = {'xs': [], 'ys': []}
 
 
@@ -109,7 +108,7 @@ class RobotView:
                                  line_alpha=1.0 if name == 'measured' else 0.75)
             sources.append(source)
         self._feet = ColumnDataSource({'x': [], 'y': []}, name='feet')
-        self.plot.scatter('x', 'y', source=self._feet, size=9, color=TOUCH)
+        self.plot.scatter('x', 'y', source=self._feet, size=9, color=palette.TOUCH)
         return sources
 
     def _connect(self) -> None:

@@ -15,7 +15,7 @@ from bokeh.document import Document
 from bokeh.server.server import Server
 from tornado.ioloop import PeriodicCallback
 
-from leo_diffmodel.watch.finder import Finder
+from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.page import files
 from leo_diffmodel.watch.page.document import Tab
 from leo_diffmodel.watch.state import State

@@ -10,9 +10,9 @@ from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas
-from leo_diffmodel.report.palette import Stroke
 from leo_diffmodel.watch.page.look import GIVEN, legend, MEASURED, REPAIRED, said
 from leo_diffmodel.watch.state import State
 

@@ -14,9 +14,9 @@ from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.compare.where import against_motion, ranked, stands_out, Where
-from leo_diffmodel.report import palette
+from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas, FONT, hover
-from leo_diffmodel.report.palette import Stroke
 from leo_diffmodel.report.sections.origin import numbered
 from leo_diffmodel.report.sections.where import against, in_print
 from leo_diffmodel.report.text import percent

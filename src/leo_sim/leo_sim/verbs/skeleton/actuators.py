@@ -4,7 +4,7 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass, replace
 import math
 
-from leo_sim.description.units import sliding
+from leo_sim.description.joint import sliding
 from leo_sim.verbs.skeleton.description import Description
 
 SUPPLY = 12.0

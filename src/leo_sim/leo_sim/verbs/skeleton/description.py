@@ -6,7 +6,6 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.yaml_file import read_text
 from leo_sim.description.ranges import outside
 
 CONTROL = ('gazebo', 'transmission', 'ros2_control')
@@ -43,20 +42,12 @@ class Description:
     gravity: float = 9.81
 
 
-def read_description(path: Path) -> Description:
-    """Read a URDF or MJCF file.
+def read_urdf(path: Path, text: str, root: ElementTree.Element) -> Description:
+    """Read a URDF, given as text and parsed; both are of the file at `path`.
 
     Raises:
-        UserError: No such file, no XML, xacro, or an MJCF that is no robot of ours.
+        UserError: It is xacro, or a limit is no number.
     """
-    text = read_text(path)
-    try:
-        root = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise UserError(f'{path}: not an XML file: {error}') from error
-    if root.tag == 'mujoco':
-        from leo_sim.verbs.skeleton.mjcf import read_mjcf
-        return read_mjcf(path, root.get('model', path.stem))
     if _is_xacro(root):
         raise UserError(f'{path} is xacro, not yet a URDF; expand it first: '
                         f'xacro {path} > robot.urdf')

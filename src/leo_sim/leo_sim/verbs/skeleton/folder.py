@@ -5,15 +5,17 @@ from dataclasses import dataclass
 from pathlib import Path
 import shutil
 import tempfile
+from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.shell_words import leo
+from leo_sim.common.yaml_file import read_text
 from leo_sim.description import urdf
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.description.urdf import Joint, Link
 from leo_sim.verbs.skeleton import robot_yaml
 from leo_sim.verbs.skeleton.actuators import actuators, Guess
-from leo_sim.verbs.skeleton.description import Description, read_description
+from leo_sim.verbs.skeleton.description import Description, read_urdf
 from leo_sim.verbs.skeleton.file_units import doubt
 from leo_sim.verbs.skeleton.implied_figures import (
     check_masses,
@@ -21,6 +23,7 @@ from leo_sim.verbs.skeleton.implied_figures import (
     gravity_torque,
     integration_step,
 )
+from leo_sim.verbs.skeleton.mjcf import read_mjcf
 from leo_sim.verbs.skeleton.without import without
 
 PERIOD = 0.01
@@ -41,6 +44,22 @@ class Skeleton:
     open: tuple[str, ...]
     notes: tuple[str, ...]
     doubts: tuple[str, ...] = ()
+
+
+def read_description(path: Path) -> Description:
+    """Read a URDF or MJCF file.
+
+    Raises:
+        UserError: No such file, no XML, xacro, or an MJCF that is no robot of ours.
+    """
+    text = read_text(path)
+    try:
+        root = ElementTree.fromstring(text)
+    except (ElementTree.ParseError, ValueError) as error:
+        raise UserError(f'{path}: not an XML file: {error}') from error
+    if root.tag == 'mujoco':
+        return read_mjcf(path, root.get('model', path.stem))
+    return read_urdf(path, text, root)
 
 
 def make_folder(source: Path, folder: Path, kind: str, servos: bool = False,

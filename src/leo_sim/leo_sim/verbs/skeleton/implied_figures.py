@@ -2,12 +2,16 @@
 """Numbers of a robot that a URDF does not say but implies."""
 from dataclasses import replace
 import math
+from pathlib import Path
+import re
 
 import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.progress import progress
-from leo_sim.description.robot import Robot
+from leo_msgs_py.whole_file import write_whole
+from leo_sim.common.yaml_file import read_text
+from leo_sim.description.robot import load_robot, Robot
 from leo_sim.description.urdf import Joint
 from leo_sim.model.batch import rollout
 from leo_sim.model.model import Model
@@ -19,6 +23,7 @@ STATES = 60
 MOST_ANGLES, FEWEST = 1200, 6
 """In all states together that a step is measured at, and states: long chains need fewer."""
 FINER = 4
+LINE = re.compile(r'^integration_step:.*$', re.MULTILINE)
 
 
 def poses(joints: tuple[Joint, ...], count: int = STATES) -> np.ndarray:
@@ -89,3 +94,26 @@ def _error(robot: Robot, step: float) -> float:
 
 def _rms(values: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(np.mean(values**2, axis=0)))
+
+
+def measure_step(folder: Path) -> tuple[float, float, float]:
+    """Write the longest step that keeps a control period exact into robot.yaml.
+
+    Returns:
+        The step before and now [s], and the error that it leaves, as `integration_step`.
+
+    Raises:
+        UserError: No robot folder, or a robot on the ground, whose steps are of its contacts.
+    """
+    if not folder.is_dir():
+        raise UserError(f'{folder} is no robot folder; leo robot step takes one of yours')
+    robot = load_robot(folder)
+    if robot.contacts:
+        raise UserError(f'{folder}: the step of a robot on the ground is that of its contacts; '
+                        'docs/leo_physics.md says how it is chosen')
+    step, error = integration_step(robot)
+    line = (f'integration_step: {step:g}  # s; one control period is off by {100 * error:.1g} % '
+            'of its change of speed')
+    text = read_text(folder / 'robot.yaml')
+    write_whole(folder / 'robot.yaml', LINE.sub(line, text))
+    return robot.integration_step, step, error

@@ -7,7 +7,7 @@ from pathlib import Path
 import re
 
 from leo_sim.description.constants import DAMPING
-from leo_sim.description.units import sliding
+from leo_sim.description.joint import sliding
 from leo_sim.description.urdf import Joint
 from leo_sim.verbs.skeleton.actuators import Guess
 from leo_sim.verbs.skeleton.description import Description

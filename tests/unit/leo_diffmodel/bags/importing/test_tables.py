@@ -82,3 +82,44 @@ def test_texts_beside_arrays_are_left_out(tmp_path):
     (table,) = read_tables(tmp_path / 'log.json', LogFormat())
     assert {name: values.tolist() for name, values in table.items()} == {
         'kp': [3, 3], 't': [0, 1], 'q': [1, 2]}
+
+
+FORMAT = """
+import numpy as np
+
+from leo_diffmodel.bags.importing.log_format import Reader
+
+
+def read(log, log_format):
+    return [{'t': np.array([float(line) for line in log.read_text().split()])}]
+
+
+TICKS = Reader('ticks', ('tick',), read)
+"""
+
+
+def test_a_format_of_another_package_is_an_entry_point(tmp_path, monkeypatch):
+    facts = tmp_path / 'clocks-1.dist-info'
+    facts.mkdir()
+    (facts / 'METADATA').write_text('Metadata-Version: 2.1\nName: clocks\nVersion: 1\n')
+    (facts / 'entry_points.txt').write_text('[leo.log_formats]\nticks = clocks:TICKS\n')
+    (tmp_path / 'clocks.py').write_text(FORMAT)
+    monkeypatch.syspath_prepend(tmp_path)
+    for name, said in (('a.tick', LogFormat()), ('a.dat', LogFormat(format='ticks'))):
+        (tmp_path / name).write_text('0 1')
+        (table,) = read_tables(tmp_path / name, said)
+        assert table['t'].tolist() == [0, 1]
+    (tmp_path / 'b.tick').write_text('0 x')
+    with pytest.raises(UserError, match=r'clocks.py line 8: ValueError: .*; mend the log format'):
+        read_tables(tmp_path / 'b.tick', LogFormat())
+    with pytest.raises(UserError, match=r"unknown format 'dat'.*csv, json, mat or ticks"):
+        read_tables(tmp_path / 'a.dat', LogFormat())
+
+
+def test_an_unknown_format_names_those_that_are_known(tmp_path):
+    (tmp_path / 'a.csv').write_text('t\n0\n')
+    for said in ('xls', 'lerobot'):
+        with pytest.raises(UserError) as refusal:
+            read_tables(tmp_path / 'a.csv', LogFormat(format=said))
+        assert str(refusal.value) == (f"{tmp_path}/a.csv: unknown format '{said}'; name one "
+                                      '(format: csv, json or mat)')

@@ -14,9 +14,10 @@ from tests.hostile_names import check_html, folder_of, HTML
 from tests.simulate import record
 
 from leo_diffmodel.watch import shown
+from leo_diffmodel.watch.drawing import draw
 from leo_diffmodel.watch.errand import News
-from leo_diffmodel.watch.page import copy
 from leo_diffmodel.watch.page.document import Tab
+from leo_diffmodel.watch.page.files import copy
 from leo_diffmodel.watch.page.strips import joints_legend
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
@@ -70,11 +71,11 @@ def test_the_page_itself_and_its_copy_are_what_they_are_with_any_name(state):
     document = words_of(state, SimpleNamespace(busy=False, news=News()))
     page = file_html(document, template=document.template, title=document.title)
     check_html(page)
-    check_html(copy.page(state))
+    check_html(copy(state))
 
 
 def test_a_picture_is_xml_and_takes_no_name_for_a_formula(state, tmp_path):
     file = tmp_path / 'view.svg'
-    shown.view(state, shown.now(state)).draw(file, lambda _: None)
+    draw(shown.view(state, shown.now(state)), file, lambda _: None)
     tags = {element.tag for element in ElementTree.parse(file).iter()}
     assert not any('evil' in str(tag) for tag in tags)

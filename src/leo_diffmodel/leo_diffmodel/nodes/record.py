@@ -10,12 +10,11 @@ from pathlib import Path
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
+from leo_diffmodel.bags.recorder import Recorder
 from leo_diffmodel.nodes.graph_recorder import GRAPH_TOPICS, GraphRecorder
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import graph, spin
 from leo_msgs_py.shell_words import leo
-
-from .recorder import Recorder
 
 LOOK_PERIOD = 0.5
 

@@ -9,7 +9,7 @@ from tests.simulate import bag, PENDULUM, record
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.verbs.next import main
-from leo_diffmodel.verbs.watch_next import proposed
+from leo_diffmodel.verbs.watch_common import proposed
 
 MODEL = ['--model', 'pendulum']
 

@@ -22,6 +22,8 @@ NOISE_FILL = '#e9ecf0'
 BEFORE = '#d55e00'
 AFTER = '#0072b2'
 UNEXPLAINED = '#e69f00'
+TOUCH = '#009e73'
+"""Where a foot is on the ground."""
 CANDIDATES = (
     Stroke(AFTER, 'solid'),
     Stroke('#009e73', 'dashed'),

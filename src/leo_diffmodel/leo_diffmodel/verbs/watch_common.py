@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The words of leo watch, and what leo explain and leo next say to them."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+import json
+import os
+import sys
+from threading import Thread
+from typing import Any, TYPE_CHECKING
+import webbrowser
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.verbs import common
+from leo_sim.model import Model
+
+if TYPE_CHECKING:
+    from leo_diffmodel.next_run.motions import MotionRun
+    from leo_diffmodel.next_run.proposed_run import Run
+    from leo_diffmodel.watch.plan import Plan
+
+ABOUT = 'leo watch: a page where the robot, its model and the missing effect stand side by side.'
+EXAMPLES = (
+    'leo watch bags/run1 --model pendulum',
+    'leo watch bags/run1 bags/run2 --hold-out bags/run3 --model pendulum -o out/watch',
+    'leo watch bags/run1 --model repaired.yaml --no-browser --port 5006',
+    'leo watch --live --model pendulum -o out/live   (its own --help)',
+)
+
+
+def say(arguments: argparse.Namespace, url: str, port: int) -> None:
+    """Where the page is; open it where there is a screen."""
+    if arguments.json:
+        print(json.dumps({'url': url, 'port': port}), flush=True)
+    else:
+        print(f'watch at {url}\nCtrl-C ends it', flush=True)
+    if not arguments.no_browser and screen():
+        # a thread, as some browsers return only when they are closed
+        Thread(target=webbrowser.open, args=(url,), daemon=True).start()
+
+
+def screen() -> bool:
+    """Whether a browser has somewhere to open; one in the terminal would be in the way."""
+    there = any(os.environ.get(name) for name in ('DISPLAY', 'WAYLAND_DISPLAY'))
+    return there or not sys.platform.startswith('linux')
+
+
+def parser() -> argparse.ArgumentParser:
+    """What is typed after `leo watch`, beside bags."""
+    arguments = common.parser('watch', ABOUT, EXAMPLES)
+    common.add_bag_arguments(arguments)
+    add_page_arguments(arguments)
+    return arguments
+
+
+def add_page_arguments(arguments: argparse.ArgumentParser) -> None:
+    """Where it writes, and how the page is served."""
+    arguments.add_argument(
+        '-o', dest='output', metavar='DIR', help="where 'add to model' writes; without, nowhere"
+    )
+    arguments.add_argument(
+        '--port', type=_port, default=0, help='to listen on (by default a free one)'
+    )
+    arguments.add_argument('--no-browser', action='store_true', help='only print the address')
+
+
+def _port(text: str) -> int:
+    if not (text.isdigit() and int(text) < 65536):
+        raise argparse.ArgumentTypeError(f'{text!r} is no port; give one from 1024 to 65535')
+    return int(text)
+
+
+def asked(argv: list[str], heard: Callable[[str], None]) -> dict:
+    """What `leo explain` says to the same words: the contents of explain.json."""
+    from leo_diffmodel.explain.explanation import explain
+
+    arguments = parser().parse_args(argv)
+    model = common.load(arguments)
+    recordings, held = common.read_all(arguments, model)
+    own = common.own_effects(arguments)
+    return explain(recordings, model, held, own, heard, arguments.step).to_json()
+
+
+def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], None]) -> Plan:
+    """What `leo next` says to the same bags and what explain said of them.
+
+    Args:
+        argv: as of `asked`.
+        answer: the contents of explain.json.
+        heard: told what is being looked at.
+
+    Raises:
+        UserError: the robot has no motors, or the bags are too short to plan from.
+    """
+    from leo_diffmodel.next_run.proposal import propose
+    from leo_diffmodel.verbs import next_text
+    from leo_diffmodel.verbs.next import check_driven, SECONDS
+    from leo_diffmodel.watch.plan import Plan
+
+    arguments = parser().parse_args(argv)
+    model = common.load(arguments)
+    check_driven(model)
+    recordings, _ = common.read_all(arguments, model)
+    own = common.own_effects(arguments)
+    found = propose(recordings, model, answer, own, SECONDS, heard)
+    words = tuple(next_text.told(found, answer, SECONDS))
+    if found.best is None:
+        return Plan(words, model.robot)
+    run = found.best.run
+    heard(f'predicting {run.name}')
+    return Plan(words, model.robot, run, _predicted(run, model, answer, recordings))
+
+
+def _predicted(
+    run: Run | MotionRun, model: Model, answer: dict[str, Any], recordings: list[Recording]
+) -> Recording:
+    """What the model with what was named makes of a run."""
+    from leo_diffmodel.add.patch import from_data
+    from leo_diffmodel.compare.known import with_known
+    from leo_diffmodel.compare.windows import sample_period
+    from leo_diffmodel.next_run.simulate import simulate
+
+    repaired = from_data(model, answer, 'the explanation')[0] if answer['effects'] else model
+    (track,) = simulate([run], with_known(repaired, recordings), sample_period(recordings))
+    return track
