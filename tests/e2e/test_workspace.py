@@ -171,7 +171,8 @@ def test_pip_installs_leo_and_no_node_into_bin(pip_prefix: Path) -> None:
 def test_pip_of_the_four_packages_leaves_the_laboratory_out(
     pip_prefix: Path, laboratory_prefix: Path
 ) -> None:
-    folders = {p.name for p in modules(pip_prefix).iterdir() if p.suffix != '.dist-info'}
+    folders = {p.name for p in modules(pip_prefix).iterdir()
+               if p.suffix not in ('.dist-info', '.egg-info')}
     assert folders == set(PACKAGES)
     assert verbs(laboratory_prefix) == {'blind', 'reproduce'}
     assert verbs(pip_prefix) and verbs(pip_prefix).isdisjoint(verbs(laboratory_prefix))
