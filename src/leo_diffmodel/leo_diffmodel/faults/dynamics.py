@@ -27,8 +27,8 @@ ALIKE = 0.3
 changes alike."""
 
 DRIVES = 0.25
-"""Of all torques: what a motor, or the weight, must give to be told anything by. The factor of a
-motor that others move against is near 0, whatever its unit."""
+"""Of all torques: what the weight must give to be told anything by, and a motor whose factor may
+be near 0: that of a motor that others move against is, whatever its unit."""
 CLEAR = 0.5
 """Relative: the weight's factor must be known so well for others to be told against it."""
 CLEAR_ANGLE = 0.6
@@ -68,14 +68,15 @@ def dynamic_faults(recording: Recording, found: dict[str, Balance]) -> list[Foun
 
 
 def _motor(joint: str, b: Balance) -> Iterator[Found]:
-    gain = _gain(b)
-    if gain is None or b.shares['motor'] < DRIVES:
+    gain, (low, high) = _gain(b), FAULTS['input_scale'].harmless
+    if gain is None:
+        return
+    size = abs(gain.value)
+    if b.shares['motor'] < DRIVES and size - gain.half < low:
         return
     if gain.value + gain.half < 0 and _near_one(b.figures.get('weight')):
         what = f'{joint} goes against its motor'
         yield _found('input_sign', joint, Figure(-1.0, gain.sd, gain.worst), what)
-    low, high = FAULTS['input_scale'].harmless
-    size = abs(gain.value)
     too_small, too_large = size + gain.half < low, size - gain.half > high
     if (too_small or too_large) and _near_one(b.figures.get('weight')):
         scale = Figure(1 / size, gain.sd / size**2, gain.worst / size**2)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.simulate import PENDULUM, POSITION, record, TORQUE
+from tests.simulate import PENDULUM, POSITION, record, steps, TORQUE
 import yaml
 
 from leo_diffmodel.bags.recording import Episode, Recording
@@ -62,6 +62,14 @@ def test_its_patch_undoes_it(clean, name):
 def test_a_wrong_sign_is_told_from_the_others_by_the_motor(clean, name):
     told = found(spoilt(clean, name, -1.0))
     assert [f.fault.name for f in told if f.error] == [name]
+
+
+@pytest.mark.parametrize(('name', 'value'), [('input_sign', -1.0), ('input_scale', 0.05)])
+def test_a_weak_motor_tells_what_no_hand_can_look_like(name, value):
+    robot = load_robot('double_pendulum')
+    inputs = 0.06 * np.hstack([steps(robot, 15, seed) for seed in (5, 6)])
+    log = spoilt(record(robot, seconds=15, inputs=inputs, noise=FINE), name, value)
+    assert [f.fault.name for f in found(log, robot) if f.error] == [name]
 
 
 def test_a_joint_that_stands_is_not_frozen_where_the_speed_has_a_zero():
