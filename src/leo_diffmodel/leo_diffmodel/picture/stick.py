@@ -91,7 +91,7 @@ class Stick:
                 for link, points in self._lines]
 
     def lines(self, q: np.ndarray) -> list[np.ndarray]:
-        """The same without colour, for the angles of a model, which may run away."""
+        """Points of each line, (N, 2), at angles of a model; one that is not finite counts as 0."""
         return [points for points, _ in self.sticks(np.nan_to_num(q))]
 
     def _seen(self, q: np.ndarray) -> Callable[[str, np.ndarray], np.ndarray]:

@@ -168,7 +168,7 @@ def one_step(before: Prediction, after: Prediction, step: float) -> dict:
 
 
 def horizon(before: Prediction, after: Prediction, step: float) -> list[dict]:
-    """The same further and further ahead."""
+    """Root mean square errors of each state and their mean, at growing times ahead."""
     tables = (errors.horizon_table(p, step) for p in (before, after))
     return [
         {'steps': b['steps'], 'seconds': b['seconds'],

@@ -35,4 +35,4 @@ class Frozen(Fault):
 
     def todo(self, value: float) -> str:
         """What to do."""
-        return 'mend encoder or bus, and leave these stretches out'
+        return 'mend encoder or bus; leo bag fix leaves these stretches out'
