@@ -91,7 +91,7 @@ class Stick:
                 for link, points in self._lines]
 
     def lines(self, q: np.ndarray) -> list[np.ndarray]:
-        """Points of each line, (N, 2), at angles of a model; one that is not finite counts as 0."""
+        """Points of each line, (N, 2), at angles of a model that may have run away to NaN."""
         return [points for points, _ in self.sticks(np.nan_to_num(q))]
 
     def _seen(self, q: np.ndarray) -> Callable[[str, np.ndarray], np.ndarray]:
